@@ -8,6 +8,12 @@ damping: {B: 40 N*m*s/rad}
 speed: {from: 100 rad/s, to: 200 rad/s, shaft: motor}
 excitation: {kinematic_error: [{order: 2, amplitude: 1e-4 rad}]}
 """
+SCATTERED = f"""\
+title: Linear
+{LINEAR}\
+limit: {{oscillation: 160 arcsec}}
+scatter: {{damping.B: 10 %, load.inertia: 5 %}}
+"""
 
 
 def closed_form(J, B, omega, K=1e5, amplitude=1e-4):

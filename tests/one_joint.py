@@ -1,6 +1,8 @@
 """A joint with all that the error equation leaves out, and with memory: a motor's loop, gravity, hysteresis.
 
 A gear whose motor is ideally held, so that the error equation is the whole drive, and which jumps.
+
+A specification of a joint, which few gears serve.
 """
 
 JOINT = """\
@@ -28,4 +30,16 @@ excitation:
   kinematic_error: [{order: 2, amplitude: 19.9 arcsec}]
   load_torque: {mean: 0 N*m}
 limit: {oscillation: 120 arcsec}
+"""
+
+SPECIFICATION = """\
+title: Joint
+load: {inertia: 1.3 kg*m^2}
+speed: {from: 10 rpm, to: 30 rpm}
+limit: {oscillation: 200 arcsec}
+motor: {rotor_inertias: [1 kg*cm^2, 5 kg*cm^2], loop: {bandwidth: 30 Hz}}
+damping: {ratio: 3 %}
+largest: {size: 40}
+ratios: [50]
+series: [CSG]
 """

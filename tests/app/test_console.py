@@ -33,9 +33,16 @@ def test_a_stage_that_lasts_is_told_again(monkeypatch, capsys):
         (12345.6, 4, "12346"),
         (0.00012345, 3, "0.000123"),
         (1.5e7, 4, "1.5×10⁷"),
+        (2.56e-7, 4, "2.56×10⁻⁷"),
+        (456.71, 4, "456.7"),
+        (1e5, 4, "100000"),
+        (None, 4, "–"),
+        (float("nan"), 4, "–"),
+        (True, 4, "yes"),
+        ("x", 4, "x"),
     ],
 )
-def test_a_number_that_rounds_up_to_a_power_of_ten_is_written_out(value, digits, text):
+def test_numbers_are_written_for_people(value, digits, text):
     assert console.number(value, digits) == text
 
 

@@ -19,24 +19,17 @@ from strainwave.study.compensation.designs import amplitudes_of
 RPM, ARCSEC = math.pi / 30.0, math.pi / 648_000.0
 
 
-@pytest.fixture
-def path(tmp_path):
-    path = tmp_path / "table.yaml"
-    path.write_text(PROJECT)
-    return path
-
-
 def invoke(*given):
     return CliRunner().invoke(command.cli, ["compensate", *map(str, given)])
 
 
 @pytest.mark.slow
-def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path):
+def test_the_command_writes_and_prints_the_numbers_of_the_library(drive, tmp_path):
     out = tmp_path / "out"
-    run = invoke(path, "--controller", "inverse", "--speed", "600 rpm", "--units", 2, "-o", out, "--json")
+    run = invoke(drive, "--controller", "inverse", "--speed", "600 rpm", "--units", 2, "-o", out, "--json")
     assert run.exit_code == 0, run.output
     data = json.loads(run.stdout)
-    one = sw.compensate(sw.read_project(path), "inverse", speed=600.0 * RPM, units=2)
+    one = sw.compensate(sw.read_project(drive), "inverse", speed=600.0 * RPM, units=2)
     row = data["results"][1]
     assert row["controller"] == "inverse"
     assert row["motor_speed_rpm"] == pytest.approx(600.0)
@@ -65,28 +58,28 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(path, tmp_path
 
 
 @pytest.mark.slow
-def test_the_tables_fit_a_terminal_of_80_columns_and_name_the_best(path):
-    run = invoke(path, "--controller", "inverse", "--controller", "angle", "--speed", "600 rpm", "--softer", "20 %")
+def test_the_tables_fit_a_terminal_of_80_columns_and_name_the_best(drive):
+    run = invoke(drive, "--controller", "inverse", "--controller", "angle", "--speed", "600 rpm", "--softer", "20 %")
     assert run.exit_code == 0, run.output
     lines = run.stdout.splitlines()
     assert max(map(len, lines)) <= 80
     assert lines[0] == "Turntable: rms of the load's pointing error about its mean, arcsec"
     assert [line.split()[0] for line in lines[1:5]] == ["motor", "loop", "inverse", "angle"]
     assert any(line.split()[:2] == ["600", "inverse"] for line in lines)
-    assert "table.yaml" not in run.stderr
+    assert "drive.yaml" not in run.stderr
     assert "Turntable: inverse" in run.stderr  # progress
 
 
-def test_five_speeds_are_about_the_resonance_and_within_those_of_the_file(path):
-    project = sw.read_project(path)
+def test_five_speeds_are_about_the_resonance_and_within_those_of_the_file(drive):
+    project = sw.read_project(drive)
     resonance = math.sqrt(2e4 / 0.8) / 2.0  # order 2, motor held
     wanted = np.array([0.9, 1.0, 1.1]) * resonance
     np.testing.assert_allclose(module.speeds_of(project), [300.0 * RPM, *wanted, 1200.0 * RPM], rtol=1e-12)
     np.testing.assert_allclose(module.speeds_of(project, ["9 rad/s", "60 rpm"]), [60.0 * RPM, 9.0], rtol=1e-12)
 
 
-def test_without_an_encoder_on_the_load_its_controllers_are_left_out(path):
-    project = sw.read_project(path)
+def test_without_an_encoder_on_the_load_its_controllers_are_left_out(drive):
+    project = sw.read_project(drive)
     bench = module.bench_of(project, sampling=project.sampling._replace(load_encoder=0))
     names, said = module.names_of(bench, ["all"])
     assert names == [name for name, design in sw.study.COMPENSATORS.items() if not design.load_encoder]
@@ -98,14 +91,14 @@ def test_without_an_encoder_on_the_load_its_controllers_are_left_out(path):
     assert module.names_of(bench, ["inverse", "inverse"]) == (["loop", "inverse"], ())
 
 
-def test_a_softer_drive_has_less_torque_at_every_torsion(path):
-    plant = module.plant_of(sw.read_project(path), None, "20 %")
+def test_a_softer_drive_has_less_torque_at_every_torsion(drive):
+    plant = module.plant_of(sw.read_project(drive), None, "20 %")
     assert plant.law == sw.Linear(pytest.approx(1.6e4, rel=1e-12))
-    assert module.plant_of(sw.read_project(path), path, None).law == sw.Linear(2e4)
+    assert module.plant_of(sw.read_project(drive), drive, None).law == sw.Linear(2e4)
 
 
 @pytest.mark.slow
-def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(path, tmp_path, monkeypatch):
+def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(drive, tmp_path, monkeypatch):
     done = []
 
     def stopped(project, names, **given):
@@ -117,14 +110,14 @@ def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(path, tmp
     monkeypatch.setattr(module, "compensation_bench", stopped)
     out = tmp_path / "out"
     asked = ("--controller", "angle", "--controller", "inverse", "--speed", "600 rpm")
-    run = invoke(path, *asked, "-o", out)
+    run = invoke(drive, *asked, "-o", out)
     assert run.exit_code == 130
     assert done == ["loop", "angle"]
     assert "interrupted; kept: loop, angle" in run.stderr
     rows = csv.DictReader((out / "compensation.csv").read_text().splitlines())
     assert [row["controller"] for row in rows] == ["loop", "angle"]
     monkeypatch.setattr(module, "compensation_bench", lambda *_, **__: (_ for _ in ()).throw(KeyboardInterrupt))
-    run = invoke(path, *asked, "-o", tmp_path / "none")
+    run = invoke(drive, *asked, "-o", tmp_path / "none")
     assert run.exit_code == 130
     assert "interrupted; nothing was finished" in run.stderr
     assert not (tmp_path / "none").exists()
@@ -132,9 +125,9 @@ def test_a_run_that_is_stopped_keeps_the_controllers_that_are_finished(path, tmp
 
 @pytest.mark.slow
 @pytest.mark.parametrize("way", [1.0, -1.0])
-def test_the_order_table_of_what_adapts_is_the_torque_that_cancels_the_error(path, tmp_path, way):
-    path.write_text(PROJECT.replace("excitation: {", "excitation: {load_torque: {mean: -3 N*m}, "))
-    project, speed = sw.read_project(path), 600.0 * RPM
+def test_the_order_table_of_what_adapts_is_the_torque_that_cancels_the_error(drive, tmp_path, way):
+    drive.write_text(PROJECT.replace("excitation: {", "excitation: {load_torque: {mean: -3 N*m}, "))
+    project, speed = sw.read_project(drive), 600.0 * RPM
     bench = module.bench_of(project)
     found = sw.compensate(project, "adaptive", speed=way * speed, robust=False)
     assert found.reduction > 20.0
@@ -155,15 +148,15 @@ def test_the_order_table_of_what_adapts_is_the_torque_that_cancels_the_error(pat
 
 
 @pytest.mark.slow
-def test_the_worst_angle_of_the_load_counts(path):
+def test_the_worst_angle_of_the_load_counts(drive):
     gravity = "load: {inertia: 0.8 kg*m^2, drag: {type: angle_torque, amplitude: 12 N*m}}"
-    path.write_text(PROJECT.replace("load: {inertia: 0.8 kg*m^2}", gravity).replace("linear, K: 2e4", "cubic, K: 2e4")
+    drive.write_text(PROJECT.replace("load: {inertia: 0.8 kg*m^2}", gravity).replace("linear, K: 2e4", "cubic, K: 2e4")
                     .replace("N*m/rad}}", "N*m/rad, alpha: 5e5 1/rad^2}}"))  # fmt: skip
     asked = ("--controller", "inverse", "--speed", "600 rpm", "--load-angle", "0 deg", "--load-angle", "90 deg")
-    run = invoke(path, *asked, "--json")
+    run = invoke(drive, *asked, "--json")
     assert run.exit_code == 0, run.output
     own = sw.compensate(
-        sw.read_project(path), "inverse", speed=600.0 * RPM, load_angles=(0.0, math.pi / 2.0), robust=False
+        sw.read_project(drive), "inverse", speed=600.0 * RPM, load_angles=(0.0, math.pi / 2.0), robust=False
     )
     row = json.loads(run.stdout)["results"][1]
     assert row["rms_after_arcsec"] * ARCSEC == pytest.approx(own.after.rms, rel=1e-9)
@@ -174,17 +167,15 @@ WRONG = [
     (("--speed", "450"), 1, "'450' has no unit"),
     (("--speed", "8000 rpm"), 1, "samples every 2000 us are too slow for order 2 at 8000 rpm"),
     (("--softer", "120 %"), 2, "is not between -100 % and 100 %"),
-    (("--softer", "20 %", "--plant", "table.yaml"), 2, "give one of them"),
+    (("--softer", "20 %", "--plant", "drive.yaml"), 2, "give one of them"),
     (("--plant", "gone.yaml"), 3, "gone.yaml:1:1: file: does not exist"),
-    (("--units", "-1"), 2, "--units"),
-    (("--load-angle", "ninety"), 2, "--load-angle"),
 ]
 
 
 @pytest.mark.parametrize(("given", "code", "said"), WRONG)
-def test_a_wrong_command_ends_with_one_sentence_and_writes_nothing(path, tmp_path, monkeypatch, given, code, said):
+def test_a_wrong_command_ends_with_one_sentence_and_writes_nothing(drive, tmp_path, monkeypatch, given, code, said):
     monkeypatch.chdir(tmp_path)
-    run = invoke(path, *given, "-o", tmp_path / "out")
+    run = invoke(drive, *given, "-o", tmp_path / "out")
     assert run.exit_code == code
     assert said in " ".join(run.stderr.replace("│", " ").split())
     assert "Traceback" not in run.output
@@ -192,9 +183,9 @@ def test_a_wrong_command_ends_with_one_sentence_and_writes_nothing(path, tmp_pat
 
 
 def test_an_error_equation_whose_motor_is_held_is_refused(tmp_path):
-    path = tmp_path / "held.yaml"
+    drive = tmp_path / "held.yaml"
     article = Path(__file__).parents[3] / "examples/projects/article.yaml"
-    path.write_text(article.read_text().replace("mode: free", "mode: held").replace("motor_torque", "load_torque"))
-    run = invoke(path)
+    drive.write_text(article.read_text().replace("mode: free", "mode: held").replace("motor_torque", "load_torque"))
+    run = invoke(drive)
     assert run.exit_code == 1
     assert "is held, so that no torque of it moves the error; write 'mode: free'" in run.stderr

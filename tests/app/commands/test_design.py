@@ -5,21 +5,11 @@ import json
 
 import pytest
 from click.testing import CliRunner
+from one_joint import SPECIFICATION
+from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-
-SPECIFICATION = """\
-title: Joint
-load: {inertia: 1.3 kg*m^2}
-speed: {from: 10 rpm, to: 30 rpm}
-limit: {oscillation: 200 arcsec}
-motor: {rotor_inertias: [1 kg*cm^2, 5 kg*cm^2], loop: {bandwidth: 30 Hz}}
-damping: {ratio: 3 %}
-largest: {size: 40}
-ratios: [50]
-series: [CSG]
-"""
 
 
 @pytest.fixture
@@ -92,10 +82,7 @@ def test_a_wrong_specification_ends_with_its_place(path, tmp_path):
 
 def test_one_project_is_none_to_compare(tmp_path):
     file = tmp_path / "axis.yaml"
-    file.write_text(
-        "gear: CSG-40-50\nload: {inertia: 1.3 kg*m^2}\ndamping: {ratio: 3 %}\n"
-        "speed: {from: 1000 rpm, to: 3000 rpm, shaft: motor}\nexcitation: {accuracy: catalogue}\n"
-    )
+    file.write_text(PROJECTS["catalogue gear, motor not named"])
     run = invoke("compare", file, "-o", tmp_path / "out")
     assert run.exit_code == command.FAILED
     assert "there are 1 projects; give 2 to 20 to compare" in run.stderr

@@ -6,8 +6,10 @@ import re
 
 import numpy as np
 import pytest
+import small_drive
 from click.testing import CliRunner
 from direct_project import project_of
+from small_drive import at_the_load
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -16,15 +18,7 @@ from strainwave.files.reading import read_project
 from strainwave.plot.drive import HELD
 
 ARCSEC = math.pi / 648000.0
-PROJECT = """\
-title: Elbow
-gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}}
-motor: {inertia: 5 kg*cm^2, mode: held}
-load: {inertia: 1 kg*m^2}
-damping: {ratio: 5 %}
-speed: {from: 20 rpm, to: 24 rpm, shaft: load}
-excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
-"""
+PROJECT = at_the_load(small_drive.PROJECT, 20, 24)
 SPEED_LOOP = ("mode: held", "loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad}")
 POSITION_LOOP = ("mode: held", "loop: {type: position_loop, K_p: 30 N*m/rad, K_d: 0.5 N*m*s/rad}")
 FREE = ("mode: held", "mode: free")

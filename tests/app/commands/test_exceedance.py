@@ -6,31 +6,13 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from linear_drive import SCATTERED as PROJECT
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.files.reading import read_project
 
 pytestmark = pytest.mark.compiled
-
-TEXT = """\
-title: Linear
-gear: {ratio: 50, law: {type: linear, K: 1e5 N*m/rad}}
-motor: {inertia: 5 kg*cm^2, mode: held}
-load: {inertia: 1 kg*m^2}
-damping: {B: 40 N*m*s/rad}
-speed: {from: 100 rad/s, to: 200 rad/s, shaft: motor}
-excitation: {kinematic_error: [{order: 2, amplitude: 20 arcsec}]}
-limit: {oscillation: 160 arcsec}
-scatter: {damping.B: 10 %, load.inertia: 5 %}
-"""
-
-
-@pytest.fixture
-def drive(tmp_path):
-    path = tmp_path / "drive.yaml"
-    path.write_text(TEXT, encoding="utf-8")
-    return path
 
 
 def invoke(path, *options):
@@ -62,7 +44,7 @@ def test_bad_input_is_one_sentence(drive):
         assert (run.exit_code, run.stdout) == (2, "")
         assert f"--limit: '{limit}' is not positive; write a value above zero" in run.stderr
         assert "motions" not in run.stderr  # nothing has begun
-    drive.write_text(TEXT.replace("scatter:", "# scatter:"), encoding="utf-8")
+    drive.write_text(PROJECT.replace("scatter:", "# scatter:"), encoding="utf-8")
     run = invoke(drive)
     assert (run.exit_code, run.stdout) == (1, "")
     assert "drive.yaml has no scatter" in run.stderr

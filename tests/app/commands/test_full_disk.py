@@ -9,7 +9,7 @@ from linear_drive import LINEAR
 
 pytest.importorskip("resource")  # Windows cannot limit the size of a file
 
-TEXT = f"title: Linear\n{LINEAR}"
+PROJECT = f"title: Linear\n{LINEAR}"
 # No file may be longer than so many bytes: what a disk says that is full, but for the word.
 LIMITED = """\
 import resource, signal, sys
@@ -19,13 +19,6 @@ resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 from strainwave.app.commands.cli import main
 main()
 """
-
-
-@pytest.fixture
-def drive(tmp_path):
-    path = tmp_path / "drive.yaml"
-    path.write_text(TEXT, encoding="utf-8")
-    return path
 
 
 def complaint(size, *call):
@@ -67,9 +60,12 @@ def test_a_full_disk_is_one_sentence_and_the_old_file_stays(drive, tmp_path, cal
 def test_folders_too(drive, tmp_path):
     for call in (("analyze",), ("speed-map",)):
         folder = tmp_path / call[0]
+        folder.mkdir()
+        (folder / "report.html").write_text("old", encoding="utf-8")
         told = complaint(2048, *call, drive, "-o", folder)
         assert told == f"strainwave: {folder}: {FULL}"
-        assert not folder.exists()
+        assert [path.name for path in folder.iterdir()] == ["report.html"]
+        assert (folder / "report.html").read_text(encoding="utf-8") == "old"
 
 
 @pytest.mark.slow

@@ -69,16 +69,6 @@ def test_identify_writes_no_numbers_that_explain_little(tmp_path):
     assert "next:" not in run.stdout
 
 
-def test_identify_without_an_angle_is_one_sentence(tmp_path):
-    (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")
-    log = measured()
-    file = write(tmp_path / "run.csv", "time [s];motor_angle [rad]", log["time"], log["motor_angle"])
-    run = invoke("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out")
-    assert (run.exit_code, run.stdout) == (1, "")
-    assert "log has no channel 'load_angle'" in run.stderr
-    assert not (tmp_path / "out").exists()
-
-
 def spin(speed, delay, seconds=6.0, growth=1.0):
     """Two lines of a torsion at constant speed; a third stays with the time; order 2 grows."""
     t = np.arange(int(seconds * RATE)) / RATE

@@ -10,26 +10,14 @@ import time
 
 import numpy as np
 import pytest
-from linear_drive import LINEAR
+from linear_drive import SCATTERED as PROJECT
+from one_joint import SPECIFICATION
 
 import strainwave as sw
 from strainwave.base.units import RPM
 from strainwave.files.reading import from_text
 
-TEXT = f"""\
-title: Linear
-{LINEAR}\
-limit: {{oscillation: 160 arcsec}}
-scatter: {{damping.B: 10 %, load.inertia: 5 %}}
-"""
 WINDOWS = sys.platform == "win32"
-
-
-@pytest.fixture
-def drive(tmp_path):
-    path = tmp_path / "drive.yaml"
-    path.write_text(TEXT, encoding="utf-8")
-    return path
 
 
 # A command that stops itself as a user does, when its progress was told so many times, or at a stage.
@@ -112,7 +100,7 @@ def test_speed_map_is_that_of_the_loads_and_units_that_were_finished(drive, tmp_
     assert "the map is that of 1 of 5 loads and 0 of 0 units, which were finished; the same" in run.stderr
     with (tmp_path / "map" / "cells.csv").open(encoding="utf-8") as table:
         assert {float(row["load_kg_m2"]) for row in csv.DictReader(table)} == {0.8}
-    whole = sw.speed_map(from_text(TEXT, drive), load_inertias=[0.8])
+    whole = sw.speed_map(from_text(PROJECT, drive), load_inertias=[0.8])
     np.testing.assert_allclose(report["loads"][0]["allowed_rpm"], whole.allowed[0] / RPM, rtol=1e-3)
     run = stopped(4, "speed-map", drive, "--units", "6", "-o", tmp_path / "units", "--json")
     assert json.loads(run.stdout)["units"] == 3
@@ -129,19 +117,6 @@ def test_a_comparison_is_that_of_the_projects_that_were_finished(drive, tmp_path
     run = stopped(1, *call[:-3], "-o", tmp_path / "none")
     assert "interrupted; nothing was written: run it again" in run.stderr
     assert not (tmp_path / "none").exists()
-
-
-SPECIFICATION = """\
-title: Joint
-load: {inertia: 1.3 kg*m^2}
-speed: {from: 10 rpm, to: 30 rpm}
-limit: {oscillation: 200 arcsec}
-motor: {rotor_inertias: [1 kg*cm^2, 5 kg*cm^2], loop: {bandwidth: 30 Hz}}
-damping: {ratio: 3 %}
-largest: {size: 40}
-ratios: [50]
-series: [CSG]
-"""
 
 
 @pytest.mark.slow

@@ -49,11 +49,9 @@ def test_wrong_files_and_formats_get_a_sentence(source, tmp_path):
     assert run.exit_code == command.INVALID_PROJECT
     assert f"{tmp_path / 'bad.json'}:1:1: file: is no whole JSON" in run.stderr
     for given, said in (
-        (("--format", "beckhoff"), "'beckhoff' is no format of order tables; formats: json, csv, c"),
         ((), "'.txt' is no format of order tables; formats: json, csv, c"),
         (("--format", "csv"), "choose one with --speed"),
         (("--format", "csv", "--speed", "3 m"), "3 m"),
-        (("--format", "c", "--points", "8"), "8 points a turn hold no order 4"),
     ):
         run = invoke(source, out, *given)
         assert run.exit_code == 1, run.output

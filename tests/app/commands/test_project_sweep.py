@@ -15,12 +15,7 @@ from strainwave.app.commands.project_sweep import axis
 from strainwave.files.reading import read_project
 from strainwave.files.variants.replaced import replaced
 
-
-@pytest.fixture
-def drive(tmp_path):
-    path = tmp_path / "drive.yaml"
-    path.write_text(PROJECTS["catalogue gear, motor not named"], encoding="utf-8")
-    return path
+PROJECT = PROJECTS["catalogue gear, motor not named"]
 
 
 def invoke(path, *options):

@@ -1,4 +1,4 @@
-"""`strainwave response`: the curve as numbers, CSV and figure, on the project's own shaft."""
+"""`strainwave response`: the curve as numbers, CSV and figure, on the drive's own shaft."""
 
 import csv
 import json
@@ -8,7 +8,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import small_drive
 from click.testing import CliRunner
+from small_drive import at_the_load
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -20,15 +22,7 @@ from strainwave.study.analysis.analysis import not_exact
 
 pytestmark = pytest.mark.compiled
 
-PROJECT = """\
-title: A small drive
-gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}}
-motor: {inertia: 5 kg*cm^2, mode: held}
-load: {inertia: 1 kg*m^2}
-damping: {ratio: 2 %}
-speed: {from: 24 rpm, to: 38 rpm, shaft: load}
-excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
-"""
+PROJECT = at_the_load(small_drive.PROJECT, 24, 38).replace("ratio: 5 %", "ratio: 2 %")
 
 
 BEYOND = """\
@@ -46,39 +40,32 @@ def invoke(*args):
     return CliRunner().invoke(command.cli, ["response", *map(str, args)])
 
 
-@pytest.fixture
-def project(tmp_path):
-    path = tmp_path / "drive.yaml"
-    path.write_text(PROJECT)
-    return path
-
-
 def folds_by_fine_balance(path):
     loaded = read_project(path)
     curve = sw.frequency_response(loaded.system(1.0), loaded.speeds.limits, harmonics=31)
     return [fold.omega for fold in curve.folds]
 
 
-def test_folds_and_jumps_are_told_apart_in_words(project):
-    data, text = json.loads(invoke(project, "--json").stdout), invoke(project).stdout
+def test_folds_and_jumps_are_told_apart_in_words(drive):
+    data, text = json.loads(invoke(drive, "--json").stdout), invoke(drive).stdout
     first, second = (f"{speed:.5g}" for speed in data["fold_speeds"])
     up, down = (f"{data[f'jump_{way}_speed']:.5g}" for way in ("up", "down"))
     assert f"  folds, where the curve turns: {first}, {second} rpm at the load\n" in text
     assert f", the error jumps up at {up} and drops at {down}\n" in text
 
 
-def test_the_torque_of_a_free_motor_says_whether_the_mean_is_in_it(project):
+def test_the_torque_of_a_free_motor_says_whether_the_mean_is_in_it(drive):
     free = PROJECT.replace("mode: held", "mode: free")
     ripple = "{motor_torque: {lines: [{order: 2, amplitude: 1 N*cm}]}}"
-    project.write_text(free.replace("{kinematic_error: [{order: 2, amplitude: 10 arcsec}]}", ripple))
-    assert ", of the motor 0.01 N·m beside the mean that keeps a free motor's speed\n" in invoke(project).stdout
-    project.write_text(free.replace("kg*m^2}", "kg*m^2, drag: {type: viscous, B: 5 N*m*s/rad}}"))
-    assert re.search(r", of the motor 0\.\d+ N·m, 0\.\d+ N·m of it at steady speed\n", invoke(project).stdout)
+    drive.write_text(free.replace("{kinematic_error: [{order: 2, amplitude: 10 arcsec}]}", ripple))
+    assert ", of the motor 0.01 N·m beside the mean that keeps a free motor's speed\n" in invoke(drive).stdout
+    drive.write_text(free.replace("kg*m^2}", "kg*m^2, drag: {type: viscous, B: 5 N*m*s/rad}}"))
+    assert re.search(r", of the motor 0\.\d+ N·m, 0\.\d+ N·m of it at steady speed\n", invoke(drive).stdout)
 
 
-def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hysteresis(project):
-    project.write_text(PROJECT.replace("ratio: 2 %", "ratio: 20 %"), encoding="utf-8")
-    text = invoke(project).stdout
+def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hysteresis(drive):
+    drive.write_text(PROJECT.replace("ratio: 2 %", "ratio: 20 %"), encoding="utf-8")
+    text = invoke(drive).stdout
     assert "no bistable range" in text
     assert "hysteresis" not in text
 
@@ -86,27 +73,27 @@ def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hyst
 @pytest.mark.parametrize(("size", "covered", "said"), [
     (1e-3, True, "within the limit"), (1e-3, False, "at some speeds none is"), (1e-1, False, "above the limit"),
 ])  # fmt: skip
-def test_a_limit_is_met_only_where_a_stable_motion_is_known_at_every_speed(project, size, covered, said):
-    project.write_text(PROJECT + "limit: {oscillation: 1 deg}\n", encoding="utf-8")
+def test_a_limit_is_met_only_where_a_stable_motion_is_known_at_every_speed(drive, size, covered, said):
+    drive.write_text(PROJECT + "limit: {oscillation: 1 deg}\n", encoding="utf-8")
     motions = SimpleNamespace(name="pointing error")
-    line = _sizes(read_project(project), motions, covered, size, 30.0, {"peak_arcsec": 10.0, "speed": 30.0})[0]
+    line = _sizes(read_project(drive), motions, covered, size, 30.0, {"peak_arcsec": 10.0, "speed": 30.0})[0]
     assert said in line
     assert ("within" in line) == (said == "within the limit")
 
 
-def test_a_curve_that_ends_inside_its_range_does_not_cover_it(project):
-    drive = read_project(project)
-    judged = drive.judged(drive.response())
+def test_a_curve_that_ends_inside_its_range_does_not_cover_it(drive):
+    loaded = read_project(drive)
+    judged = loaded.judged(loaded.response())
     assert judged.covered
     assert not judged._replace(whole=False).covered
     assert not judged._replace(avoid=None).covered
 
 
-def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):
-    result = invoke(project, "--json")
+def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(drive):
+    result = invoke(drive, "--json")
     assert result.exit_code == 0, result.stderr
     data = json.loads(result.stdout)
-    exact = folds_by_fine_balance(project)
+    exact = folds_by_fine_balance(drive)
     assert len(exact) == 2
     at_load = [omega / 50.0 * 60.0 / (2.0 * np.pi) for omega in exact]
     assert data["unit"] == "rpm at the load"
@@ -117,8 +104,8 @@ def test_folds_and_jumps_are_told_at_the_shaft_of_the_project(project):
     assert [fold["omega_rad_per_s"] for fold in data["folds"]] == pytest.approx(exact, rel=1e-7)
 
 
-def test_speeds_of_the_curve_s_message_are_those_of_the_project_s_own_shaft(project):
-    loaded = read_project(project)
+def test_speeds_of_the_curve_s_message_are_those_of_the_project_s_own_shaft(drive):
+    loaded = read_project(drive)
     text = Sentence("at omega = {} it was cut short", Speed(loaded.speeds.limits[1]))
     curve = replace(loaded.response(coexisting=False), rounding=text)
     (said,) = (fact.value for fact in facts(loaded, curve) if fact.words == "response, motor: {}")
@@ -126,15 +113,15 @@ def test_speeds_of_the_curve_s_message_are_those_of_the_project_s_own_shaft(proj
     assert data(facts(loaded, curve))["message"].endswith("at 38 rpm at the load it was cut short")
 
 
-def test_csv_holds_the_whole_curve_with_its_unstable_part(project, tmp_path):
-    result = invoke(project, "-o", tmp_path / "curve.csv")
+def test_csv_holds_the_whole_curve_with_its_unstable_part(drive, tmp_path):
+    result = invoke(drive, "-o", tmp_path / "curve.csv")
     assert result.exit_code == 0, result.stderr
     assert "rpm at the load" in result.stdout
     with open(tmp_path / "curve.csv", encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     omega = np.array([float(row["omega_rad_per_s"]) for row in rows])
     stable = np.array([float(row["stable"]) for row in rows])
-    lo, hi = folds_by_fine_balance(project)[::-1]
+    lo, hi = folds_by_fine_balance(drive)[::-1]
     inside = (omega > 1.001 * lo) & (omega < 0.999 * hi)
     falling = np.gradient(omega) < 0.0
     assert np.array_equal(stable[inside] == 0.0, falling[inside])
@@ -143,9 +130,9 @@ def test_csv_holds_the_whole_curve_with_its_unstable_part(project, tmp_path):
 
 
 @pytest.mark.parametrize(("suffix", "start"), [("svg", b"<svg"), ("png", b"\x89PNG")])
-def test_figure_shows_error_and_torque(project, tmp_path, suffix, start):
+def test_figure_shows_error_and_torque(drive, tmp_path, suffix, start):
     target = tmp_path / f"curve.{suffix}"
-    assert invoke(project, "-o", target).exit_code == 0
+    assert invoke(drive, "-o", target).exit_code == 0
     content = target.read_bytes()
     assert content.startswith(start)
     if suffix == "svg":
@@ -153,28 +140,28 @@ def test_figure_shows_error_and_torque(project, tmp_path, suffix, start):
             assert words in content
 
 
-def test_file_of_an_unknown_kind_is_wrong_usage(project, tmp_path):
-    result = invoke(project, "-o", tmp_path / "curve.pdf")
+def test_file_of_an_unknown_kind_is_wrong_usage(drive, tmp_path):
+    result = invoke(drive, "-o", tmp_path / "curve.pdf")
     assert result.exit_code == 2
     assert ".csv, .svg or .png" in result.stderr
     assert not (tmp_path / "curve.pdf").exists()
 
 
-def test_curve_without_a_stable_motion_is_told_so(project):
+def test_curve_without_a_stable_motion_is_told_so(drive):
     """A softening law bears at most 2/3 K/sqrt(3 |alpha|) = 6.1 N*m; only on its falling side it balances 30."""
     text = PROJECT.replace("6.9e4", "-4e7").replace("{kinematic_error", "{load_torque: {mean: 30 N*m}, kinematic_error")
-    project.write_text(text)
-    result = invoke(project)
+    drive.write_text(text)
+    result = invoke(drive)
     assert result.exit_code == 0, result.stderr
     assert "no motion on the curve is stable" in result.stdout
-    data = json.loads(invoke(project, "--json").stdout)
+    data = json.loads(invoke(drive, "--json").stdout)
     assert (data["largest"], data["jump_up_speed"], data["jump_down_speed"]) == (None, None, None)
 
 
-def test_a_png_asks_for_matplotlib_before_anything_is_computed(project, tmp_path, monkeypatch):
+def test_a_png_asks_for_matplotlib_before_anything_is_computed(drive, tmp_path, monkeypatch):
     monkeypatch.setattr("strainwave.plot.axes.find_spec", lambda _: None)
     monkeypatch.setattr("strainwave.drive.project.Project.response", lambda *_: pytest.fail("it was computed"))
-    result = invoke(project, "-o", tmp_path / "curve.png")
+    result = invoke(drive, "-o", tmp_path / "curve.png")
     assert result.exit_code == 1
     assert "a PNG needs matplotlib" in result.stderr
 

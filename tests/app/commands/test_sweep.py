@@ -10,8 +10,10 @@ import time
 import click
 import numpy as np
 import pytest
+import small_drive
 import zarr
 from click.testing import CliRunner
+from small_drive import at_the_load
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -19,23 +21,8 @@ from strainwave.app.commands.sweep import axis, in_equation, named, summary, typ
 from strainwave.base.quantities import parameters
 from strainwave.files.reading import read_project
 
-PROJECT = """\
-title: A small 100% drive
-gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 6.9e4 1/rad^2}}
-motor: {inertia: 5 kg*cm^2, mode: held}
-load: {inertia: 1 kg*m^2}
-damping: {ratio: 5 %}
-speed: {from: 200 rpm, to: 400 rpm, shaft: load}
-excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
-"""
+PROJECT = at_the_load(small_drive.PROJECT, 200, 400).replace("small", "small 100%")
 KNOWN = parameters(sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(1.0), 1.0))
-
-
-@pytest.fixture
-def project(tmp_path):
-    path = tmp_path / "drive.yaml"
-    path.write_text(PROJECT)
-    return path
 
 
 @pytest.mark.parametrize(
@@ -49,13 +36,13 @@ def project(tmp_path):
         ("gear.law.K1&gear.law.K2 = 0.9,1.1", "law.K1 & law.K2= 0.9,1.1"),
     ],
 )
-def test_names_of_the_project_file_are_those_of_the_equation(project, text, own):
-    assert in_equation(text, read_project(project)) == own
+def test_names_of_the_project_file_are_those_of_the_equation(drive, text, own):
+    assert in_equation(text, read_project(drive)) == own
 
 
-def test_the_load_is_not_the_inertia_of_a_free_motors_equation(project):
-    project.write_text(PROJECT.replace("held", "free"))
-    assert in_equation("load.inertia=1,2", read_project(project)) == "load.inertia=1,2"
+def test_the_load_is_not_the_inertia_of_a_free_motors_equation(drive):
+    drive.write_text(PROJECT.replace("held", "free"))
+    assert in_equation("load.inertia=1,2", read_project(drive)) == "load.inertia=1,2"
 
 
 @pytest.mark.parametrize(
@@ -78,19 +65,11 @@ def test_a_grid_is_read_in_si_units_or_in_its_own(text, values):
     ("text", "words"),
     [
         ("omega", "is no grid"),
-        ("omega=", "is no grid"),
         ("speeed=1", "'speeed' is not a parameter of this drive; it has J, B, law.K"),
-        ("speed=1", "'speed' is not a parameter of this drive; it has J, B, law.K"),
-        (
-            "damping.ratio=1 %:5 %:3",
-            "'damping.ratio' is not a parameter of this drive; it has J, B",
-        ),
         ("load.inertia=1,2", "'load.inertia' is not a parameter of this drive"),
         ("law.K & law.beta=1,2", "'law.beta' is not a parameter"),
         ("omega=1:2", "is no range"),
-        ("omega=1:2:3:lin", "is no range"),
         ("omega=1:2:0", "no count"),
-        ("omega=1:2:x", "no count"),
         ("omega=-1:2:3:log", "goes through 0"),
         ("omega=nan", "not finite"),
         ("omega=20 Hz", "20 Hz"),
@@ -107,8 +86,6 @@ def test_what_is_no_grid_is_refused(text, words):
         ("omega=1:2:3", "rad/s"),
         ("omega=800 rpm:1000 rpm:5:log", "rpm"),
         ("omega = 8e2rpm, 90 rad/s", "rpm"),
-        ("omega=1e2:1e3:20:log", "rad/s"),
-        ("omega=1,9 rpm", "rpm"),
         ("law.K & law.alpha=0.9,1.1", ""),
     ],
 )
@@ -129,8 +106,8 @@ def test_what_was_found_is_told_in_the_units_that_were_typed_and_angles_in_arcse
     assert "note: All points are at one speed." in told
 
 
-def test_a_whole_number_is_neither_swept_nor_offered(project):
-    known = parameters(read_project(project).system(1.0))
+def test_a_whole_number_is_neither_swept_nor_offered(drive):
+    known = parameters(read_project(drive).system(1.0))
     with pytest.raises(
         click.BadParameter, match=r"'error.lines.0.order' is a whole number, .* sweep J, B, law.K"
     ) as no:
@@ -154,18 +131,18 @@ def test_measures_have_names():
             named(wrong)
 
 
-def test_wrong_usage_is_told_before_a_store_is_made(project, tmp_path):
+def test_wrong_usage_is_told_before_a_store_is_made(drive, tmp_path):
     store = tmp_path / "s"
-    run = CliRunner().invoke(command.cli, ["sweep", str(project), "--grid", "law.beta=1:2:3", "-o", str(store)])
+    run = CliRunner().invoke(command.cli, ["sweep", str(drive), "--grid", "law.beta=1:2:3", "-o", str(store)])
     assert run.exit_code == 2
     assert "is not a parameter of this drive" in run.stderr
     assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.yaml"]
 
 
-def test_a_sweep_of_impossible_points_is_one_sentence(project, tmp_path):
+def test_a_sweep_of_impossible_points_is_one_sentence(drive, tmp_path):
     call = [
         "sweep",
-        str(project),
+        str(drive),
         "--grid",
         "J=-1000 kg*cm^2,-2 kg*m^2",
         "--periods",
@@ -184,9 +161,9 @@ def test_a_sweep_of_impossible_points_is_one_sentence(project, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_sweep_prints_what_it_found_and_computes_nothing_twice(project, tmp_path):
+def test_a_sweep_prints_what_it_found_and_computes_nothing_twice(drive, tmp_path):
     store = tmp_path / "s"
-    call = ["sweep", str(project), "--grid", "law.alpha=5e4,6e4", "--grid", "omega=100:120:5", "-o", str(store)]
+    call = ["sweep", str(drive), "--grid", "law.alpha=5e4,6e4", "--grid", "omega=100:120:5", "-o", str(store)]
     call += ["--settle", "40", "--periods", "1", "--chunk", "5"]
     run = CliRunner().invoke(command.cli, [*call, "--json"])
     assert run.exit_code == 0, run.stderr
@@ -197,7 +174,7 @@ def test_a_sweep_prints_what_it_found_and_computes_nothing_twice(project, tmp_pa
     # order 2 runs towards the resonance at 316 rad/s from below: the largest error is that of the highest speed
     place = report["variables"]["peak"]["largest_at"]
     assert place["omega"] == 120.0
-    steady = sw.find_orbit(sw.replaced(read_project(project).system(1.0), place))
+    steady = sw.find_orbit(sw.replaced(read_project(drive).system(1.0), place))
     assert report["variables"]["peak"]["largest"] == pytest.approx(steady.peak, rel=1e-6)
     before = {path: path.stat().st_mtime_ns for path in store.glob("peak/**/*")}
     again = CliRunner().invoke(command.cli, call)
@@ -207,9 +184,9 @@ def test_a_sweep_prints_what_it_found_and_computes_nothing_twice(project, tmp_pa
 
 
 @pytest.mark.slow
-def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on_to_the_same_result(project, tmp_path):
+def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on_to_the_same_result(drive, tmp_path):
     store, quiet = tmp_path / "s", tmp_path / "quiet"
-    call = ["sweep", project, "--grid", "law.alpha=5e4:6e4:13", "--grid", "omega=100:120:1000"]
+    call = ["sweep", drive, "--grid", "law.alpha=5e4:6e4:13", "--grid", "omega=100:120:1000"]
     call += ["--chunk", "1000"]
     call = [sys.executable, "-m", "strainwave", *map(str, call), "--settle", "10", "--periods", "1", "-o"]
     how = {"text": True, "env": os.environ | {"STRAINWAVE_JIT": "1"}, "stdout": subprocess.PIPE}

@@ -2,7 +2,6 @@
 
 import json
 import re
-from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +10,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.app.report.verdict import _requirement, how_sure
+from strainwave.app.report.verdict import _requirement
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import ARCSEC
 
@@ -83,19 +82,6 @@ def test_how_sure_is_what_other_dampings_give(folder, results):
     begin = "The damping of 3 % is assumed, unless it was measured. From 2 to 5 %"
     assert results["how_sure"]["sentence"].startswith(begin)
     assert results["how_sure"]["rows"] == []
-
-
-def test_how_sure_is_what_assumed_numbers_give_together(tmp_path):
-    (tmp_path / "axis.yaml").write_text(AXIS + "sources: {damping: assumed, motor.loop.bandwidth: assumed}\n")
-    project = sw.read_project(tmp_path / "axis.yaml")
-    largest = []
-    for ratio, bandwidth in product(("2 %", "3 %", "5 %"), ("20 Hz", "30 Hz", "45 Hz")):
-        values = {"damping.ratio": ratio, "motor.loop.bandwidth": bandwidth}
-        other = sw.replaced(project, values, retune=True).response()
-        largest.append(np.max(other.oscillation[other.visited()]) / ARCSEC)
-    said = str(how_sure(SimpleNamespace(project=project)))
-    ends = re.match(r"Assumed damping and bandwidth together: ([\d.]+) to ([\d.]+) arcsec, .* the limit of 30", said)
-    assert [float(end) for end in ends.groups()] == pytest.approx([min(largest), max(largest)], rel=0.01)
 
 
 @pytest.mark.parametrize(("sources", "ends"), [("", "at the motor."), ("limit: assumed", "The limit is assumed.")])

@@ -230,13 +230,6 @@ def test_a_file_whose_report_would_have_no_folder_of_its_own_is_refused(tmp_path
     assert not (tmp_path / "out").exists()
 
 
-def test_a_title_with_a_control_character_is_refused(tmp_path):
-    path = project(tmp_path, "strange", title='"\\u001b[31mred"')
-    result = CliRunner().invoke(cli, ["analyze", "--check", str(path)])
-    assert result.exit_code == 3
-    assert "title: has the character U+001B, which cannot be printed; remove it" in result.output
-
-
 def test_the_command_that_makes_the_report_again_is_one_for_a_shell(tmp_path):
     path = project(tmp_path, "-a b $(touch c)")
     folder, _ = analysed(tmp_path, tmp_path / "." / path.name)

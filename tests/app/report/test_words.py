@@ -10,7 +10,7 @@ from assumed_axis import axis
 import strainwave as sw
 from strainwave.app.report.report import _filters
 from strainwave.app.report.sections.advice import SpeedsToAvoid
-from strainwave.app.report.sections.derived import Stability, certificates, facts
+from strainwave.app.report.sections.derived import certificates, facts
 from strainwave.app.report.sections.opening import Opening, warnings
 from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
 from strainwave.app.report.sections.whole_train import WholeTrain
@@ -20,7 +20,6 @@ from strainwave.base.units import ARCSEC, RPM, Speeds
 from strainwave.drive.asked import MotorLimits
 from strainwave.drive.drive_response import MotorUse, Usage, limit_findings
 from strainwave.study.analysis.analysis import Largest
-from strainwave.study.analysis.analyze import _proof
 from strainwave.study.analysis.avoid import Avoid, merged
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.resonances import operating_point
@@ -58,6 +57,19 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     assert said[3:] == ["a warning", "a doubt"]
 
 
+TORQUES = dict.fromkeys(("repeated_peak_torque_Nm", "momentary_torque_Nm", "ratcheting_torque_Nm"))
+
+
+def key_numbers(shown, **torque):
+    """What the first page says of the largest oscillation, error and torque, all at 100 rpm."""
+    at = {"omega_rad_per_s": 100.0 * RPM, "load_torque_Nm": None, "of": "error equation"}
+    data = {
+        "natural_frequencies": [], "error": "pointing error", "largest_oscillation": {"oscillation_rad": 9e-4} | at,
+        "largest_error": {"peak_rad": 1e-3} | at, "largest_torque": {"torque_Nm": 1.0} | TORQUES | torque | at,
+    }  # fmt: skip
+    return Opening().key_numbers(shown, data)
+
+
 @pytest.mark.parametrize(
     ("torque", "end"),
     [
@@ -68,17 +80,9 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     ],
 )
 def test_a_key_number_beyond_what_the_gear_bears_says_so(torque, end):
-    limits = {"repeated_peak_torque_Nm": 523.0, "momentary_torque_Nm": 892.0, "ratcheting_torque_Nm": 2300.0}
-    at = {"omega_rad_per_s": 100.0 * RPM, "load_torque_Nm": None, "of": "error equation"}
-    data = {
-        "natural_frequencies": [],
-        "error": "pointing error",
-        "largest_oscillation": {"oscillation_rad": 9e-4} | at,
-        "largest_error": {"peak_rad": 1e-3} | at,
-        "largest_torque": {"torque_Nm": torque, "omega_rad_per_s": 100.0 * RPM, "load_torque_Nm": None} | limits,
-    }
+    limits = dict(zip(TORQUES, (523.0, 892.0, 2300.0), strict=True))
     shown = view(SimpleNamespace(train=None, train_curve=None, run_alone=None, motor=None, limits=()), has_memory=False)
-    *_, (value, text, beyond) = Opening().key_numbers(shown, data)
+    *_, (value, text, beyond) = key_numbers(shown, torque_Nm=torque, **limits)
     assert value == f"{torque:g} N·m"
     assert text == "largest torque through the gear in a steady motion, at 100 rpm at the motor" + end
     assert beyond == bool(end)
@@ -93,19 +97,12 @@ def test_a_key_number_beyond_what_the_gear_bears_says_so(torque, end):
 )
 def test_numbers_of_the_error_equation_say_so_where_the_whole_drive_has_no_stable_motion(train, alone):
     largest = Largest(9e-4, 100.0 * RPM, "error equation", "harmonic balance", None)
-    at = {"omega_rad_per_s": largest.omega, "load_torque_Nm": None, "of": largest.of}
-    data = {
-        "natural_frequencies": [], "error": "pointing error", "largest_oscillation": {"oscillation_rad": 9e-4} | at,
-        "largest_error": {"peak_rad": 1e-3} | at,
-        "largest_torque": {"torque_Nm": 1.0, "repeated_peak_torque_Nm": None, "momentary_torque_Nm": None}
-        | {"ratcheting_torque_Nm": None} | at,
-    }  # fmt: skip
     analysis = SimpleNamespace(
         train=None if train is None else SimpleNamespace(train=train, ramp=None), train_curve=None, motor=None,
         limits=(), largest_oscillation=lambda: largest,
     )  # fmt: skip
     shown = view(analysis, has_memory=False, motor="loop")
-    (_, oscillation, _), (_, error, _), *_ = Opening().key_numbers(shown, data)
+    (_, oscillation, _), (_, error, _), *_ = key_numbers(shown)
     assert oscillation == f"largest oscillation of the pointing error{alone}, at 100 rpm at the motor"
     assert error == f"largest pointing error{alone}, mean included, at 100 rpm at the motor"
     assert shown.told(_worst(shown)).endswith(f" arcsec at 100 rpm at the motor{alone}.")
@@ -149,16 +146,6 @@ def test_a_peak_by_multiple_scales_is_measured_against_the_curve_or_said_to_be_e
     )
     guessed = {"amplitude": 0.27, "speed": 0.05, "predicted": True}
     assert "by its own estimate off by about 27 %" in peak_verdict(resonance(peak_error=guessed))
-
-
-def test_no_proof_of_stability_is_told_with_its_reason():
-    system = sw.Oscillator(1.0, 0.1, sw.laws.LuGre(1e4, 10.0, 0.0, 1.0, 2.0, 1e-3), sw.Harmonic(1.0), 1.0)
-    proof = _proof(system, SimpleNamespace(mean_torque=0.0))
-    assert proof.reason.startswith("the law of the gear has friction or memory; Lyapunov's direct method")
-    shown, section = view(SimpleNamespace(stability=proof, train_curve=None)), Stability()
-    assert section.lines(shown, section.data(shown)) == [
-        "stability: no proof: the law of the gear has friction or memory"
-    ]
 
 
 def test_the_certificate_of_a_train_is_that_of_its_own_curve_beside_that_of_the_error_equation():
@@ -270,19 +257,6 @@ def test_remedies_are_told_with_their_effect_and_none_is_recommended_that_makes_
     )
     assert advised(((135.0, 155.0),), 1e-3, 1e-4, (worse,))["remedy_sentence"] == (
         "These changes do not help: 12 N·m more mean torque."
-    )
-
-
-def test_remedies_that_change_nothing_are_named_apart_from_what_helps():
-    better = Remedy("damping of the gear", 0.1, 0.0, 0.9, 140.0)
-    same = Remedy("load inertia", -0.1, 0.0, 1.004, 140.0)
-    said = advised(((135.0, 155.0),), 1e-3, 1e-4, (better, same))["remedy_sentence"]
-    assert said == (
-        "Most helpful: 10 % more damping of the gear. Computed again with one thing changed at a time: 10 % more "
-        "damping of the gear: 10 % less oscillation. These changes do not help: 10 % less load inertia."
-    )
-    assert advised(((135.0, 155.0),), 1e-3, 1e-4, (same,))["remedy_sentence"] == (
-        "These changes do not help: 10 % less load inertia."
     )
 
 

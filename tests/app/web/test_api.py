@@ -10,13 +10,11 @@ from pathlib import Path
 import measured_axis
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from measured_axis import measured
 from one_joint import HELD, JOINT
 from scipy.io import savemat
 
 import strainwave as sw
-from strainwave.app.commands.cli import cli
 from strainwave.app.web import goals, views
 from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.state import State, first_text, of_state, project_of
@@ -46,20 +44,6 @@ def written(tmp_path):
     return project
 
 
-def test_response_of_a_gear_is_that_of_the_library(client, written):
-    shown = posted(client, "/api/response", state={**GEAR, "values": {"load.inertia": "1.7 kg*m^2"}})
-    project = written(first_text("CSG-40-50"), **{"load.inertia": "1.7 kg*m^2"})
-    found = project.response(coexisting=False, points=POINTS)
-    np.testing.assert_allclose(np.array(shown["speed"]) * RPM, found.omega, rtol=1e-9)
-    np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)
-    np.testing.assert_allclose(shown["torque"], found.torque, rtol=1e-6)
-    strongest = int(np.argmin(np.abs(np.array(shown["speed"]) - shown["largest"]["torque_speed"])))
-    assert shown["largest"]["torque"] == pytest.approx(found.torque[strongest], rel=1e-6)
-    assert shown["largest"]["torque"] == pytest.approx(max(found.torque[found.visited()]), rel=1e-6)
-    assert shown["stable"] == found.stable.tolist()
-    assert shown["passes"] == (max(found.oscillation[found.visited()]) <= 59.8 * ARCSEC)
-
-
 @pytest.mark.parametrize("values", [{}, {"damping.ratio": "1 %"}, {"excitation.load_torque.mean": "-30 N*m"}])
 def test_curve_of_a_slider_is_the_finer_one(client, written, values):
     shown = posted(client, "/api/response", state={"project": HELD, "values": values})
@@ -83,15 +67,6 @@ def test_curve_of_a_slider_is_the_finer_one(client, written, values):
 
 
 @pytest.mark.slow
-def test_bands_folds_and_limit_are_those_of_the_analysis(client, written):
-    shown = posted(client, "/api/response", state={"project": HELD}, whole=True)
-    analysis = written(HELD).analyze()
-    np.testing.assert_allclose(np.array(shown["avoid"]) * RPM, analysis.avoid.bands, rtol=1e-6)
-    assert [f["speed"] * RPM for f in shown["folds"]] == pytest.approx([f.omega for f in analysis.response.curve.folds])
-    assert shown["limit_arcsec"] == pytest.approx(120.0)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("state", [GEAR, {"project": JOINT}], ids=["gear", "joint"])
 def test_motion_is_that_of_the_drive_whose_response_is_shown(client, tmp_path, monkeypatch, capsys, state):
     curve = posted(client, "/api/response", state=state)
@@ -105,13 +80,6 @@ def test_motion_is_that_of_the_drive_whose_response_is_shown(client, tmp_path, m
     said = printed(client, tmp_path, monkeypatch, capsys, "motion", state, speed=speed)
     error = shown["error_arcsec"]
     assert said == pytest.approx([min(error), max(error), shown["oscillation_arcsec"]], rel=1e-5)
-
-
-@pytest.mark.slow
-def test_move_is_that_of_the_library(client, written):
-    shown = posted(client, "/api/move", state=GEAR)
-    found = sw.move(written(first_text("CSG-40-50")), sw.SCurve(np.pi / 2, 0.6))
-    assert shown["peak_arcsec"] * ARCSEC == pytest.approx(found.peak_error, rel=1e-6)
 
 
 def test_every_number_of_a_file_has_a_slider_with_unit_and_range():
@@ -219,13 +187,6 @@ def test_exported_script_prints_what_the_page_says(client, tmp_path, monkeypatch
     assert "oscillation" in (tmp_path / "picture.svg").read_text(encoding="utf-8")
 
 
-@pytest.mark.slow
-def test_script_of_a_move_prints_the_error_of_the_page(client, tmp_path, monkeypatch, capsys):
-    shown = posted(client, "/api/move", state=GEAR)
-    said = printed(client, tmp_path, monkeypatch, capsys, "move")
-    assert said == pytest.approx([shown["peak_arcsec"], shown["duration"]], rel=1e-5)
-
-
 LOADS = [-89.5, 0.0]
 
 
@@ -241,22 +202,6 @@ def test_script_of_a_job_prints_its_result(client, tmp_path, monkeypatch, capsys
         assert said == pytest.approx([speed for window in result["allowed"] for speed in window], rel=1e-5)
     else:
         assert said[:2] == pytest.approx([result[when]["rms_arcsec"] for when in ("before", "after")], rel=1e-4)
-
-
-@pytest.mark.slow
-def test_speed_map_of_a_joint_is_that_of_the_command(client, tmp_path):
-    text, file = JOINT.replace("from: 300 rpm, to: 1200", "from: 450 rpm, to: 800"), tmp_path / "joint.yaml"
-    shown = waited(client, posted(client, "/api/jobs", state={"project": text}, kind="speed-map")["id"])["result"]
-    file.write_text(text, encoding="utf-8")
-    run = CliRunner().invoke(cli, ["speed-map", str(file), "-o", str(tmp_path / "map"), "--json"])
-    assert run.exit_code == 0, run.output
-    told = json.loads(run.stdout)
-    assert shown["load"] == [load["load_torque"] for load in told["loads"]]
-    assert shown["load"][0] == pytest.approx(-80.0)  # gravity of 60 N*m about a mean of -20 N*m
-    np.testing.assert_allclose(shown["allowed"], told["allowed_under_every_load_rpm"], rtol=1e-9)
-    for own, load in zip(shown["forbidden"], told["loads"], strict=True):
-        np.testing.assert_allclose(own, load["forbidden_rpm"], rtol=1e-9)
-    assert shown["remarks"] == told["remarks"]
 
 
 @pytest.mark.slow
@@ -306,12 +251,6 @@ def waited(client, name):
             return job
         time.sleep(0.05)
     raise AssertionError("the job does not end")
-
-
-def test_cancelled_job_is_gone(client):
-    name = posted(client, "/api/jobs", state=GEAR, kind="speed-map", loads=[-float(i) for i in range(40)])["id"]
-    assert client.delete(f"/api/jobs/{name}").json()["state"] == "cancelled"
-    assert client.get(f"/api/jobs/{name}").status_code == 404
 
 
 def test_log_is_read(client):
@@ -413,7 +352,10 @@ def test_parts_that_a_gear_has_not_are_added_and_have_numbers(client, written):
         )
     )
     found = project.response(coexisting=False, points=POINTS)
+    np.testing.assert_allclose(np.array(shown["speed"]) * RPM, found.omega, rtol=1e-9)
     np.testing.assert_allclose(np.array(shown["oscillation_arcsec"]) * ARCSEC, found.oscillation, rtol=1e-6)
+    np.testing.assert_allclose(shown["torque"], found.torque, rtol=1e-6)
+    assert shown["stable"] == found.stable.tolist()
 
 
 def test_every_part_can_be_added_to_a_first_project():
@@ -462,16 +404,15 @@ def test_both_ends_of_every_slider_of_a_loop_are_accepted():
 
 
 @pytest.mark.parametrize(
-    ("motor", "offered"), [("{mode: free}", {"gravity", "move"}), ("{mode: held}", {"gravity", "motor loop", "move"})]
+    ("text", "offered"),
+    [
+        (HELD.replace("held", "free"), {"gravity", "move"}),
+        (HELD, {"gravity", "motor loop", "move"}),
+        (ARTICLE, {"limit"}),  # of a forcing
+    ],
 )
-def test_only_parts_that_the_drive_may_have_are_offered(motor, offered):
-    text = HELD.replace("motor: {mode: held}", f"motor: {motor}")
+def test_only_parts_that_the_drive_may_have_are_offered(text, offered):
     assert {part["name"] for part in about(State(project=text))["parts"]} == offered
-
-
-def test_a_forcing_has_no_loop_and_no_gravity():
-    text = (Path(sw.__file__).parent / "app" / "projects" / "article.yaml").read_text(encoding="utf-8")
-    assert not {"gravity", "motor loop"} & {part["name"] for part in about(State(project=text))["parts"]}
 
 
 def test_numbers_of_an_added_part_are_assumed_until_they_are_changed():

@@ -2,9 +2,8 @@
 
 import re
 
-import numpy as np
 import pytest
-from app_page import DROP, MANY_LOADS, drawn, largest, paused, pauses, until_drawn_again
+from app_page import drawn, largest, paused, pauses, until_drawn_again
 
 SURE = "() => document.getElementById('answer').textContent.includes('How sure')"
 
@@ -53,25 +52,6 @@ def test_a_view_chosen_before_the_drive_is_there_is_shown_with_it(blank):
     assert blank.locator("#tab-motion").get_attribute("aria-selected") == "true"
 
 
-def test_another_gear_is_another_drive(page):
-    page.select_option("#gear", "CSG-25-100")
-    page.wait_for_function("() => document.getElementById('title').textContent === 'CSG-25-100'")
-    assert "gear=CSG-25-100" in page.url
-
-
-def test_map_is_computed_and_cancelled(held_page):
-    held_page.get_by_role("tab", name="Speed map").click()
-    held_page.fill("#loads", "-20; 0")
-    held_page.locator("#begin").click()
-    held_page.wait_for_selector("#plot-speed-map[data-drawn]")
-    held_page.fill("#loads", MANY_LOADS)
-    held_page.locator("#begin").click()
-    held_page.wait_for_function("() => document.getElementById('progress').value > 0")
-    held_page.locator("#cancel").click()
-    held_page.wait_for_function("() => document.getElementById('stage').textContent === 'cancelled'")
-    assert held_page.locator("#begin").is_enabled()
-
-
 def test_project_script_and_data_are_downloaded(page, tmp_path):
     times = drawn(page)
     page.emulate_media(color_scheme="dark")
@@ -91,26 +71,6 @@ def test_project_script_and_data_are_downloaded(page, tmp_path):
     assert ">CSG-40-50</text>" in text
     assert "rgb(255, 255, 255)" in text  # a light page, as it is printed
     assert "rgb(20, 23, 27)" not in text
-
-
-def test_dropped_log_is_shown_and_a_wrong_one_said(page):
-    t = np.linspace(0.0, 4.0, 4001)
-    rows = "\n".join(f"{a:.6g},{31.4 * a:.8g},{1 + 0.2 * np.cos(62.8 * a):.8g}" for a in t)
-    text = "time [s],motor_angle [rad],motor_torque [N*m]\n" + rows
-    page.evaluate(DROP, ["run.csv", text])
-    page.wait_for_selector("#plot-log-motor_torque[data-drawn]")
-    assert "4001 samples" in page.locator("#answer").inner_text()
-    assert page.locator("#orders td").first.inner_text().startswith("2")
-
-
-def test_keyboard_moves_a_slider_and_wrong_number_is_marked(page):
-    times = drawn(page)
-    page.locator('[id="value-load.inertia-slider"]').focus()
-    page.keyboard.press("ArrowRight")
-    until_drawn_again(page, times)
-    assert page.locator('[id="value-load.inertia-slider"]').get_attribute("aria-valuetext").endswith("kg·m²")
-    page.locator('[id="value-load.inertia"]').fill("")
-    page.wait_for_selector('[id="value-load.inertia"][aria-invalid="true"]')
 
 
 def test_the_band_of_assumed_numbers_comes_after_a_pause_and_a_change_ends_it(page):

@@ -122,7 +122,9 @@ def test_colours_change_without_a_computed_picture_being_lost(page):
     before = drawn(page, "compensation")
     page.emulate_media(color_scheme="dark")
     until_drawn_again(page, before, "compensation")
-    page.locator('[id="value-damping.ratio-slider"]').press("ArrowRight")
+    slider = page.locator('[id="value-damping.ratio-slider"]')
+    slider.press("ArrowRight")
+    assert slider.get_attribute("aria-valuetext").endswith(" %")
     page.wait_for_function("() => document.getElementById('stage').textContent.includes('changed since')")
     assert "o.run" not in page.url
 
