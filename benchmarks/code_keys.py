@@ -89,8 +89,12 @@ def made(file: Path, compiled: bool) -> None:
             dispatcher._cache = cache.CodeCache(thing)
             cache.CodeCache.place = lambda *_: ([], None, "")
             bytecode.FunctionIdentity._unique_ids = itertools.count(1)
-            dispatcher.compile(types)
-            code = hashlib.sha256(text_of(dispatcher.overloads[types].library.get_llvm_str()).encode()).hexdigest()
+            try:
+                dispatcher.compile(types)
+                text = text_of(dispatcher.overloads[types].library.get_llvm_str())
+            except Exception as error:  # a constant may have made what no compiler takes
+                text = repr(error)
+            code = hashlib.sha256(text.encode()).hexdigest()
         result[name] = key, code
     file.write_bytes(pickle.dumps(result))
 
