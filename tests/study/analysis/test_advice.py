@@ -83,10 +83,6 @@ def test_where_no_motion_is_stable_nothing_is_advised():
     assert speeds_to_avoid(SYSTEM, DriveResponse(curve, None), POINT) is None
 
 
-def test_oscillations_leave_out_the_mean():
-    assert oscillation(np.array([[5.0, 3.0, 4.0]])) == pytest.approx([5.0], rel=1e-9)
-
-
 @pytest.mark.parametrize(("height", "bands"), [(1.9, 0), (2.1, 1)])
 def test_a_peak_counts_from_twice_the_error_of_slow_turning(height, bands):
     hill = A * (1.0 + (height - 1.0) * np.exp(-(((OMEGA - 160.0) / 5.0) ** 2)))

@@ -5,8 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.integrate import cumulative_simpson, solve_ivp
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.integrate import solve_ivp
+from turns import sizes_of_turns
 
 import strainwave as sw
 from strainwave.app.report.report import write_view
@@ -53,13 +53,9 @@ def analysed(request, tmp_path_factory):
     return SimpleNamespace(motor=request.param, project=project, analysis=project.analyze())
 
 
-def sizes_of_turns(motor, omega):
+def largest_and_smallest(motor, omega):
     """Largest and smallest |pointing error - mean| over turns that begin in each turn of the motor."""
-    error = integrated(motor, omega, turns=N + 1)
-    total, half = cumulative_simpson(error, dx=1.0 / PLACES, initial=0.0), PLACES // 2
-    means = total[PLACES:] - total[:-PLACES]
-    top, bottom = (size(error, PLACES + 1)[half:-half] for size in (maximum_filter1d, minimum_filter1d))
-    sizes = np.maximum(top - means, means - bottom)[:-1].reshape(int(N), PLACES)
+    sizes = sizes_of_turns(integrated(motor, omega, turns=N + 1), PLACES)[:-1].reshape(int(N), PLACES)
     return sizes.max(axis=1), sizes.min()
 
 
@@ -88,7 +84,7 @@ def integrated(motor, omega, gravity=PULL, second=SECOND, turns=N):
 
 def test_the_largest_motion_is_that_of_an_integration_in_every_turn(analysed):
     largest, beat = analysed.analysis.largest_oscillation(), analysed.analysis.beat
-    sizes, smallest = sizes_of_turns(analysed.motor, largest.omega)
+    sizes, smallest = largest_and_smallest(analysed.motor, largest.omega)
     np.testing.assert_allclose(beat.balanced, sizes, rtol=2e-3)  # of the samples' crests, and of the waves left out
     np.testing.assert_allclose(beat.integrated, sizes, rtol=2e-3)
     assert largest.peak == pytest.approx(np.max(sizes), rel=2e-3)
@@ -102,7 +98,7 @@ def test_speeds_to_avoid_end_where_the_largest_turn_is_at_the_limit(analysed):
     mapped = sw.speed_map(analysed.project, search=False)
     np.testing.assert_allclose(mapped.forbidden[0], [[low, high]], rtol=1e-8)
     for omega in (low, high):
-        assert np.max(sizes_of_turns(analysed.motor, omega)[0]) == pytest.approx(analysed.project.limit, rel=2e-4)
+        assert np.max(largest_and_smallest(analysed.motor, omega)[0]) == pytest.approx(analysed.project.limit, rel=2e-4)
     assert analysed.analysis.verdict.answer == "OK except for some speeds"
 
 

@@ -93,8 +93,3 @@ def test_the_motion_is_on_the_response_of_the_drive(name):
     assert motion.peak_torque == pytest.approx(found.torque[at], rel=2e-3)
     assert motion.has_reference == found.has_reference
     assert len(motion.t) == SHOWN * motion.per_turn + 1
-
-
-def test_what_is_no_speed_is_refused():
-    with pytest.raises(ValueError, match="omega"):
-        sw.drive_motion(read(JOINT), -1.0)

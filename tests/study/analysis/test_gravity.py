@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from scipy.integrate import solve_ivp
+from three_slopes import three_slopes
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -36,12 +37,6 @@ excitation: {{kinematic_error: [{{order: 2, amplitude: 10 arcsec}}]}}
 """
 
 
-def gear_torque(u):
-    K1, K2, K3, T1, T2 = GEAR
-    x1, x2 = T1 / K1, T1 / K1 + (T2 - T1) / K2
-    return np.interp(abs(u), [0.0, x1, x2, x2 + 1.0], [0.0, T1, T2, T2 + K3]) * np.sign(u)
-
-
 def run_up(payload=0.0):
     """Motor speeds [rpm] and oscillations [rad] of the ramp, by DOP853: x about the mean of its turns.
 
@@ -59,7 +54,7 @@ def run_up(payload=0.0):
     def rates(t, y):
         angle, speed, acceleration = motor(t)
         u, du = y[0] - A * math.cos(2.0 * angle), y[1] + 2.0 * A * speed * math.sin(2.0 * angle)
-        torque = gear_torque(u) + B * du
+        torque = three_slopes(u, GEAR) + B * du
         load = angle / N - y[0]
         return y[1], acceleration / N - (torque - WEIGHT * math.sin(load + payload)) / J
 

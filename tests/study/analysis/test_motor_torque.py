@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from three_slopes import three_slopes
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC, RPM
@@ -15,7 +16,7 @@ from strainwave.files.reading import from_text
 from strainwave.study.analysis.verdict import Answer
 
 N, J_M, J_L, PULL, T_C, WIDTH = 50.0, 6e-4, 1.3, 60.0, 0.15, 3.0
-GEAR_K, GEAR_T = (1.0e5, 1.4e5, 1.8e5), (28.0, 108.0)
+GEAR = (1e5, 1.4e5, 1.8e5, 28.0, 108.0)
 LINES = ((1, 6.0), (2, 23.0))  # order, arcsec
 DRIVE = """
 gear:
@@ -36,14 +37,6 @@ def project(low=600, high=2000, motor=""):
     return from_text(DRIVE.format(low=low, high=high, motor=motor), Path("arm.yaml"))
 
 
-def spring(u):
-    (K1, K2, K3), (T1, T2) = GEAR_K, GEAR_T
-    u1 = T1 / K1
-    u2, size = u1 + (T2 - T1) / K2, abs(u)
-    torque = K1 * size if size < u1 else T1 + K2 * (size - u1) if size < u2 else T2 + K3 * (size - u2)
-    return math.copysign(torque, u)
-
-
 def motor_torque(reference, load, end, samples, start=(0.0, 0.0, 0.0, 0.0)):
     """Times and torques [N*m] of the motor: d = theta_m - reference, q = theta_l - reference/N."""
     loop = 2.0 * math.pi * 30.0
@@ -56,7 +49,7 @@ def motor_torque(reference, load, end, samples, start=(0.0, 0.0, 0.0, 0.0)):
         theta, omega = angle + d, speed + d_rate
         e = ARCSEC * sum(a * math.cos(k * theta) for k, a in LINES)
         slope = -ARCSEC * sum(k * a * math.sin(k * theta) for k, a in LINES)
-        gear = spring(d / N - q - e) + 25.0 * (d_rate / N - q_rate - slope * omega)
+        gear = three_slopes(d / N - q - e, GEAR) + 25.0 * (d_rate / N - q_rate - slope * omega)
         friction = T_C * omega / math.hypot(omega, WIDTH)
         motor = -K_p * d - K_d * d_rate - friction - (1.0 / N - slope) * gear
         output = (gear + load(angle / N + q)) / J_L

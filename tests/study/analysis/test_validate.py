@@ -4,15 +4,9 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from article_cases import OMEGA_0, derived
 
 import strainwave as sw
-
-OMEGA_0 = sw.HDC_40_050.omega_0
-
-
-def article(omega):
-    """The derived set: mu 0.352928 1/s, omega_0 385.545 rad/s, A = 380.228 rad/s^2."""
-    return sw.HDC_40_050.error_equation(motor_torque=sw.Harmonic(10.0), omega=omega)
 
 
 @pytest.mark.slow
@@ -27,7 +21,7 @@ def article(omega):
 )
 def test_rms_difference_is_below_what_the_article_claims(omega, resonance, claimed, limit):
     """Table 4 of the article, from rest, 0 to 5/mu: difference over solution."""
-    compared = sw.study.compare_with_integration(article(omega), resonance)
+    compared = sw.study.compare_with_integration(derived(omega), resonance)
     assert compared.rms_difference <= limit < claimed
     assert compared.peak_theory == pytest.approx(compared.peak_integrated, rel=2e-3)
 
@@ -36,7 +30,7 @@ def test_rms_difference_is_below_what_the_article_claims(omega, resonance, claim
 def test_harmonics_at_the_end_are_those_of_the_settled_motion():
     """Errata table, superharmonic case of the derived set, about 30/mu: 2.8777e-3 at omega, 6.51e-7 at 3 omega."""
     compared = sw.study.compare_with_integration(
-        article(OMEGA_0 / 3.0), sw.SUPERHARMONIC, t_end=30.0 / sw.HDC_40_050.mu
+        derived(OMEGA_0 / 3.0), sw.SUPERHARMONIC, t_end=30.0 / sw.HDC_40_050.mu
     )
     for found in compared.harmonics[Fraction(1)]:
         assert found == pytest.approx(2.8777e-3, abs=5e-8)

@@ -189,9 +189,6 @@ def test_a_motor_that_is_too_weak_excludes_the_speed():
     assert 0.0 < found.torque.limited < 1.0
 
 
-SMOOTH = sw.controllers.Sampling(PERIOD, PERIOD)
-
-
 UNEVEN = ("adaptive-inverse", "predicted-table", "repetitive")  # of each, more machine code
 
 
@@ -212,7 +209,7 @@ def turning(sign, uneven):
 def test_backward_motion_is_that_of_the_mirrored_drive(name):
     """With friction and a second line too where it is `UNEVEN`; the others run the machine code of `DRIVE`."""
     forward, backward = (
-        sw.compensate(turning(sign, name in UNEVEN), name, speed=sign * 40.0, sampling=SMOOTH, robust=False)
+        sw.compensate(turning(sign, name in UNEVEN), name, speed=sign * 40.0, sampling=IDEAL, robust=False)
         for sign in (1, -1)
     )
     assert backward.after.rms == pytest.approx(forward.after.rms, rel=1e-4, abs=1e-4 * forward.before.rms)
@@ -226,14 +223,14 @@ def test_backward_motion_is_that_of_the_mirrored_drive(name):
 def test_the_guard_of_the_motors_adaptation_needs_no_limit_of_the_torque():
     """It is a few times the torque with which the motor keeps its reference: that of the gear over N."""
     design = sw.study.COMPENSATORS["adaptive-motor"]
-    found = [design.build(bench_of(LINEAR, SMOOTH._replace(limit=limit)), 45.0).most for limit in (1e9, 3.0)]
+    found = [design.build(bench_of(LINEAR, IDEAL._replace(limit=limit)), 45.0).most for limit in (1e9, 3.0)]
     assert found[0] == found[1]
     K, B, J, e, w = 1e5, DRIVE.B, 10.0, 23.0 * ARCSEC, 2.0 * 45.0
     u = -e * J * w * w / (J * w * w - K - 1j * B * w)  # twist of the gear on a held motor
     assert found[0] == pytest.approx(5.0 * abs((K + 1j * B * w) * u) / 50.0, rel=0.03)
-    good = design.build(bench_of(LINEAR, SMOOTH), 45.0)
+    good = design.build(bench_of(LINEAR, IDEAL), 45.0)
     wrong = good._replace(phase=good.phase + math.pi)
-    given = sw.compensate(LINEAR, wrong, speed=45.0, sampling=SMOOTH, robust=False)
+    given = sw.compensate(LINEAR, wrong, speed=45.0, sampling=IDEAL, robust=False)
     assert any("its guard has dropped its torque" in text for text in given.warnings)
 
 

@@ -154,11 +154,6 @@ def test_a_run_of_too_many_samples_is_refused():
         sw.numerics.loop_ensemble(loop(), {}, 1e12, settle=0.0)
 
 
-def test_one_controller_may_be_named_alone():
-    with pytest.raises(ValueError, match="there is no controller 'magic'"):
-        sw.study.compensation_bench(DRIVE, "magic", speeds=[45.0])
-
-
 @compiled
 @pytest.mark.parametrize("name", ["adaptive", "adaptive-inverse", "repetitive"])
 def test_what_learns_forward_learns_backward_too(name):

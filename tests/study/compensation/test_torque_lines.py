@@ -12,6 +12,8 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from article_cases import CASES
+from article_equation import ALPHA, J_L, J_M, T_M, B, K, N
 from click.testing import CliRunner
 
 import strainwave as sw
@@ -20,7 +22,6 @@ from strainwave.study.compensation.bench import bench_of, lines_in
 from strainwave.study.compensation.gains import times_of, unit_of
 
 ARTICLE = Path(__file__).parents[3] / "examples/projects/article.yaml"
-J_M, J_L, N, B, K, ALPHA, T_M = 5.26e-4, 5e-2, 50.0, 0.017, 7160.0, 0.1, 10.0
 J = N**2 * J_M * J_L / (N**2 * J_M + J_L)
 MU, OMEGA_0 = B / J, math.sqrt(K / J)
 H = 250e-6
@@ -28,9 +29,7 @@ IDEAL = sw.controllers.Sampling(H, H)
 FORCED = 1e-5  # of the error before
 LEAD = 1.5 * H  # delay and half a sample
 REGIMES = {"non-resonant": 10.47, "primary": OMEGA_0, "superharmonic": OMEGA_0 / 3.0, "subharmonic": 3.0 * OMEGA_0}
-STEADY = {  # amplitude of the error at the forcing [rad], T_m = 10 N*m, by integration of the error equation
-    "non-resonant": 2.5599e-3, "primary": 0.32353, "superharmonic": 2.8777e-3, "subharmonic": 3.1975e-4,
-}  # fmt: skip
+STEADY = {regime: float(CASES[f"derived, {regime}"].at_omega) for regime in REGIMES}  # T_m = 10 N*m, by integration
 
 
 @numba.njit

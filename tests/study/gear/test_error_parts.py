@@ -1,8 +1,5 @@
 """The error between motor and load is the pure kinematic error plus the torsion."""
 
-import math
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 
@@ -72,31 +69,6 @@ def test_the_motion_tends_to_the_static_one_with_the_square_of_the_speed():
     assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.1)
 
 
-def test_parts_print_three_sizes():
-    text = str(sw.study.error_parts(linear(1.0, 50.0)))
-    assert [line.split(" rad")[0].split()[-1] for line in text.splitlines()] == ["0.00022", "0.00022", "0"]
-
-
-class Sliding(NamedTuple):
-    """A torque whose order is not an integer."""
-
-    order: float
-
-    def torque(self, angle):
-        return 0.1 * np.cos(self.order * angle)
-
-    def orders(self):
-        return (1, self.order)
-
-
-@pytest.mark.parametrize("verb", [sw.find_orbit, lambda s: sw.frequency_response(s, (0.5, 1.5))])
-def test_orders_that_share_no_turn_are_refused_in_one_sentence(verb):
-    system = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), Sliding(math.sqrt(2.0)), 1.0)
-    with pytest.raises(ValueError, match=r"order 1\.41421 is not an integer, .* integrate with simulate") as refusal:
-        verb(system)
-    assert "\n" not in str(refusal.value)
-
-
 def test_a_line_of_output_order_on_the_motor_turn_is_refused_with_the_remedy():
     system = linear(1.0)._replace(error=sw.KinematicError((sw.Line(1 / 50, 1e-5),)))
     with pytest.raises(ValueError, match=r"the order 0\.02 is not an integer, .* the turn of its output"):
@@ -120,5 +92,3 @@ def test_wrong_requests_are_refused():
     orbit = sw.find_orbit(system)
     with pytest.raises(ValueError, match="the orbit belongs to omega = 20 rad/s and the system to 30"):
         sw.study.error_parts(linear(30.0), orbit)
-    with pytest.raises(TypeError, match="BoucWen depends on more than the torsion"):
-        sw.study.error_parts(system._replace(law=sw.BoucWen(1.0, 0.3, 0.4)))

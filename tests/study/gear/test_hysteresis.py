@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from canonical import CSF_40_50
+from maxwell import Maxwell
 from scipy.optimize import brentq
 
 import strainwave as sw
@@ -74,13 +75,6 @@ def test_dry_friction_widens_the_loop_by_twice_its_torque_over_the_stiffness():
     assert loop.energy == pytest.approx(2.0 * 5.0 * loop.span, rel=1e-2)  # the span is shorter by the reversal
 
 
-def test_law_that_does_not_carry_the_torque_is_refused():
-    with pytest.raises(
-        ValueError, match=r"BoucWen carries at most 0\.4 N\*m, at .* and does not reach 1 N\*m; take less"
-    ):
-        sw.hysteresis_loop(sw.BoucWen(1.0, 0.0, 0.4), 1.0)
-
-
 SLIDING = {
     "BoucWen": sw.BoucWen(1.0, 0.0, 0.4),
     "BoucWen, sharp": sw.BoucWen(1.0, 0.0, 0.4, n=20),
@@ -105,25 +99,8 @@ def test_far_above_yield_the_loop_is_that_of_the_spring_with_dry_friction(name, 
     assert loop.loss == pytest.approx(2.0 * 0.4 / 0.1, rel=1e-3)
 
 
-class Maxwell(NamedTuple):
-    """A spring G in series with a dashpot of relaxation time r: 1/(r speed) relaxations per radian."""
-
-    G: float
-    r: float
-    states = 1
-
-    def torque(self, x, v, z):
-        return z[0]
-
-    def stiffness(self, x):
-        return self.G + 0.0 * x
-
-    def z_rate(self, x, v, z):
-        return (self.G * v - z[0] / self.r,)
-
-
 def test_a_law_that_relaxes_during_the_slow_loop_leaves_the_spring_alone():
-    loop = sw.hysteresis_loop(sw.Parallel(sw.Linear(2.0), Maxwell(5.0, 1e-3)), 1.0)
+    loop = sw.hysteresis_loop(Maxwell(2.0, 5.0, 1e-3), 1.0)
     assert loop.span == pytest.approx(1.0, rel=1e-6)
     assert abs(loop.loss) < 1e-8
 
@@ -147,27 +124,19 @@ def test_a_law_too_rough_to_integrate_along_is_given_up(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("call", "error", "sentence"),
+    ("call", "sentence"),
     [
-        (lambda: sw.hysteresis_loop(sw.Harmonic(1.0), 1.0), TypeError, "Harmonic has no stiffness; give a law"),
-        (lambda: sw.hysteresis_loop(CSF_40_50, RATED, rtol=0.0), ValueError, "rtol is 0; it must be from 1e-13"),
+        (lambda: sw.hysteresis_loop(CSF_40_50, RATED, rtol=0.0), "rtol is 0; it must be from 1e-13"),
         (
             lambda: sw.hysteresis_loop(CSF_40_50, 1e-200),
-            ValueError,
             r"torque \[N\*m\] is 1e-200; it must be from 1e-60",
         ),
-        (lambda: sw.hysteresis_loop(sw.Linear(-1.0), 1.0), ValueError, "Linear carries at most 0 N"),
-        (lambda: sw.hysteresis_loop(sw.Polynomial((5.0, 1.0)), 1.0), ValueError, "carries 5 N.m before it is twisted"),
-        (lambda: sw.study.lost_motion(CSF_40_50, None), ValueError, r"rated_torque \[N\*m\] is None"),
-        (
-            lambda: sw.fit.fit_hysteresis(CSF_40_50._replace(T1=None), ARCMIN, ARCMIN, rated_torque=RATED),
-            TypeError,
-            "PiecewiseLinear.T1 must be a number, not None",
-        ),
+        (lambda: sw.hysteresis_loop(sw.Linear(-1.0), 1.0), "Linear carries at most 0 N"),
+        (lambda: sw.hysteresis_loop(sw.Polynomial((5.0, 1.0)), 1.0), "carries 5 N.m before it is twisted"),
     ],
 )
-def test_what_cannot_be_twisted_is_refused_in_one_sentence(call, error, sentence):
-    with pytest.raises(error, match=sentence) as refusal:
+def test_what_cannot_be_twisted_is_refused_in_one_sentence(call, sentence):
+    with pytest.raises(ValueError, match=sentence) as refusal:
         call()
     assert "\n" not in str(refusal.value)
 

@@ -5,9 +5,11 @@ from functools import cache
 
 import numpy as np
 import pytest
+from canonical import CSF_40_50
 from scipy import stats
 from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
+from three_slopes import three_slopes
 
 import strainwave as sw
 from strainwave.study.identification.decay import vibrations
@@ -42,14 +44,6 @@ def cubic(x):
     return 7160.0 * (x + 1e5 * x**3)
 
 
-def three_slopes(x):
-    """A CSF-40-50 as its catalogue says: torsions at 54 and 196 N*m, slopes 1e5, 1.4e5, 1.8e5 N*m/rad."""
-    size, x1 = abs(x), 54.0 / 1e5
-    x2 = x1 + (196.0 - 54.0) / 1.4e5
-    torque = 1e5 * min(size, x1) + 1.4e5 * min(max(size - x1, 0.0), x2 - x1) + 1.8e5 * max(size - x2, 0.0)
-    return math.copysign(torque, x)
-
-
 def gap(x):
     return math.copysign(max(abs(x) - 0.2, 0.0), x)
 
@@ -63,7 +57,8 @@ CASES = {
                {"B": 2.0, "law.K": 7160.0}),
     "cubic gear": (cubic, smooth, 0.5, 2.0, 3e-3, 40, sw.Cubic(9000.0, 5e4),
                    {"B": 2.0, "law.K": 7160.0, "law.alpha": 1e5}),
-    "three slopes": (three_slopes, smooth, 1.0, 10.0, 2.5e-3, 100, sw.PiecewiseLinear(0.9e5, 1.5e5, 2e5, 60.0, 180.0),
+    "three slopes": (lambda x: three_slopes(x, CSF_40_50), smooth, 1.0, 10.0, 2.5e-3, 100,
+                     sw.PiecewiseLinear(0.9e5, 1.5e5, 2e5, 60.0, 180.0),
                      {"B": 10.0, "law.K1": 1e5, "law.K2": 1.4e5, "law.K3": 1.8e5, "law.T1": 54.0, "law.T2": 196.0}),
     "backlash": (gap, smooth, 1.0, 0.01, 3.0, 40, sw.Backlash(1.3, 0.15),
                  {"B": 0.01, "law.K": 1.0, "law.half_gap": 0.2}),

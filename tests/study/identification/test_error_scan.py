@@ -264,7 +264,6 @@ THETA = uniform(100)
         ({"false_alarm": 0.0}, "probability between 0 and 1"),
         ({"noise": "pink"}, "must be 'auto', 'white' or 'autocorrelated'"),
         ({"error": np.where(THETA[9] == THETA, 1e300, THETA)}, "error of sample 9 is 1e.300; remove the sample"),
-        ({"error": 1j * THETA}, "array of numbers"),
         ({"backward": (THETA[::-1], THETA)}, "backward angle .* angles must ascend"),
     ],
 )

@@ -227,22 +227,6 @@ def test_strong_lines_leave_no_others_and_predict_a_third_speed(speed, lines):
     assert np.std(left) < 3e-7
 
 
-def test_a_frequency_beside_orders_does_not_disturb_them():
-    rng = np.random.default_rng(3)
-    runs = []
-    for v in (20.0, 33.0):
-        t = np.arange(6000) / 1000.0
-        value = 2e-4 * np.cos(2.0 * v * t + 0.3) + 3e-5 * np.cos(2.0 * np.pi * 17.0 * t)
-        runs.append(sw.Run(t, v * t, value + 1e-6 * rng.standard_normal(6000), "rad"))
-    found = sw.order_scan(runs, highest=20.0)
-    order, frequency = sorted(found.lines, key=lambda line: line.kind == "frequency")
-    assert (order.kind, frequency.kind) == ("order", "frequency")
-    assert frequency.frequency == pytest.approx(17.0, abs=1e-3)
-    (note,) = found.notes  # the runs do not differ by more than their noise
-    assert "cannot tell lines that are nearer than 0.016 orders" in note
-    assert order.amplitude_error < 1e-7
-
-
 @pytest.mark.parametrize("beside", [0.05, 0.2, 0.6])
 def test_a_frequency_next_to_an_order_of_one_run_is_told_from_it(beside):
     """Hz beside order 4 at 20 rad/s; 0.17 Hz are resolved."""

@@ -5,11 +5,14 @@ import re
 from pathlib import Path
 from types import SimpleNamespace
 
+import article_equation
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from loop_machines import SLOPES as SHG_25_100
 from scipy.integrate import quad, solve_ivp
-from scipy.optimize import brentq, fsolve
+from scipy.optimize import brentq
+from three_slopes import three_slopes
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -553,14 +556,10 @@ def repeats_after_a_turn(omega):
     """Whether the drive `ACROSS`, written out here, settles on a motion as short as its excitation, by DOP853."""
     lines = ((1, 22.9 * ARCSEC, 2.8), (2, 4.2 * ARCSEC, 4.56))
 
-    def torque(u):
-        at, x1, x2 = abs(u), 14.0 / 31e3, 14.0 / 31e3 + 34.0 / 50e3
-        return np.sign(u) * (31e3 * min(at, x1) + 50e3 * (min(max(at, x1), x2) - x1) + 57e3 * (max(at, x2) - x2))
-
     def rhs(t, y):
         e = sum(a * np.cos(k * omega * t + p) for k, a, p in lines)
         de = -sum(k * omega * a * np.sin(k * omega * t + p) for k, a, p in lines)
-        return [y[1], (-11.5 - 8.76 * (y[1] - de) - torque(y[0] - e)) / 0.437]
+        return [y[1], (-11.5 - 8.76 * (y[1] - de) - three_slopes(y[0] - e, SHG_25_100)) / 0.437]
 
     turn = 2.0 * np.pi / omega
     t = 200.0 * turn + np.linspace(0.0, 2.0 * turn, 129)
@@ -640,7 +639,6 @@ def test_motions_of_a_law_with_memory_do_not_add_up_from_load_to_load(tmp_path, 
     assert sum(tried) <= 4
 
 
-@pytest.mark.compiled
 def test_a_motion_beside_every_curve_is_as_large_as_an_integration_of_it(tmp_path):
     """Orders 4 and 8, whose crests lie between 64 samples of a turn; the motion is not symmetric about its mean."""
     lines = "{order: 4, amplitude: 6.247 arcsec}, {order: 8, amplitude: 3 arcsec}"
@@ -664,7 +662,6 @@ def test_a_motion_beside_every_curve_is_as_large_as_an_integration_of_it(tmp_pat
     assert size > 1.01 * 0.5 * np.ptp(x)
 
 
-@pytest.mark.compiled
 def test_what_goes_on_where_a_motion_doubles_its_period_is_not_allowed(tmp_path):
     (tmp_path / "p.yaml").write_text(DOUBLING, encoding="utf-8")
     of = sw.read_project(tmp_path / "p.yaml")
@@ -709,9 +706,9 @@ def test_the_map_of_a_forcing_speaks_of_the_forcing_and_judges_no_rule_of_a_moto
     assert "vendors" not in text
     told = json.loads(CliRunner().invoke(command.cli, [*asked, "--json"]).stdout)
     (band,) = told["loads"][0]["forbidden_rad_per_s"]
-    static = brentq(lambda x: 7160.0 * (x + 0.1 * x**3) - article_torque(), 0.0, 1.0)
+    static = brentq(lambda x: 7160.0 * (x + 0.1 * x**3) - article_equation.TORQUE, 0.0, 1.0)
     for omega in band:
-        assert article_amplitude(omega) == pytest.approx(2.0 * static, rel=2e-3)
+        assert article_equation.shot(omega) == pytest.approx(2.0 * static, rel=2e-3)
     assert told["shaft"] == "forcing"
     assert told["vendor"] == []
     np.testing.assert_allclose(told["loads"][0]["forbidden_rpm"], [np.divide(band, RPM)], rtol=1e-12)
@@ -722,23 +719,3 @@ def test_the_map_of_a_forcing_speaks_of_the_forcing_and_judges_no_rule_of_a_moto
     drawn = (tmp_path / "speed-map.svg").read_text(encoding="utf-8")
     assert "forcing frequency" in drawn
     assert "rpm" not in drawn
-
-
-def article_torque():
-    """Amplitude of the torque on the article's error equation [N*m]: J T_m/(N J_m)."""
-    return 0.05 * 50.0 / (50.0**2 * 5.26e-4 + 0.05) * 10.0
-
-
-def article_amplitude(omega):
-    """Largest |x| [rad] of the article's error equation on the branch that the linear motion leads to."""
-    J, turn = 50.0**2 * 5.26e-4 * 0.05 / (50.0**2 * 5.26e-4 + 0.05), 2.0 * np.pi / omega
-
-    def rates(t, y):
-        return y[1], (article_torque() * np.cos(omega * t) - 0.017 * y[1] - 7160.0 * (y[0] + 0.1 * y[0] ** 3)) / J
-
-    def run(y):
-        return solve_ivp(rates, (0.0, turn), y, "DOP853", rtol=1e-10, atol=1e-12, dense_output=True)
-
-    z = article_torque() / (7160.0 - J * omega**2 + 0.017j * omega)
-    start = fsolve(lambda y: run(y).y[:, -1] - y, (z.real, -omega * z.imag), xtol=1e-10)
-    return np.max(np.abs(run(start).sol(np.linspace(0.0, turn, 2001))[0]))

@@ -119,13 +119,6 @@ def test_each_remedy_does_what_linear_algebra_says(tried):
     assert avoid.at > 0.0
 
 
-def test_what_a_train_does_not_feel_is_changed_by_thirty_percent(tried):
-    found, _ = tried
-    little = [r for r in found if not r.gear and r.share != -1.0 and abs(r.ratio - 1.0) < 0.01]
-    assert little
-    assert {abs(remedy.share) for remedy in little} == {0.3}
-
-
 @pytest.mark.parametrize("kind", ["position", "speed"])
 @pytest.mark.parametrize("lag", [0.0, 1e-4])
 def test_bandwidth_and_damping_are_those_that_the_loop_is_specified_by(kind, lag):
@@ -175,13 +168,6 @@ def test_a_loop_of_a_users_class_is_changed_as_that_which_it_inherits_from():
     first, second, *_ = knobs(subject_of(Own(50.0, 0.5)), float, 100.0)
     assert first.turned(1.0).train.motor.control == Own(200.0, 1.0)
     assert second.turned(1.0).train.motor.control == Own(50.0, 1.0)
-
-
-def test_the_load_of_a_train_is_the_inertia_behind_its_couplings():
-    subject = subject_of()
-    knob = next(knob for knob in knobs(subject, float, 100.0) if knob.what == "inertia of the load")
-    heavier = knob.turned(0.1).train.load
-    assert (HAND["J_g"], pytest.approx(1.1 * HAND["J_l"])) == (heavier.J, heavier.load.J)
 
 
 def test_every_coupling_of_a_chain_has_its_stiffness_and_damping():
