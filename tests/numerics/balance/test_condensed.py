@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from three_slopes import three_slopes
 
 import strainwave as sw
 from strainwave.compile.jit import run
@@ -115,15 +116,6 @@ def test_machine_code_follows_the_same_curve_as_python(monkeypatch):
     assert np.max(np.abs(found.points - other.points) / np.max(np.abs(other.points), axis=0)) < 1e-9
 
 
-def three_slopes(law, x):
-    first = law.T1 / law.K1
-    second = first + (law.T2 - law.T1) / law.K2
-    a = abs(x)
-    if a <= first:
-        return law.K1 * x
-    return np.sign(x) * (law.T1 + law.K2 * (a - first) if a <= second else law.T2 + law.K3 * (a - second))
-
-
 class ByHand(NamedTuple):
     """A random train and its equations in the angles of the shafts, as deviations from omega t and omega t/N."""
 
@@ -136,7 +128,7 @@ class ByHand(NamedTuple):
         error = sum(a * np.cos(k * theta + p) for k, a, p in train.error.lines)
         slope = -sum(a * k * np.sin(k * theta + p) for k, a, p in train.error.lines)
         du = y[1] / N - y[3] - slope * (train.omega + y[1])
-        torque = three_slopes(train.law, y[0] / N - y[2] - error) + train.B * du
+        torque = three_slopes(y[0] / N - y[2] - error, train.law) + train.B * du
         drag = train.motor.drag.B * (train.omega + y[1])
         fast = (-K_p * y[0] - K_d * y[1] - drag - (1.0 / N - slope) * torque) / inertia
         line = end.excitation
@@ -145,7 +137,7 @@ class ByHand(NamedTuple):
         if len(y) == 4:
             return [y[1], fast, y[3], (torque + outer) / end.J]
         law, twist = train.load.law, y[2] - y[4]
-        passed = law.K * twist if isinstance(law, sw.Linear) else three_slopes(law, twist)
+        passed = law.K * twist if isinstance(law, sw.Linear) else three_slopes(twist, law)
         passed += train.load.B * (y[3] - y[5])
         return [y[1], fast, y[3], (torque - passed) / train.load.J, y[5], (passed + outer) / end.J]
 

@@ -11,7 +11,7 @@ from strainwave.compile.tree import leaf_of
 from strainwave.maths import cos, sign
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.balance.first_order import FirstOrder, first_order
-from strainwave.numerics.balance.fourier import analysis, derivative, synthesis, with_velocity
+from strainwave.numerics.balance.fourier import analysis, derivative, synthesis
 from strainwave.numerics.balance.rates import jacobians_at, number_of_states, rates_at
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import monodromy, multipliers_of
@@ -110,14 +110,6 @@ def test_a_system_of_the_form_of_an_oscillator_is_balanced_on_its_torsion_alone(
     assert not isinstance(balance_of(oscillator, leaf, leaf, 5), FirstOrder)
 
 
-def test_a_system_without_rhs_is_refused():
-    class Nothing(NamedTuple):
-        omega: float
-
-    with pytest.raises(TypeError, match=r"Nothing has no rhs\(phase, y\)"):
-        balance_of(Nothing(1.0), 0, 0, 3)
-
-
 def test_the_jacobian_is_the_derivative_of_the_residual():
     problem = first_order(BOUC_WEN, 9, 9, 6)
     rng = np.random.default_rng(1)
@@ -165,17 +157,6 @@ def test_duffing_with_two_states_has_the_folds_of_the_oscillator(mean):
         assert one.coefficients == pytest.approx(other.coefficients, rel=1e-5, abs=1e-5)
 
 
-@pytest.mark.slow
-def test_duffing_with_two_states_has_the_curve_of_the_oscillator():
-    torsion = sw.frequency_response(same_oscillator(DUFFING._replace(mean=0.4)), (0.3, 3.0), harmonics=9)
-    problem = first_order(DUFFING._replace(mean=0.4), 4, 4, 9)
-    for i in range(0, len(torsion), 10):
-        series = with_velocity(torsion.coefficients[i], torsion.omega[i])
-        found = problem.table(solve(problem, problem.point(series, torsion.omega[i])))
-        if np.min(np.abs(torsion.omega[i] - np.array([f.value for f in torsion.folds]))) > 1e-3:
-            assert found[:, 0] == pytest.approx(torsion.coefficients[i], abs=1e-9 * np.max(np.abs(series)))
-
-
 def test_duffing_with_two_states_has_the_orbit_of_the_oscillator():
     general, torsion = (first_order(DUFFING._replace(mean=0.4), 4, 4, 9), same_oscillator(DUFFING._replace(mean=0.4)))
     orbit = sw.find_orbit(torsion._replace(omega=2.0), harmonics=9)
@@ -211,14 +192,6 @@ def test_bouc_wen_agrees_with_integration():
     # the kinks of |v| and |z| in z' leave harmonics of z that fall as 1/k^2 to 1/k^3
     assert orbit.state(2.0 * np.pi * np.arange(64) / 64) == pytest.approx(motion.y[:, 1:], abs=2e-4)
     assert orbit.stable
-
-
-@pytest.mark.compiled
-def test_bouc_wen_softens_along_its_curve():
-    branch = sw.frequency_response(BOUC_WEN, (0.3, 1.6), harmonics=15)
-    assert branch.status
-    top = branch.omega[np.argmax(branch.peak)]
-    assert np.sqrt(BOUC_WEN.a) < top < 0.95  # between the yielded stiffness a K and the first one, K
 
 
 @pytest.mark.parametrize("system", [DUFFING, ZENER, BOUC_WEN], ids=["Duffing", "Zener", "Bouc-Wen"])
@@ -261,18 +234,6 @@ def test_stability_changes_at_the_neimark_sacker_points():
     assert np.array_equal(branch.stable[clear], inside[clear])
 
 
-def test_without_an_equation_for_the_frequency_the_sentence_says_so():
-    class Fixed(NamedTuple):
-        B: float
-
-        def rhs(self, phase, y):
-            x, v = y
-            return v, cos(phase) - self.B * v - x
-
-    with pytest.raises(ValueError, match="Fixed has no continuous parameter 'omega'; it has B"):
-        sw.frequency_response(Fixed(0.1), (0.5, 2.0))
-
-
 class Cornered(NamedTuple):
     """J = 1 with a spring of slope 1 up to |x| = 1 and 3 beyond."""
 
@@ -304,11 +265,6 @@ def test_a_general_system_with_corners_has_the_folds_and_multipliers_of_its_erro
         other = sw.find_orbit(oscillator._replace(omega=omega), harmonics=9)
         assert orbit.peak == pytest.approx(other.peak, rel=1e-8)
         assert np.sort_complex(orbit.multipliers) == pytest.approx(np.sort_complex(other.multipliers), rel=1e-7)
-
-
-def test_a_curve_without_a_point_ends_with_a_sentence():
-    problem = first_order(DUFFING, 4, 4, 3)
-    assert problem.displacements(np.empty((0, problem.size() + 1))).shape == (0, 7)
 
 
 class Undefined(NamedTuple):

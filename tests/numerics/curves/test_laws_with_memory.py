@@ -5,26 +5,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from canonical import DISSIPATIVE
+from maxwell import Maxwell
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
 
 FORCED = sw.Oscillator(1.0, 0.05, sw.Parallel(sw.Cubic(1.0, 0.1), DISSIPATIVE["BoucWen"]), sw.Harmonic(0.4), 1.2)
-
-
-class Maxwell(NamedTuple):
-    """A user's law: a spring K beside a spring G in series with a dashpot, whose torque z relaxes in the time r."""
-
-    K: float
-    G: float
-    r: float
-    states = 1
-
-    def torque(self, x, v, z):
-        return self.K * x + z[0]
-
-    def z_rate(self, x, v, z):
-        return (self.G * v - z[0] / self.r,)
 
 
 class Quadratic(NamedTuple):
@@ -92,13 +78,6 @@ def test_harmonic_balance_with_hysteresis_approaches_the_orbit_by_shooting():
     np.testing.assert_allclose(abs(more.multipliers[:2]), abs(exact.multipliers[:2]), rtol=2e-3)
 
 
-@pytest.mark.slow
-def test_orbit_with_hysteresis_is_refined_by_shooting():
-    orbit = sw.find_orbit(FORCED)
-    again = sw.simulate(FORCED, orbit.state(0.0), 2.0 * np.pi / 1.2, method=sw.Dopri5(rtol=1e-11))
-    np.testing.assert_allclose(again.y[:, -1], orbit.state(0.0), atol=1e-9)
-
-
 @pytest.mark.compiled
 def test_parameter_response_takes_laws_with_memory():
     branch = sw.numerics.parameter_response(FORCED, "excitation.amplitude", (0.2, 0.6), harmonics=7, points=20)
@@ -110,18 +89,6 @@ def test_parameter_response_takes_laws_with_memory():
     both_ways = sw.numerics.parameter_response(FORCED, "law.second.K", (0.5, 1.5), harmonics=7, points=20, start=orbit)
     assert both_ways.values.min() == 0.5
     assert both_ways.values.max() == 1.5
-
-
-def test_family_takes_laws_with_memory():
-    curves = sw.numerics.response_family(MAXWELL, (0.5, 3.0), {"law.r": [0.5, 0.7]}, points=20, threads=1)
-    peak = [curve.amplitude(1).max() for curve in curves]
-    assert peak[0] != peak[1]
-
-
-@pytest.mark.parametrize("y0", [(0.0, 0.0), (0.0, 0.0, 0.0, 0.0)])
-def test_start_of_the_wrong_length_is_told_which_states_there_are(y0):
-    with pytest.raises(ValueError, match=f"y0 has {len(y0)} states but Oscillator has 3: x, x', z1; give each one"):
-        sw.simulate(FORCED, y0, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -137,13 +104,6 @@ def test_start_of_the_wrong_length_is_told_which_states_there_are(y0):
 def test_theory_of_springs_refuses_memory_in_one_sentence(verb):
     with pytest.raises(TypeError, match=r"takes a law torque\(x\) and Parallel has torque\(x, v, z\); use find_orbit"):
         verb(FORCED)
-
-
-def test_fixed_steps_ask_for_steps_per_period():
-    with pytest.raises(TypeError, match="no jacobian to choose a step from; give steps_per_period or use Dopri5"):
-        sw.simulate(FORCED, (0.0, 0.0, 0.0), 1.0, method=sw.Dop8())
-    fine = sw.simulate(FORCED, (0.0, 0.0, 0.0), 10.0, method=sw.Rk4(steps_per_period=400))
-    np.testing.assert_allclose(fine.y[:, -1], sw.simulate(FORCED, (0.0, 0.0, 0.0), 10.0).y[:, -1], atol=1e-5)
 
 
 class TooFew(NamedTuple):

@@ -20,7 +20,6 @@ def test_folds_of_an_amplitude_sweep_are_folds_of_the_frequency_curve():
         assert min(abs(f.omega - 1.2) for f in curve.folds) < 1e-8
 
 
-@pytest.mark.compiled
 def test_a_sweep_may_start_without_any_load():
     sweep = sw.numerics.parameter_response(DUFFING, "excitation.amplitude", (0.0, 0.5))
     assert sweep.values[0] == 0.0

@@ -78,27 +78,12 @@ def test_with_a_mean_torque_alone_the_response_is_the_static_torsion():
     assert x + 0.1 * x**3 == pytest.approx(0.3, rel=1e-9)
 
 
-def test_a_number_that_is_none_is_refused_with_its_name():
-    with pytest.raises(ValueError, match=r"Oscillator\.B is nan; it must be finite"):
-        sw.frequency_response(oscillator(sw.Linear(1.0), B=float("nan")), (0.5, 1.5))
-
-
 def test_a_spring_without_stiffness_cannot_bear_a_mean_torque():
     branch = response(oscillator(sw.Linear(0.0), mean=0.1))
     assert not branch.status
     assert len(branch) == 0
     assert "no periodic response was found at omega = 0.5 or 1.5 rad/s" in branch.message
     assert "take less of it, or another range" in branch.message
-
-
-@pytest.mark.slow
-def test_one_harmonic_for_a_law_that_needs_many_is_said():
-    law = sw.Backlash(1.0, 0.5)
-    coarse = response(oscillator(law, amplitude=0.6), span=(0.2, 1.0), harmonics=1)
-    assert "take more than 1 harmonics" in coarse.message
-    assert "at omega = " in coarse.message
-    linear = response(oscillator(sw.Linear(1.0)), harmonics=1)
-    assert linear.message == "reached both ends"
 
 
 def test_a_curve_without_a_stable_point_says_so():

@@ -14,7 +14,7 @@ from strainwave.numerics.ensemble import fixed_step
 from strainwave.numerics.integration.steps import Classical
 
 SCALAR: set[str] = set()  # laws whose loop is known to stay scalar, with the reason in docs/sweeps.md
-TORQUE, NO_ERROR = sw.Harmonic(0.3), sw.NoError()
+TORQUE = sw.Harmonic(0.3)
 CASES = {
     **{name: sw.Oscillator(1.0, 0.1, law, TORQUE, 1.1) for name, law in (LAWS | DISSIPATIVE).items()},
     **{name: sw.Oscillator(1.0, 0.1, sw.Linear(1.0), torque, 1.1) for name, torque in EXCITATIONS.items()},

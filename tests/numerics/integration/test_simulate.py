@@ -186,11 +186,14 @@ def by_scipy_with_events(system, y0, t_end):
 
 # A CSF-40-50 with kinematic error, its motor held at 150 rad/s.
 CSF = sw.Oscillator(0.6, 9.8, CSF_40_50, sw.Harmonic(150.0), 150.0, sw.KinematicError((sw.Line(2, 1.1e-4),)))
+PLAY = sw.Oscillator(1.3, 20.0, sw.Play(2e-4, CSF_40_50), sw.Harmonic(60.0, mean=15.0), 180.0)
 
 
 @pytest.mark.compiled
 @pytest.mark.parametrize(
-    ("system", "y0"), [(BACKLASH, (1.5, 0.0)), (CSF, (3e-3, 0.0))], ids=["Backlash", "PiecewiseLinear"]
+    ("system", "y0"),
+    [(BACKLASH, (1.5, 0.0)), (CSF, (3e-3, 0.0)), (PLAY, (3e-3, 0.0))],
+    ids=["Backlash", "PiecewiseLinear", "Play"],
 )
 def test_dopri5_keeps_its_order_across_breakpoints(system, y0):
     tolerances = (1e-6, 1e-8, 1e-10, 1e-12)
@@ -257,25 +260,6 @@ def test_softening_start_outside_the_well_diverges_with_finite_values(method):
     assert np.all(np.isfinite([*run.y, *run.rate]))
     assert math.isfinite(run.peak())
     assert sw.simulate(system, (0.3, 0.0), 50.0, method=method).status
-
-
-@pytest.mark.compiled
-@pytest.mark.parametrize("method", [sw.Dopri5(), sw.Dop8(steps_per_period=20)], ids=["Dopri5", "Dop8"])
-def test_negative_damping_diverges_with_finite_values(method):
-    run = sw.simulate(SPRING._replace(B=-1.0), (1e-3, 0.0), 1000.0, method=method)
-    assert run.status is sw.Status.DIVERGED
-    assert not run.status
-    assert run.message.endswith(sw.Status.DIVERGED.value)
-    assert np.all(np.isfinite([*run.y, *run.rate]))
-    assert run.t[-1] < 1000.0
-    assert math.isfinite(run.peak())
-
-
-def test_divergence_is_the_same_without_compilation():
-    system = DUFFING._replace(law=sw.Cubic(1.0, -1.0))
-    run = sw.simulate(system, (3.0, 0.0), 1e4, method=sw.Dopri5(rtol=1e-3, atol=1e-3))
-    assert run.status is sw.Status.DIVERGED
-    assert np.all(np.isfinite([*run.y, *run.rate]))
 
 
 @pytest.mark.compiled
@@ -378,7 +362,6 @@ def test_default_steps_of_fixed_methods_resolve_a_fast_spring_under_slow_forcing
     ("y0", "t", "sentence"),
     [
         ((math.nan, 0.0), 1.0, r"y0 must be a finite state, for an Oscillator \(x, x'\), not \(nan, 0\.0\)"),
-        ((0.0, "fast"), 1.0, "y0 must be a finite state"),
         ([[0.0, 0.0]], 1.0, "y0 must be a finite state"),
         ((), 1.0, "y0 must be a finite state"),
         ((0.0,), 1.0, "y0 has 1 states but Oscillator has 2: x, x'; give each one"),
@@ -391,7 +374,6 @@ def test_default_steps_of_fixed_methods_resolve_a_fast_spring_under_slow_forcing
         ((0.0, 0.0), [0.0, 1.0, 1.0], "t must be an end time"),
         ((0.0, 0.0), [[0.0, 1.0]], "t must be an end time"),
         ((0.0, 0.0), [], "t must be an end time"),
-        ((0.0, 0.0), "long", "t must be an end time"),
         ((0.0, 0.0), (1e17, 1e17 + 100.0), "too far from 0"),
         ((0.0, 0.0), 1e300, "stay within"),
     ],
@@ -400,15 +382,6 @@ def test_bad_start_or_time_is_refused_in_one_sentence(y0, t, sentence):
     with pytest.raises(ValueError, match=sentence) as error:
         sw.simulate(DUFFING, y0, t)
     assert "\n" not in str(error.value)
-
-
-class TwoOfThree(NamedTuple):
-    """A faulty user's system: rates of two states whatever it is given."""
-
-    k: float
-
-    def rhs(self, _, y):
-        return y[1], -self.k * y[0]
 
 
 class Silent(NamedTuple):
@@ -420,16 +393,9 @@ class Silent(NamedTuple):
         return (-self.k * y[0],)
 
 
-def test_number_of_states_must_be_that_of_the_system():
-    with pytest.raises(ValueError, match="y0 has 3 states but TwoOfThree has 2"):
-        sw.simulate(TwoOfThree(1.0), (1.0, 0.0, 0.0), 1.0)
-
-
 def test_what_is_no_system_or_no_method_is_refused():
     with pytest.raises(TypeError, match=r"Drive has no rhs; drive\.error_equation"):
         sw.simulate(sw.HDC_40_050, (0.0, 0.0), 1.0)
-    with pytest.raises(TypeError, match=r"method is 'RK45'; it must be Dopri5\(\.\.\.\), Rk4\(\.\.\.\) or Dop8"):
-        sw.simulate(DUFFING, (0.0, 0.0), 1.0, method="RK45")
     with pytest.raises(TypeError, match="Silent has no jacobian to choose a step from; give steps_per_period"):
         sw.simulate(Silent(1.0), (1.0,), 1.0, method=sw.Rk4())
     with pytest.raises(ValueError, match="with omega = 0 there is no period"):
@@ -459,11 +425,6 @@ def test_system_of_one_state_and_no_speed_decays_exponentially():
 def test_method_with_impossible_settings_is_refused(make, sentence):
     with pytest.raises(ValueError, match=sentence):
         make()
-
-
-def test_more_steps_than_memory_holds_are_refused():
-    with pytest.raises(ValueError, match="steps are too many to record; give the times at which to record"):
-        sw.simulate(DUFFING, (0.1, 0.0), 1e9, method=sw.Rk4(steps_per_period=1000))
 
 
 def test_torsion_rate_sees_the_kinematic_error():

@@ -77,9 +77,3 @@ def test_a_slow_orbit_with_damping_that_drives_is_unstable_without_a_warning():
     orbit = sw.find_orbit(driven)
     assert not orbit.stable
     assert abs(orbit.multipliers[0]) > 1e100  # exp(0.1 period/2) is exp(31416)
-
-
-@pytest.mark.parametrize("guess", [(), [[]], 10**400])
-def test_a_guess_without_numbers_is_refused(guess):
-    with pytest.raises(ValueError, match=r"guess (is|has shape) .*; it must be"):
-        sw.find_orbit(sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.3), 1.0), guess=guess)

@@ -34,18 +34,6 @@ class Broken(NamedTuple):
         return state, sqrt(-self.size + 0.0 * m.motor)
 
 
-class Growing(NamedTuple):
-    """A controller whose memory after a sample has more numbers than before."""
-
-    size: float
-
-    def start(self):
-        return (0.0,)
-
-    def update(self, state, m):
-        return (*state, self.size), -self.size * m.motor
-
-
 def by_hand(law, speed, sampling, samples, limit=1e9):
     """Motor, gear and load as two absolute angles, a PD loop at the samples, its torque held and late: DOP853.
 
@@ -152,12 +140,6 @@ def test_a_controller_that_gives_nan_gets_no_torque():
     run = sw.numerics.run_loop(loop(Broken(1.0)), 0.01)
     assert np.all(run.torque == 0.0)
     assert np.all(np.isfinite(run.error))
-
-
-@pytest.mark.compiled
-def test_a_controller_whose_memory_grows_is_refused():
-    with pytest.raises(TypeError, match="Growing cannot be compiled: Cannot unify"):
-        sw.numerics.run_loop(loop(Growing(1.0)), 0.01)
 
 
 def exact_response(frequency):
