@@ -81,17 +81,6 @@ def test_auto_07p_folds():
     assert min(found, key=lambda w: abs(w - 1.27)) == pytest.approx(1.2704388305, abs=2e-9)
 
 
-@pytest.mark.slow
-def test_folds_agree_with_tight_shooting():
-    for fold in sw.frequency_response(duffing(0.1, 0.05, 1.0), (0.5, 3.0), harmonics=15).folds:
-        system = duffing(0.1, 0.05, 1.0)._replace(omega=fold.omega)
-        orbit = sw.numerics.shoot(system, fold.state(0.0), rtol=1e-12)
-        # At a fold one multiplier is 1; shooting there converges linearly, but the multiplier is accurate.
-        assert min(abs(orbit.multipliers - 1.0)) < 2e-4
-        beyond = 1e-8 * fold.omega * (1.0 if fold.omega > 1.5 else -1.0)
-        assert not sw.find_orbit(system._replace(omega=fold.omega + beyond), harmonics=15, guess=fold).status
-
-
 GEAR = sw.Oscillator(
     0.6030927835, 9.82317898446, sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0), sw.Harmonic(0.0), 235.0,
     sw.KinematicError((sw.Line(2, 1.1e-4),)),

@@ -24,36 +24,6 @@ def test_a_state_that_is_no_finite_number_is_refused(flow, bad):
                 ask(bad)
 
 
-def test_a_steady_motion_has_finite_times():
-    with pytest.raises(ValueError, match="must be one or more finite numbers"):
-        FLOWS[0].steady_x(1.0, math.nan)
-    assert FLOWS[0].steady_x(1.0, [[0.0, 1.0]]).shape == (1, 2)
-    assert FLOWS[0].steady_x(1.0, 0.0).shape == ()
-
-
-def test_integers_of_numpy_are_integers():
-    same = sw.slow_flow(DUFFING, sw.Resonance(np.int64(2), np.int64(2)), order=np.int64(2))
-    assert (same.resonance, same.order) == (sw.PRIMARY, 2)
-    assert all(type(n) is int for n in (*same.resonance, same.order))
-    for p, q in ((0.5, 1), (math.nan, 1), (0, 1), (-1, 3)):
-        with pytest.raises(ValueError, match="must have two positive integers"):
-            sw.slow_flow(DUFFING, sw.Resonance(p, q))
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"amplitudes": 3}, "amplitudes is 3; it must be two finite numbers"),
-        ({"amplitudes": (0.0, 0.5, 1.0)}, "amplitudes is .* it must be two finite numbers"),
-        ({"amplitudes": (-1.0, 0.5)}, "from 0 up"),
-        ({"speeds": 3}, "range of speeds .* two finite numbers"),
-    ],
-)
-def test_ranges_of_a_predictor_are_two_numbers(given, said):
-    with pytest.raises(ValueError, match=said):
-        FLOWS[0].predictor(**given)
-
-
 def test_a_predictor_starts_from_finite_numbers_and_knows_its_flags():
     predictor = FLOWS[0].predictor(0.02, speeds=np.array([1.0, 1.1]))
     for start in ((math.nan,), (1.05, math.inf), (1.05, 1.0, math.nan), (1.05, 1.0, 1e200), (1.05, 1.0, 0j, math.nan)):
@@ -62,14 +32,6 @@ def test_a_predictor_starts_from_finite_numbers_and_knows_its_flags():
     for flag in (9, math.nan):
         with pytest.raises(ValueError, match="a prediction has one of 0, 1, 2, 3, 4"):
             predictor.meaning(flag)
-
-
-@pytest.mark.parametrize("release", [1e-50, 1e-59])
-def test_a_tiny_duffing_oscillation_is_the_linear_one(release):
-    free = DUFFING._replace(B=0.0, excitation=sw.Harmonic(0.0))
-    found = exact_duffing.free(free, release)
-    assert (found.start, found.turn) == (release, -release)
-    assert found.omega == pytest.approx(1.0, rel=1e-14)
 
 
 @pytest.mark.parametrize("omega", [0.01, 0.34])

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from canonical import DISSIPATIVE
+from maxwell import Maxwell
 from scipy.integrate import quad, solve_ivp
 
 import strainwave as sw
@@ -29,27 +30,6 @@ class Jenkins(NamedTuple):
     def z_rate(self, x, v, z):
         stuck = 1.0 - 0.25 * (1.0 + np.sign(abs(z[0]) - self.x_y)) * (1.0 + np.sign(v * z[0]))
         return (stuck * v,)
-
-
-class Maxwell(NamedTuple):
-    """A spring K beside a spring G in series with a dashpot, whose torque z relaxes in the time r."""
-
-    K: float
-    G: float
-    r: float
-    states = 1
-
-    def torque(self, x, v, z):
-        return self.K * x + z[0]
-
-    def z_rate(self, x, v, z):
-        return (self.G * v - z[0] / self.r,)
-
-    def stiffness(self, x):
-        return self.K + self.G + 0.0 * x
-
-    def spring_stiffness(self, x):
-        return self.K + 0.0 * x
 
 
 def on_turn(law, a, points=512, speed=1.0):

@@ -68,15 +68,8 @@ def test_subharmonic_states_of_t7_and_t18() -> None:
     assert errors[1] < 0.01 * errors[0]
 
 
-POLYNOMIAL = (0.0, 1.0, 0.2, 0.1)
-
-
 def _polynomial(eps: float, square: float = 0.2, cube: float = 0.1) -> sw.Polynomial:
     return sw.Polynomial((0.0, 1.0, square * eps, cube * eps))
-
-
-def _three_slopes(eps: float) -> sw.PiecewiseLinear:
-    return sw.PiecewiseLinear(1.0, 1.0 + 0.4 * eps, 1.0 + 0.8 * eps, 0.3, 0.6)
 
 
 # a system of every kind whose damping, nonlinearity, soft forcing and detuning are eps times as large
