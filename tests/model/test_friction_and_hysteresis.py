@@ -170,8 +170,3 @@ def test_laws_nested_without_end_are_refused():
         ValueError, match="Oscillator holds models nested more than 64 deep; put fewer laws side by side"
     ):
         sw.simulate(sw.Oscillator(1.0, 0.1, law, sw.Harmonic(1.0), 1.0), (0.0, 0.0), 1.0)
-
-
-def test_part_of_parallel_that_is_no_law_is_refused():
-    with pytest.raises(TypeError, match=r"Parallel\.second is Line\(.*; it must be an object with a method torque"):
-        checked(sw.Parallel(sw.Linear(1.0), sw.Line(2, 0.1)))

@@ -122,8 +122,6 @@ def test_a_ratio_without_an_order_map_is_refused(N):
 def test_wrong_requests_are_refused():
     with pytest.raises(ValueError, match="the order map has no 'wave generator 3'; it has output turn"):
         order_map(50).order("wave generator 3")
-    with pytest.raises(TypeError, match="has no orders"):
-        on_output_turn(sw.NoError(), 50)
     with pytest.raises(ValueError, match="at most 10000"):
         on_output_turn(sw.KinematicError((sw.Line(200, 1e-4),)), 100)
 

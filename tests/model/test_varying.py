@@ -8,7 +8,6 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.base.quantities import checked
-from strainwave.drive.response import exact_response
 
 RIPPLES = sw.gears.Variation((sw.gears.Ripple(1, 0.1), sw.gears.Ripple(2, 0.2, 0.5)))
 DAMPING = sw.gears.GearDamping(0.1, sw.gears.Variation((sw.gears.Ripple(1, 0.4),)), warming=4.0, fast=0.5, v_fast=0.3)
@@ -68,50 +67,21 @@ def test_a_depth_is_a_parameter_that_can_be_swept():
 
 
 @pytest.mark.parametrize(
-    "verb",
-    [
-        lambda s: sw.numerics.backbone(s, np.array([0.1, 0.2])),
-        lambda s: sw.isolas(s, (1.0, 4.0)),
-        lambda s: sw.study.energy_balance(s, (0.0, 0.0)),
-    ],
-)
-def test_verbs_of_the_plain_oscillator_refuse_in_one_sentence_that_says_what_does_take_it(verb):
-    with pytest.raises(TypeError, match="VaryingOscillator has no B; simulate, find_orbit") as complaint:
-        verb(DRIVE)
-    assert "\n" not in str(complaint.value)
-
-
-@pytest.mark.parametrize(
-    ("model", "kind", "sentence"),
+    ("model", "sentence"),
     [
         (
             sw.gears.Variation((sw.gears.Ripple(1, 0.6), sw.gears.Ripple(2, -0.5))),
-            ValueError,
             "add up to 1.1; they must stay below 1",
         ),
-        (sw.gears.Variation((sw.gears.Ripple(0, 0.1),)), ValueError, "Ripple.order is 0; it must be at least 1"),
-        (sw.gears.Variation((sw.gears.Ripple(1.5, 0.1),)), ValueError, "Ripple.order must be a whole number"),
-        (sw.gears.GearDamping(-1.0), ValueError, "GearDamping.B is -1; it must not be negative"),
-        (sw.gears.GearDamping(1.0, fast=-0.1), ValueError, "GearDamping.fast is -0.1"),
-        (sw.gears.GearDamping(1.0, v_fast=0.0), ValueError, "GearDamping.v_fast is 0 rad/s; it must be positive"),
-        (sw.gears.GearDamping(1.0, variation=3), TypeError, "GearDamping.variation is 3; it must be a Variation"),
-        (DRIVE._replace(J=0.0), ValueError, "VaryingOscillator.J is 0"),
-        (DRIVE._replace(damping=0.1), TypeError, r"VaryingOscillator.damping is 0.1.*write GearDamping\(B\)"),
-        (DRIVE._replace(law=sw.laws.Coulomb(1.0, 0.1)), TypeError, "law is a Coulomb, which has friction or memory"),
+        (sw.gears.Variation((sw.gears.Ripple(0, 0.1),)), "Ripple.order is 0; it must be at least 1"),
+        (sw.gears.Variation((sw.gears.Ripple(1.5, 0.1),)), "Ripple.order must be a whole number"),
+        (sw.gears.GearDamping(-1.0), "GearDamping.B is -1; it must not be negative"),
+        (sw.gears.GearDamping(1.0, fast=-0.1), "GearDamping.fast is -0.1"),
+        (sw.gears.GearDamping(1.0, v_fast=0.0), "GearDamping.v_fast is 0 rad/s; it must be positive"),
+        (DRIVE._replace(J=0.0), "VaryingOscillator.J is 0"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_one_sentence(model, kind, sentence):
-    with pytest.raises(kind, match=sentence) as complaint:
+def test_what_makes_no_sense_is_refused_in_one_sentence(model, sentence):
+    with pytest.raises(ValueError, match=sentence) as complaint:
         checked(model)
     assert "\n" not in str(complaint.value)
-
-
-@pytest.mark.slow
-def test_a_curve_without_a_stable_point_says_so():
-    ripple = sw.gears.Variation((sw.gears.Ripple(1, 0.3),))
-    system = sw.gears.VaryingOscillator(
-        1.0, sw.gears.GearDamping(0.01), sw.Linear(1.0), sw.Harmonic(0.1), 1.0, variation=ripple
-    )
-    assert str(exact_response(system, (1.95, 2.05), 4, 3).curve.message) == (
-        "reached both ends; no point of it is stable"
-    )

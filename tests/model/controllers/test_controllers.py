@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from one_bench import DRIVE, ERROR, J_L, J_M, LOOP, PD, PERIOD, N
+from one_bench import DRIVE, ERROR, J_L, J_M, PD, PERIOD, N
 from scipy import signal
 
 import strainwave as sw
@@ -236,10 +236,6 @@ def test_a_load_with_several_drags_has_an_inverse_and_one_with_memory_none():
         (lambda: sw.controllers.Sampling(delay=2e-3), r"delay is 0.002 s; it must be at most 7 periods, 0.00175 s"),
         (lambda: sw.controllers.Sampling(period=0.0), r"Sampling.period is 0; it must be positive"),
         (lambda: sw.controllers.Sampling(loss=1.0), r"Sampling.loss is 1; it is a share"),
-        (
-            lambda: sw.controllers.InverseDynamics(PD, OPEN._replace(law=sw.BoucWen(1e5, 0.3, 1e-4))),
-            r"couplings or laws with memory",
-        ),
     ],
 )
 def test_numbers_out_of_range_get_a_sentence(make, sentence):
@@ -257,8 +253,3 @@ def test_numbers_out_of_range_get_a_sentence(make, sentence):
 def test_makers_refuse_what_they_cannot_make(make, sentence):
     with pytest.raises(ValueError, match=sentence):
         make()
-
-
-def test_a_loop_that_is_none_is_refused():
-    with pytest.raises(TypeError, match=r"DisturbanceObserver.loop"):
-        checked(sw.controllers.DisturbanceObserver(LOOP, J_M, 300.0, PERIOD))

@@ -1,9 +1,7 @@
 """The catalogue gives back its tables, applies their doubts, and agrees with printed twists and frequencies."""
 
 import csv
-import dataclasses
 import math
-import pickle
 
 import pytest
 
@@ -301,27 +299,3 @@ def test_a_csf_gear_says_what_is_not_tabulated_and_has_the_inertia_of_its_sister
     assert gear.input_inertia == sw.catalogue.gear("CSG-40-50").input_inertia
     assert gear.law == sw.catalogue.gear("CSG-40-50").law
     assert sw.catalogue.gear("CSF-8-30").input_inertia is None
-
-
-def test_a_record_is_frozen_and_travels():
-    gear = sw.catalogue.gear("CSG-40-50")
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        gear.K1 = 0.0
-    assert pickle.loads(pickle.dumps(gear)) == gear
-
-
-@pytest.mark.parametrize("torque", [math.nan, math.inf])
-def test_twist_under_no_torque_is_refused(torque):
-    with pytest.raises(ValueError, match=r"torque is .*; it must be a finite number"):
-        sw.catalogue.gear("CSG-40-50").twist(torque)
-
-
-def test_a_condition_that_is_no_number_is_refused():
-    with pytest.raises(ValueError, match="torque is nan; it must be a finite number"):
-        sw.catalogue.select(torque=math.nan)
-
-
-def test_a_long_name_is_refused_in_a_short_sentence():
-    with pytest.raises(ValueError, match="the catalogue has no gear") as error:
-        sw.catalogue.gear("x" * 3000)
-    assert len(str(error.value)) < 200

@@ -102,16 +102,12 @@ def test_a_fit_that_makes_no_sense_is_refused(arguments, sentence):
 
 
 @pytest.mark.parametrize(
-    ("law", "error", "said"),
+    ("law", "said"),
     [
-        (sw.Polynomial((0.0, 1.0, 0.0, -1.0)), ValueError, "no torque at the reach"),
-        (sw.BoucWen(1e4, 0.5, 1e-3), TypeError, "takes a spring"),
-        (sw.PiecewiseLinear(1e4, 2e4, 3e4, 10.0, 5.0), ValueError, "0 < T1 < T2"),
+        (sw.Polynomial((0.0, 1.0, 0.0, -1.0)), "no torque at the reach"),
+        (sw.PiecewiseLinear(1e4, 2e4, 3e4, 10.0, 5.0), "0 < T1 < T2"),
     ],
 )
-def test_a_law_that_cannot_be_fitted_is_refused(law, error, said):
-    with pytest.raises(error, match=said):
+def test_a_law_that_cannot_be_fitted_is_refused(law, said):
+    with pytest.raises(ValueError, match=said):
         sw.gears.fit_odd(law, 1.0)
-    if error is TypeError:
-        with pytest.raises(error, match=said):
-            sw.small_signal(law, 1.0)

@@ -71,11 +71,6 @@ def test_limits_that_no_source_gives_are_not_compared():
     assert [finding.limit for finding in found] == ["ratcheting_torque", "buckling_torque"]
 
 
-def test_a_number_that_is_none_is_refused():
-    with pytest.raises(ValueError, match="peak_torque is nan"):
-        sw.gears.check_limits(GEAR, peak_torque=math.nan)
-
-
 def test_the_cubic_mean_is_the_vendors():
     # T_av = cbrt(sum(n t |T|^3)/sum(n t)): CSF/CSG catalogue, p. 14; by hand 4^3 = 64, 2^3 = 8, (3*64 + 8)/4 = 50
     assert sw.gears.cubic_mean([4.0, -2.0], weights=[3.0, 1.0]) == pytest.approx(50.0 ** (1.0 / 3.0), rel=1e-15)

@@ -227,28 +227,6 @@ def test_settled_motion_of_the_four_states_has_the_reference_amplitudes(omega, p
     assert amplitudes[3] == pytest.approx(printed[1], abs=0.5e-13)
 
 
-def test_train_and_free_error_equation_move_together_without_kinematic_error():
-    torques = {"motor_torque": sw.Harmonic(1.0), "load_torque": sw.Harmonic(3.0, order=2)}
-    times = np.linspace(0.0, 0.1, 201)
-    whole = sw.simulate(DRIVE.train(omega=300.0, **torques), (1e-3, 0.1, 0.0, 0.0), times, method=TIGHT)
-    reduced = sw.simulate(DRIVE.error_equation(omega=300.0, **torques), (1e-3, 0.1), times, method=TIGHT)
-    np.testing.assert_allclose(whole.y[0], reduced.y[0], rtol=0, atol=1e-9 * np.max(abs(reduced.y[0])))
-
-
-def test_held_train_and_error_equation_move_together_with_kinematic_error():
-    given = {"load_torque": sw.Harmonic(3.0, mean=-5.0), "kinematic_error": ERROR, "omega": 190.0}
-    times = np.linspace(0.0, 0.1, 201)
-    reduced = sw.simulate(DRIVE.error_equation(motor="held", **given), (1e-3, 0.1), times, method=TIGHT)
-    held = DRIVE.train(control=sw.train.Held(), **given)
-    whole = sw.simulate(held, (1e-3, 0.1), times, method=TIGHT)
-    np.testing.assert_allclose(whole.y[0], reduced.y[0], rtol=0, atol=1e-9 * np.max(abs(reduced.y[0])))
-    # and against theta_m prescribed as a function of time
-    other = solve_ivp(
-        lambda t, y: held.rhs(190.0 * t, tuple(y)), (0, 0.1), [1e-3, 0.1], "DOP853", times, rtol=1e-12, atol=1e-15
-    )
-    np.testing.assert_allclose(whole.y[0], other.y[0], rtol=0, atol=1e-9 * np.max(abs(other.y[0])))
-
-
 @pytest.mark.compiled
 def test_stiff_speed_loop_approaches_the_held_motor():
     given = {"kinematic_error": sw.KinematicError((sw.Line(2, 1.1e-4),)), "omega": 190.0}
@@ -331,35 +309,6 @@ def test_free_train_at_constant_mean_speed_is_the_simulated_motion():
 def test_bad_numbers_are_refused_in_one_sentence(train, sentence):
     with pytest.raises(ValueError, match=sentence):
         checked(train)
-
-
-@pytest.mark.parametrize(
-    ("train", "sentence"),
-    [
-        (PLAIN_TRAIN._replace(load=3.0), "DriveTrain.load is 3.0; it must be a Load or an Elastic"),
-        (PLAIN_TRAIN._replace(law=3.0), "DriveTrain.law is 3.0; it must be an object with a method torque"),
-        (PLAIN_TRAIN._replace(law=PLAIN_TRAIN), "DriveTrain.law is a DriveTrain, a system that moves by itself"),
-        (
-            PLAIN_TRAIN._replace(law=sw.Parallel(sw.Linear(1.0), PLAIN_TRAIN)),
-            "Parallel.second is a DriveTrain, a system that moves by itself; give a law",
-        ),
-        (PLAIN_TRAIN._replace(reference=sw.Harmonic(0.1)), "it must be an object with a method curvature"),
-        (PLAIN_TRAIN._replace(motor=sw.train.Motor(1.0, control="PD")), "Motor.control is 'PD'; it must be Free"),
-        (
-            PLAIN_TRAIN._replace(motor=sw.train.Motor(1.0, drag=0.3)),
-            "Motor.drag is 0.3; it must be an object with a method torque",
-        ),
-        (PLAIN_TRAIN._replace(load=sw.train.Elastic(1.0, 0.1, sw.Linear(1.0), 2.0)), "Elastic.load is 2.0; it must be"),
-    ],
-)
-def test_parts_of_another_kind_are_refused_in_one_sentence(train, sentence):
-    with pytest.raises(TypeError, match=sentence):
-        checked(train)
-
-
-def test_start_of_the_wrong_length_is_told_which_states_there_are():
-    with pytest.raises(ValueError, match="DriveTrain has 4: x, x', motor deviation, motor deviation'; give each one"):
-        sw.simulate(PLAIN_TRAIN, (0.0, 0.0), 1.0)
 
 
 @pytest.mark.slow

@@ -124,17 +124,12 @@ def test_what_gives_no_loop_is_said(asked, said):
 
 
 @pytest.mark.parametrize(
-    ("control", "error", "said"),
+    ("control", "said"),
     [
-        (sw.train.Lagged(sw.train.SpeedLoop(0.1), 0.0), ValueError, "Lagged.lag is 0 s; it must be positive"),
-        (
-            sw.train.Lagged(sw.train.Held(), 1e-3),
-            TypeError,
-            r"Lagged.loop is Held\(\); it must be a PositionLoop, a SpeedLoop or a",
-        ),
-        (sw.train.Lagged(sw.train.SpeedLoop(-0.1), 1e-3), ValueError, "SpeedLoop.K_p is -0.1; with a negative gain"),
+        (sw.train.Lagged(sw.train.SpeedLoop(0.1), 0.0), "Lagged.lag is 0 s; it must be positive"),
+        (sw.train.Lagged(sw.train.SpeedLoop(-0.1), 1e-3), "SpeedLoop.K_p is -0.1; with a negative gain"),
     ],
 )
-def test_what_is_no_lagged_loop_is_said(control, error, said):
-    with pytest.raises(error, match=said):
+def test_what_is_no_lagged_loop_is_said(control, said):
+    with pytest.raises(ValueError, match=said):
         DRIVE.train(control=control)
