@@ -148,14 +148,6 @@ def test_a_function_that_changes_has_another_identity(monkeypatch):
     assert all(old != new for old, new in zip(before, after, strict=True))
 
 
-def test_a_function_is_known_by_its_code_and_by_what_it_closes_over():
-    def other(factor):
-        return lambda system: factor + system.J
-
-    assert identity(closing(2.0)) == identity(closing(2.0))
-    assert len({identity(f) for f in (closing(2.0), closing(3.0), other(2.0))}) == 3
-
-
 MEASURES = """
 import helper
 from helper import shifted

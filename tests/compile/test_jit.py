@@ -6,7 +6,6 @@ import sys
 from typing import NamedTuple
 
 import pytest
-from scipy.special import erf
 
 import strainwave as sw
 from strainwave.base.law import torsion
@@ -27,15 +26,6 @@ def test_law_that_cannot_be_compiled_is_said_in_one_sentence():
     system = sw.Oscillator(1.0, 0.1, Tabulated(1.0), sw.Harmonic(0.1), 1.0)
     with pytest.raises(TypeError, match=r"^Tabulated cannot be compiled: [^\n]*; write its methods[^\n]*$"):
         sw.simulate(system, (0.0, 0.0), 1.0)
-
-
-class Special(NamedTuple):
-    """A law that calls a function which the compiler does not know."""
-
-    K: float
-
-    def torque(self, x):
-        return self.K * erf(x)
 
 
 def law_with(factor):
@@ -63,12 +53,6 @@ def test_classes_of_one_name_have_code_of_their_own():
     assert first == pytest.approx(soft, abs=1e-12)
     assert second == pytest.approx(stiff, abs=1e-12)
     assert package != pytest.approx(soft, abs=1e-3)
-
-
-def test_what_cannot_be_compiled_is_named_as_the_user_wrote_it():
-    system = sw.Oscillator(1.0, 0.1, Special(1.0), sw.Harmonic(0.1), 1.0)
-    with pytest.raises(TypeError, match=r"^Special cannot be compiled: Untyped global name 'erf'"):
-        sw.simulate(system, (0.0, 0.0), 1.0)
 
 
 def test_law_that_cannot_be_compiled_runs_as_python(monkeypatch):

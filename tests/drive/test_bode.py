@@ -103,7 +103,6 @@ def test_large_amplitude_has_the_torsion_of_the_error_equation():
         (lambda: sw.bode(PLAIN_TRAIN, [1.0], amplitude=-1.0), "amplitude is -1.0; it must be a positive"),
         (lambda: sw.bode(PLAIN_TRAIN, [1.0], at=(0.0, 0.0)), "at is .*; it must be 4 finite numbers"),
         (lambda: sw.bode(PLAIN_TRAIN, [1.0]).decibels("x"), "shaft is 'x'; it must be 'motor' or 'load'"),
-        (lambda: sw.bode(PLAIN_TRAIN, [1.0]).degrees(None), "shaft is None; it must be 'motor' or 'load'"),
         (
             lambda: sw.bode(DRIVE.train(control=sw.train.Held()), [1.0]),
             "a held motor answers no torque; take source='load'",

@@ -75,7 +75,6 @@ def test_a_point_listed_twice_neither_ends_a_sweep_nor_makes_it_jump(twice):
     assert {*values[told.run_up].tolist()} == {*values[told.run_down].tolist()} == {*values.tolist()}
 
 
-@pytest.mark.compiled
 def test_a_sweep_of_the_amplitude_jumps_at_its_folds():
     sweep = sw.numerics.parameter_response(HARDENING._replace(omega=1.2), "excitation.amplitude", (0.0, 0.5))
     told = sw.jumps(sweep)

@@ -88,10 +88,6 @@ def test_bad_starts_and_times_are_told():
     run = sw.drive_run(PLAIN_TRAIN, None, 0.1)
     with pytest.raises(ValueError, match=r"the run goes from 0 to 0\.1 s; 2 s is not in it"):
         run.efficiency(2.0)
-    with pytest.raises(
-        TypeError, match="drive_run takes a system such as an Oscillator; Oscillator has no power_names"
-    ):
-        sw.drive_run(sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(1.0), 1.0))
 
 
 def run_through(duration):
@@ -191,10 +187,6 @@ def test_torque_that_nothing_holds_is_told():
     train = slack.train(control=sw.train.Held(), load_torque=sw.Harmonic(0.0, mean=-3.0), reference=sw.train.AtRest())
     with pytest.raises(sw.SolveError, match="give the state to begin with, y0"):
         sw.drive_run(train, None, 0.1)
-    with pytest.raises(TypeError, match="a TorqueProfile has no mean torque; put Harmonic"):
-        sw.study.operating_state(
-            train._replace(load=sw.train.Load(1.0, sw.train.TorqueProfile((0.0, 1.0), (0.0, 1.0)))), 0.0
-        )
 
 
 @pytest.mark.slow

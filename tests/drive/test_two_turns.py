@@ -8,8 +8,9 @@ import math
 
 import numpy as np
 import pytest
-from scipy.integrate import cumulative_simpson, solve_ivp
+from scipy.integrate import solve_ivp
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from turns import sizes_of_turns
 
 import strainwave as sw
 from strainwave.app.commands.response import facts
@@ -73,14 +74,6 @@ def rates_of(train):
         return [v, fast / N - here, *([w, fast] if looped else []), speed, here - there]
 
     return rates
-
-
-def sizes_of_turns(error, places):
-    """Largest |error - mean| over the turn of the motor from each sample, but the last turn."""
-    total, half = cumulative_simpson(error, dx=1.0 / places, initial=0.0), places // 2
-    means = total[places:] - total[:-places]
-    top, bottom = (size(error, places + 1)[half:-half] for size in (maximum_filter1d, minimum_filter1d))
-    return np.maximum(top - means, means - bottom)
 
 
 @pytest.mark.parametrize("train", TRAINS.values(), ids=TRAINS.keys())

@@ -11,7 +11,7 @@ from strainwave.plot import compensation as figures
 from strainwave.plot.svg import stacked
 from strainwave.study.compensation.bench import bench_of
 
-ARCSEC, RPM = math.pi / 648_000.0, math.pi / 30.0
+ARCSEC = math.pi / 648_000.0
 
 
 def named(panel, label):

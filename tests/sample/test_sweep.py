@@ -260,13 +260,6 @@ def test_on_ctrl_c_chunks_under_way_are_given_up_and_not_waited_for(tmp_path, ca
     assert caplog.text == ""  # nor does a thread die of it
 
 
-def test_a_finished_sweep_computes_nothing(tmp_path):
-    first = sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s")
-    CALLS.clear()
-    assert first.identical(sw.sweep(product, SYSTEM, GRID, store=tmp_path / "s"))
-    assert CALLS == []
-
-
 def damaged(path):
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
