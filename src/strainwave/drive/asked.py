@@ -3,11 +3,11 @@
 import math
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 
-from ..base.quantities import Angle, AngularSpeed, Inertia, Ratio, Torque, checked, number, shown
+from ..base.quantities import Angle, AngularSpeed, Inertia, Ratio, Torque, checked, choice, number, shown
 from ..base.results import Floats
 from ..base.units import RPM
 from ..model.excitation import Harmonic, Harmonics
@@ -274,16 +274,21 @@ class Feedforward(NamedTuple):
     `acceleration` is the torque of all inertias, rigid; `gravity` that which a constant torque and the angles of the
     shafts take at rest; `friction` what their drags add at the speed of the reference, of a law with memory the part
     that depends on the speed alone; `speed` is the share of the reference's speed in that which the speed loop follows.
+
+    The torque joins that of the loop `at` its "reference", before torque filters and the lag of the current loop, or
+    behind them, at the "motor".
     """
 
     acceleration: Ratio = 0.0
     gravity: Ratio = 0.0
     friction: Ratio = 0.0
     speed: Ratio = 1.0
+    at: Literal["reference", "motor"] = "reference"
 
     def check(self) -> None:
-        """Refuse negative shares (ValueError)."""
-        for name, value in zip(self._fields, self, strict=True):
+        """Refuse negative shares, and another place (ValueError)."""
+        choice("Feedforward.at", self.at, "reference", "motor")
+        for name, value in zip(self._fields[:-1], self[:-1], strict=True):
             if not value >= 0.0:
                 raise ValueError(f"Feedforward.{name} is {value:g}; it must be zero or more, 1 is exact")
 

@@ -22,7 +22,7 @@ move:
   start: -45 deg
   window: 30 arcsec
   payload: {mass: 2 kg, radius: 40 cm, phase: 90 deg}
-  feedforward: {acceleration: 100 %, gravity: 0.9}
+  feedforward: {acceleration: 100 %, gravity: 0.9, at: motor}
   profile:
     - {type: trapezoid, angle: 90 deg, time: 0.6 s}
     - {type: dwell, time: 400 ms}
@@ -46,7 +46,7 @@ def test_a_move_is_read_in_si(tmp_path):
     assert task.start == pytest.approx(-0.5 * quarter)
     assert task.window == pytest.approx(math.radians(30.0 / 3600.0))
     assert task.payload == sw.Payload(2.0, pytest.approx(0.4), 0.0, pytest.approx(quarter))
-    assert task.feedforward == sw.Feedforward(1.0, 0.9, 0.0, 1.0)
+    assert task.feedforward == sw.Feedforward(1.0, 0.9, 0.0, 1.0, "motor")
     assert task.profile[0] == sw.Trapezoid(pytest.approx(quarter), 0.6)
     assert task.profile[1] == sw.study.Dwell(pytest.approx(0.4))
     assert task.profile[2].jerk == pytest.approx(math.radians(2e4))
@@ -107,6 +107,7 @@ WRONG = [
     ("profile: [{type: angle_profile, file: back.csv, time: 1 s}]", "move.profile[0].time: unknown field"),
     ("profile: [{type: angle_profile, file: gone.csv}]", "gone.csv:1:1: file: does not exist"),
     ("profile: [{type: dwell, time: 1 s}], feedforward: {gravity: -1}", "move.feedforward.gravity: is -1"),
+    ("profile: [{type: dwell, time: 1 s}], feedforward: {at: load}", "write one of reference, motor"),
     ("profile: [{type: dwell, time: 1 s}], payload: {mass: 1 kg}", "move.payload.radius: is missing"),
     ("profile: [{type: dwell, time: 1 s}], window: 0 deg", "move.window: '0 deg' is not positive"),
     ("start: 1 rad", "move.profile: is missing"),

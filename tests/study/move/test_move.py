@@ -94,12 +94,16 @@ def test_a_quarter_turn_in_600_ms_is_that_of_dop853_on_equations_by_hand():
 
 
 LAGGING = sw.train.CascadeLoop(30.0, 0.12, 0.02)
+FILTER = sw.train.LowPassFilter(2000.0, 0.6)
+FILTERED_LAG = sw.train.Lagged(sw.train.Filtered(LAGGING, FILTER), 4e-4)
 LOOPS = {
     "position": LOOP,
     "cascade": LAGGING,
     "PI cascade": sw.train.PositionIntegral(LAGGING, 0.2),
     "lag": sw.train.Lagged(LAGGING, 4e-4),
     "feedforward": LAGGING,
+    "lag, feedforward": FILTERED_LAG,
+    "lag, feedforward at the motor": FILTERED_LAG,
     "unlimited feedforward": sw.train.PositionIntegral(LAGGING, 0.2),
     "limited speed": sw.train.PositionIntegral(LAGGING, 0.2),
     "encoder of the load": sw.train.LoadEncoder(LAGGING._replace(K_v=9.0)),
@@ -152,7 +156,8 @@ def test_a_move_with_lines_of_both_turns_is_that_of_equations_by_hand():
 @pytest.mark.parametrize("kind", LOOPS)
 def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
     most, tail, weight = 0.3, 0.4, sw.Parallel(sw.train.AngleTorque(20.0), sw.laws.Viscous(1.0))
-    fed = SHARES if "feedforward" in kind else sw.Feedforward()
+    fed, behind = SHARES if "feedforward" in kind else sw.Feedforward(), "at the motor" in kind
+    fed = fed._replace(at="motor") if behind else fed
     PI = kind in ("PI cascade", "limited speed", "unlimited feedforward")
     if "unlimited" in kind:
         most = 1e9
@@ -168,7 +173,7 @@ def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
     K_v = 9.0 if "of the load" in kind else K_v
 
     def rates(t, y, k):
-        motor, fast, load, slow, integral, place, lagged, mixed = y.tolist()
+        motor, fast, load, slow, integral, place, lagged, mixed, low, low_rate = y.tolist()
         angle, speed = commanded(t, k)
         quick = (1.5 * QUARTER / TIME) / (TIME / 3.0) * (1, 0, -1, 0)[k]
         x, v = motor - N * angle, fast - fed.speed * N * speed
@@ -177,9 +182,11 @@ def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
         command = fed.speed * N * speed - K_v * (seen + (place / 0.2 if PI else 0.0))
         w = fast - min(max(command, -sheet.speed), sheet.speed)
         wanted = -K_p * (w + integral / T_n)
-        asked = {"position": -LOOP.K_p * x - LOOP.K_d * v, "lag": lagged}.get(kind, wanted)
-        asked += fed.acceleration * (J_M * N + J_L / N) * quick + fed.gravity * (20.0 * math.sin(angle) + 5.0) / N
-        asked += fed.friction * (1e-4 * N + 1.0 / N) * speed
+        forward = fed.acceleration * (J_M * N + J_L / N) * quick + fed.gravity * (20.0 * math.sin(angle) + 5.0) / N
+        forward += fed.friction * (1e-4 * N + 1.0 / N) * speed
+        wanted, forward = (wanted, forward) if behind else (wanted + forward, 0.0)
+        asked = {"position": -LOOP.K_p * x - LOOP.K_d * v}.get(kind, lagged if "lag" in kind else wanted) + forward
+        bend = 4e6 * (wanted - low) - 2400.0 * low_rate  # 2000 rad/s, damping 0.6
         largest = 0.29 - 0.09 * min(max(abs(fast) - 150.0, 0.0) / 250.0, 1.0) if sheet.peak_torque else most
         given = min(max(asked, -largest), largest)
         passed = 31000.0 * (motor / N - load) + B * (fast / N - slow)
@@ -187,16 +194,18 @@ def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
         pull = 20.0 * math.sin(load) + slow + 5.0
         return [
             fast, (given - passed / N - 1e-4 * fast) / J_M, slow, (passed - pull) / J_L, w - (given - asked) / K_p,
-            0.0 if held else x, (wanted - lagged) / 4e-4, v + 50.0 * (x_l - mixed),
+            0.0 if held else x, ((low if "forward" in kind else wanted) - lagged) / 4e-4, v + 50.0 * (x_l - mixed),
+            low_rate, bend,
         ]  # fmt: skip
 
     # at rest: 20 sin(load) + 5 = -31000 load with the motor at 0, but for the position loop and encoders of the load
-    knots, y = (0.0, 0.2, 0.4, 0.6, TIME + tail), np.zeros(8)
+    knots, y = (0.0, 0.2, 0.4, 0.6, TIME + tail), np.zeros(10)
     y[2] = brentq(lambda q: 31000.0 * q + 20.0 * math.sin(q) + 5.0, -1e-3, 0.0, xtol=1e-18)
     held = 5.0 / N if of_load else -31000.0 * y[2] / N
     if of_load:
         y[0], y[2] = N * 5.0 / 31000.0, 0.0
-    y[4], y[6] = -(held - fed.gravity * 5.0 / N) * T_n / K_p, held
+    y[4], y[6] = -(held - fed.gravity * 5.0 / N) * T_n / K_p, held - behind * fed.gravity * 5.0 / N
+    y[8] = y[6]
     if kind == "position":
         y[0] = -held / LOOP.K_p
         y[2] += y[0] / N * 31000.0 / (31000.0 + 20.0)

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from ...base.quantities import checked, is_model
 from ...model.laws import friction, hysteresis, measured, springs
@@ -28,6 +28,7 @@ from .kinds import (
     Row,
     Schema,
     Whole,
+    Word,
     Wrong,
     near,
     read,
@@ -99,6 +100,8 @@ def _kind_of(hint: object, cls: type, key: str) -> Kind:
     if get_origin(hint) is tuple:
         item = get_args(hint)[0]
         return Coefficients() if item is float else Items(Fields(item))
+    if get_origin(hint) is Literal:
+        return Word(get_args(hint))
     if hint is str:
         return FILE_NAME
     if hint is int:

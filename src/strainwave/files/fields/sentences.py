@@ -43,6 +43,7 @@ SENTENCES = {
     "Feedforward.gravity": "Share of the torque that holds the load at rest.",
     "Feedforward.friction": "Share of the torque that drags take at the speed of the reference.",
     "Feedforward.speed": "Share of the speed of the reference that the speed loop is given.",
+    "Feedforward.at": "Where the torque joins: the reference, before filters and lag, or the motor, behind them.",
     "K_p": "Proportional gain.",
     "K_v": "Gain of the position loop.",
     "T_n": "Integral time of the speed loop.",

@@ -239,8 +239,8 @@ def controlled(control: Any, J: Reals, torque: Reals, excitation: Reals, referen
     """Acceleration [rad/s^2] of a motor under its control and other torques, torque [N*m] of the control, own rates.
 
     `excitation` [N*m] is the torque of the motor beside its control, `torque` what else turns it; `reference` is the
-    speed and the acceleration of its reference; z begins with the states of the control. A control may have this as
-    `driven`.
+    speed, the acceleration and the angle of its reference; z begins with the states of the control. A control may have
+    this as `driven`.
     """
     if class_of(control) is Held:
         return _prescribed

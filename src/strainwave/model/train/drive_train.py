@@ -66,7 +66,7 @@ def motor_acceleration(train: Any, phase: Reals, y: States, motor: States, react
     against = torque_of(drag, motor[0], motor[1], share(drag, states))
     excitation, torque = train.motor.excitation.torque(phase), -against - reaction
     omega, motion = train.omega, train.reference
-    reference = omega * motion.slope(phase), omega * omega * motion.curvature(phase)
+    reference = omega * motion.slope(phase), omega * omega * motion.curvature(phase), motion.value(phase)
     z = motor_states(control, y)[1]
     return controlled(control, train.motor.J, torque, excitation, reference, seen_deviation(control, train, y), z)
 

@@ -12,7 +12,15 @@ from ...compile.jit import chosen
 from ...drive.asked import PEAK, Feedforward, MotorLimits
 from ...model.laws.friction import LuGre, Stribeck, Viscous
 from ...model.laws.hysteresis import Parallel
-from ...model.train.controls import CascadeLoop, Lagged, core_of, inertia_of, motor_states, states_inside
+from ...model.train.controls import (
+    FREE,
+    CascadeLoop,
+    Lagged,
+    core_of,
+    inertia_of,
+    motor_states,
+    states_inside,
+)  # fmt: skip
 from ...model.train.drive_train import DriveTrain, seen_deviation
 from ...model.train.filters import Filtered, MixedEncoders, PositionIntegral, apart
 from ...model.train.motion import polygon
@@ -30,6 +38,9 @@ class Servo(NamedTuple):
 
     The speed that a cascade's speed loop is to keep, share `speed` of the reference's less K_v (x + int x/T_p), stays
     within `fastest`; the integral of its position loop waits then, too. `of_integral` is 1/T_p.
+
+    What is `fed` forward joins the torque that the loop asks for before its filters and lag, a share `behind` of it
+    after them.
     """
 
     loop: Any
@@ -41,6 +52,8 @@ class Servo(NamedTuple):
     fastest: AngularSpeed = LARGEST
     K_v: Rate = 0.0
     of_integral: Rate = 0.0
+    fed: Any = FREE
+    behind: Ratio = 0.0
 
     def states(self) -> int:
         """Number of internal states."""
@@ -48,11 +61,11 @@ class Servo(NamedTuple):
 
     def torque(self, x: Any, v: Any, z: Any) -> Any:
         """Torque [N*m] against the deviation that the loop asks for."""
-        return torque_of(self.loop, x, v, z)
+        return torque_of(self.loop, x, v, (*z, 0.0))
 
     def z_rate(self, x: Any, v: Any, z: Any) -> Any:
         """Rates of the internal states without the limit."""
-        return z_rate_of(self.loop, x, v, z)
+        return z_rate_of(self.loop, x, v, (*z, 0.0))
 
     def command(self, x: Any, z: Any, speed: Any) -> Any:
         """Speed [rad/s] that the position loop asks of the motor, without its limit, at the speed of the reference."""
@@ -65,12 +78,14 @@ class Servo(NamedTuple):
         command = self.command(x, states, reference[0])
         excess = command - larger(smaller(command, self.fastest), -self.fastest)
         v = v + excess
-        asked = excitation - torque_of(self.loop, x, v, states)
+        fed = self.fed.torque(reference[2], reference)
+        given = (*states, (1.0 - self.behind) * fed)
+        asked = excitation + self.behind * fed - torque_of(self.loop, x, v, given)
         asked = asked - heavy * ((torque + asked + heavy * reference[1]) / (J + heavy) - reference[1])
         most = smaller(self.most, polygon(self.speeds, self.torques, abs(deviation[1] + reference[0])))
         applied = larger(smaller(asked, most), -most)
         acceleration = (torque + applied) / J
-        rates = unwound(self.loop, z_rate_of(self.loop, x, v, states), (applied - asked) * self.back, excess)
+        rates = unwound(self.loop, z_rate_of(self.loop, x, v, given), (applied - asked) * self.back, excess)
         return acceleration, applied - excitation, (deviation[1], acceleration - reference[1], *rates)
 
 
@@ -99,7 +114,7 @@ def unwound(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
 
 def _classes(loop: Any) -> tuple[Any, ...]:
     """Classes of a loop and of the loops inside it, or of what stands for them in the compiler."""
-    if class_of(loop) not in (Lagged, Filtered, PositionIntegral):
+    if class_of(loop) not in (Lagged, Filtered, Fed, PositionIntegral):
         return (class_of(loop),)
     return (class_of(loop), *_classes((loop.types if hasattr(loop, "instance_class") else loop)[0]))
 
@@ -116,31 +131,60 @@ def _both(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
     return (*rates[:-2], select(abs(cut) + abs(excess) == 0.0, rates[-2], 0.0), rates[-1] - cut)
 
 
-class FedTorque(NamedTuple):
-    """Torque [N*m] of a motor over the time with what is fed forward of its load, as shares of `Feedforward`.
+class Fed(NamedTuple):
+    """A loop with a torque [N*m] fed forward beside its own: the last of the states that it is given, and none of its.
 
-    `reference` is the motion of the motor, `inertia` that of all shafts on its side, `constant` the torque on the load.
+    Filters and lags around it hand their states on, so that the torque goes through them.
     """
 
-    torques: Any
-    reference: Any
+    loop: Any
+
+    def states(self) -> int:
+        """Number of internal states."""
+        return states_inside(self)
+
+    def torque(self, x: Any, v: Any, z: Any) -> Any:
+        """Torque [N*m] against the deviation."""
+        return torque_of(self.loop, x, v, z[:-1]) - z[-1]
+
+    def z_rate(self, x: Any, v: Any, z: Any) -> Any:
+        """Rates of the internal states."""
+        return z_rate_of(self.loop, x, v, z[:-1])
+
+    def inertia(self) -> Any:
+        """Torque [kg*m^2] against the acceleration of the deviation."""
+        return inertia_of(self.loop)
+
+
+def fed_inside(loop: Any) -> Any:
+    """A loop that takes a torque fed forward inside its lag and filters."""
+    return loop._replace(loop=fed_inside(loop.loop)) if isinstance(loop, Lagged | Filtered) else Fed(loop)
+
+
+class FedTorque(NamedTuple):
+    """Torque [N*m] that is fed forward of a motor's load along its reference, as shares of `Feedforward`.
+
+    `inertia` is that of all shafts on the side of the motor, `constant` the torque on the load.
+    """
+
     N: Ratio
     inertia: Inertia
     constant: Torque
     motor: Any
     load: Any
-    shares: Feedforward
+    acceleration: Ratio
+    gravity: Ratio
+    friction: Ratio
 
-    def torque(self, phase: Any) -> Any:
-        """Torque [N*m] at a time [s]."""
-        angle, speed = self.reference.value(phase), self.reference.slope(phase)
+    def torque(self, angle: Any, motion: Any) -> Any:
+        """Torque [N*m] at an angle [rad] of the motor's reference, its speed [rad/s] and acceleration [rad/s^2]."""
+        speed, curvature = motion[0], motion[1]
         still = steady_drag(self.motor, angle, 0.0 * speed), steady_drag(self.load, angle / self.N, 0.0 * speed)
         drags = steady_drag(self.motor, angle, speed), steady_drag(self.load, angle / self.N, speed / self.N)
         gravity = still[0] + (still[1] - self.constant) / self.N
         friction = drags[0] - still[0] + (drags[1] - still[1]) / self.N
-        fed = self.shares.gravity * gravity + self.shares.friction * friction
-        moved = self.shares.acceleration * self.inertia * self.reference.curvature(phase)
-        return self.torques.torque(phase) + moved + fed
+        moved = self.acceleration * self.inertia * curvature
+        return moved + self.gravity * gravity + self.friction * friction
 
 
 @chosen
@@ -177,10 +221,10 @@ def servo_train(train: DriveTrain, limits: MotorLimits, holding: float, shares: 
             f"at rest the load takes {holding:.4g} N*m of the motor, whose limit is {most:.4g} N*m: it does not "
             "hold its load; take a stronger motor, a larger ratio or less load"
         )
-    core, torques = core_of(motor.control), motor.excitation
+    core = core_of(motor.control)
     encoder = motor.control if hasattr(motor.control, "at_load") else None
     loop = encoder.loop if encoder else motor.control
-    control: Any = Servo(loop, min(limits.torque, LARGEST), 0.0, shares.speed)
+    control: Any = Servo(fed_inside(loop), min(limits.torque, LARGEST), 0.0, shares.speed)
     if limits.peak_torque:
         speeds, curve = zip(*limits.peak_torque, strict=True)
         control = control._replace(speeds=speeds, torques=curve)
@@ -188,21 +232,16 @@ def servo_train(train: DriveTrain, limits: MotorLimits, holding: float, shares: 
         of_integral = 1.0 / apart(loop)[1].get("T_p", np.inf)
         fastest = min(limits.fastest, LARGEST)
         control = control._replace(back=1.0 / core.K_p, fastest=fastest, K_v=core.K_v, of_integral=of_integral)
-    control = encoder._replace(loop=control) if encoder else control
     if any(shares[:3]):
         constant = 0.0 if lacking(end.excitation, "mean") else end.excitation.mean
-        torques = FedTorque(
-            torques, train.reference, train.N, train.loop_inertia, constant,
-            settled(motor.drag), settled(end.drag), shares,
-        )  # fmt: skip
-    return train.with_motor(control=control, excitation=torques)
+        drags = settled(motor.drag), settled(end.drag)
+        fed = FedTorque(train.N, train.loop_inertia, constant, *drags, *shares[:3])
+        control = control._replace(fed=fed, behind=float(shares.at == "motor"))
+    return train.with_motor(control=encoder._replace(loop=control) if encoder else control)
 
 
 def on_segment(train: DriveTrain, segment: Any) -> DriveTrain:
-    """The train with a motion of its reference, and with what is fed forward of it."""
-    torques = train.motor.excitation
-    if isinstance(torques, FedTorque):
-        train = train.with_motor(excitation=torques._replace(reference=segment))
+    """The train with a motion of its reference."""
     return train._replace(reference=segment)
 
 
