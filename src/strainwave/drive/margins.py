@@ -1,26 +1,30 @@
 """Stability margins of the motor's loop: the loop is cut where the control gives its torque."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf, pi
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.law import share, states_of, torque_of, z_rate_of
-from ..base.protocols import Control, with_parts
+from ..base.protocols import with_parts
+from ..base.quantities import checked
 from ..base.records import Result
 from ..base.results import Floats
 from ..base.sentences import on_screen
-from ..model.train.controls import FREE, Held, inertia_of
+from ..model.controllers.closed_loop import Sampling
+from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
 from ..numerics.operating_point import bracketed_root
+from .loops.linear_control import around_poles, control_response, linear_control
+from .loops.sampled_loop import SampledLoop, sampled_loop
 from .state_space import Complexes, StateSpace, state_space
 
 POINTS, BEYOND = 4000, 1e3  # frequencies that are looked at, and how far below and above the slowest and fastest pole
 ABOUT = np.tan(np.linspace(-1.5, 1.5, 201))  # places around a resonance, in half widths
+ZOOM, ZOOMS = 33, 3  # places between the neighbours of the largest sensitivity, and rounds
 SMALL = 1e-7  # of the largest: a pole that stands for 0, and an imaginary part that does not count
-STEP = 1e-6  # of the states of a control, for differences
 
 
 class MotorLoop:
@@ -37,11 +41,24 @@ class MotorLoop:
         control = train.motor.control
         kept = np.array([not name.startswith("control z") for name in self.closed.states])
         self.plant: StateSpace = state_space(train.with_motor(control=FREE), at=self.closed.at[kept], speed=speed)
-        held = train.with_motor(control=Held())
-        locked = state_space(held, at=np.delete(self.closed.at[kept], [2, 3]), speed=speed)
-        self.own = linear_control(control, self.closed.at, ~kept)
-        # its resonances, those of the closed loop, and its antiresonances: the modes with the motor locked
-        self.corners = np.concatenate([self.plant.poles, self.closed.poles, locked.poles])
+        self.own, self.still = linear_control(control, self.closed.at, ~kept), self.closed.at[kept]
+
+    @cached_property
+    def corners(self) -> Complexes:
+        """Its resonances, those of the closed loop, and its antiresonances: the modes with the motor locked."""
+        held = self.train.with_motor(control=Held())
+        locked = state_space(held, at=np.delete(self.still, [2, 3]), speed=self.closed.speed)
+        return np.concatenate([self.plant.poles, self.closed.poles, locked.poles])
+
+    @property
+    def stable(self) -> bool:
+        """Whether the closed loop is stable."""
+        return self.closed.stable
+
+    @property
+    def growing(self) -> Complexes:
+        """Poles [1/s] of the closed loop, but for those of states that stay where they are."""
+        return self.closed.moving
 
     def __call__(self, omega: ArrayLike) -> Complexes:
         """Open loop (n,) at frequencies [rad/s]; 1 + L = 0 is the closed loop's characteristic equation."""
@@ -52,7 +69,7 @@ class MotorLoop:
         seen = angle - N * error if hasattr(self.train.motor.control, "at_load") else angle
         return np.asarray(by_angle * seen + by_speed * angle)
 
-    def frequencies(self, points: int = POINTS, beyond: float = BEYOND, about: Floats = ABOUT) -> Floats:
+    def frequencies(self, points: int, about: Floats, beyond: float = BEYOND) -> Floats:
         """Frequencies [rad/s], ascending, close around resonances and antiresonances."""
         sizes = np.abs(self.corners)
         sizes = sizes[sizes > SMALL * np.max(sizes, initial=1e-300)]
@@ -77,6 +94,12 @@ class Margins(Result):
         Factors 1/|L| there by which the gain reaches instability: above 1 a rise, below 1 a fall.
     stable : bool
         Whether the closed loop is stable.
+    peak_sensitivity : float
+        Largest |1/(1 + L)| over the frequencies; infinite of an unstable loop.
+    slowest : complex
+        Pole [1/s] of the closed loop that decays slowest, or grows fastest; of a sampled loop log z over the period.
+    period : float
+        Time [s] between the samples; 0 of a loop without.
     """
 
     gain_crossings: Floats
@@ -84,6 +107,9 @@ class Margins(Result):
     phase_crossings: Floats
     gain_margins: Floats
     stable: bool
+    peak_sensitivity: float
+    slowest: complex
+    period: float = 0.0
 
     @property
     def phase_margin(self) -> float:
@@ -109,16 +135,19 @@ class Margins(Result):
         crossings = ", ".join(
             f"{p * 180.0 / pi:.4g}° at {w:.6g}" for p, w in zip(self.phase_margins, self.gain_crossings, strict=True)
         )
+        sampled = f", sampled every {1e6 * self.period:.4g} us" * bool(self.period)
         gains = ", ".join(f"{g:.4g} at {w:.6g}" for g, w in zip(self.gain_margins, self.phase_crossings, strict=True))
         return on_screen(
-            f"Margins of the motor's loop: closed loop {'stable' if self.stable else 'unstable'}\n"
+            f"Margins of the motor's loop{sampled}: closed loop {'stable' if self.stable else 'unstable'}\n"
             f"  phase margins (rad/s): {crossings or 'none, |L| is nowhere 1'}\n"
             f"  gain margins, factors (rad/s): {gains or 'none, L is nowhere real and negative'}\n"
-            f"  delay margin {self.delay_margin:.4g} s"
+            f"  delay margin {self.delay_margin:.4g} s, peak sensitivity {self.peak_sensitivity:.4g}"
         )
 
 
-def margins(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.0) -> Margins:
+def margins(
+    train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.0, sampling: Sampling | None = None
+) -> Margins:  # fmt: skip
     """Find gain, phase and delay margins of the motor's loop, linear about an operating point.
 
     Parameters
@@ -129,13 +158,16 @@ def margins(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.
         State about which it is linear (`operating_state`). Default: zeros.
     speed : float
         Speed of the motor [rad/s] there. Default: standstill.
+    sampling : Sampling, optional
+        Period and delay of a controller that samples: its torque is held between the samples while plant, lag and
+        torque filters go on, its integrals go by backward Euler. Default: the loop without samples.
 
     Returns
     -------
     Margins
         `gain_crossings` (n,) [rad/s] with `phase_margins` (n,) [rad], `phase_crossings` (m,) [rad/s] with
         `gain_margins` (m,), factors: every crossing of |L| = 1 and of the negative real axis between a thousandth of
-        the slowest pole and a thousand times the fastest. `delay_margin` [s].
+        the slowest pole and a thousand times the fastest, of a sampled loop up to half its rate. `delay_margin` [s].
 
     Raises
     ------
@@ -150,33 +182,41 @@ def margins(train: DriveTrain, *, at: ArrayLike | None = None, speed: float = 0.
     if train.motor.free or train.motor.held:
         kind = "free" if train.motor.free else "held ideally"
         raise ValueError(f"the motor is {kind} and has no loop to cut; give it a SpeedLoop or a PositionLoop")
-    loop = MotorLoop(train, at, speed)
-    grid = loop.frequencies()
+    loop = loop_of(train, at, speed, None if sampling is None else checked(sampling))
+    grid = loop.frequencies(POINTS, ABOUT)
     values = loop(grid)
     size = np.log(np.maximum(np.abs(values), 1e-300))
     across = [i for i in _changes(values.imag) if np.any(np.abs(values.imag[i : i + 2]) > SMALL * np.abs(values[i]))]
     gains = np.array([_root(loop, grid, i, lambda z: float(np.log(abs(z)))) for i in _changes(size)])
     phases = np.array([_root(loop, grid, i, lambda z: float(z.imag)) for i in across])
+    if sampling is not None:  # half the rate, where a sampled loop is real
+        phases = np.append(phases[phases < grid[-1] * (1.0 - SMALL)], grid[-1])
     if len(phases):
         phases = phases[loop(phases).real < 0.0]
     phase_margins = np.angle(-loop(gains)) if len(gains) else gains
     factors = 1.0 / np.abs(loop(phases)) if len(phases) else phases
-    return Margins(gains, phase_margins, phases, factors, loop.closed.stable)
+    poles = loop.growing
+    slowest = complex(poles[int(np.argmax(poles.real))])
+    peak = peak_sensitivity(loop, grid, values) if loop.stable else inf
+    return Margins(gains, phase_margins, phases, factors, loop.stable, peak, slowest, getattr(loop, "period", 0.0))
 
 
-def control_response(parts: tuple[Any, ...], omega: Floats) -> tuple[Complexes, Complexes]:
-    """Torques (n,) of a `linear_control` against an angle as it sees it and against that of the motor, by its speed."""
-    by_angle, by_speed, inertia, A, B, C = parts
-    s = 1j * omega
-    inner = (C @ np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B + 0j))[:, 0]
-    return by_angle + inner[:, 0], s * (by_speed + s * inertia + inner[:, 1])
+def loop_of(
+    train: DriveTrain, at: ArrayLike | None, speed: float, sampling: Sampling | None
+) -> MotorLoop | SampledLoop:  # fmt: skip
+    """The open loop of a train's motor, as its controller samples it or without samples."""
+    plain = MotorLoop(train, at, speed)
+    return plain if sampling is None else sampled_loop(plain, sampling)
 
 
-def around_poles(poles: Complexes, places: Floats) -> Floats:
-    """Frequencies [rad/s] at poles that vibrate, and close around them at places in half widths."""
-    waves = poles[poles.imag > 0.0]
-    near = waves.imag[:, None] + np.abs(waves.real)[:, None] * np.append(places, 0.0)
-    return np.asarray(near[near > 0.0])
+def peak_sensitivity(loop: MotorLoop | SampledLoop, grid: Floats, values: Complexes) -> float:
+    """Largest |1/(1 + L)|, between the frequencies of the grid too."""
+    least = np.abs(1.0 + values)
+    for _ in range(ZOOMS):
+        top = int(np.argmin(least))
+        grid = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], ZOOM)
+        least = np.abs(1.0 + loop(grid))
+    return float(1.0 / np.min(least))
 
 
 def _changes(values: Floats) -> Any:
@@ -184,31 +224,5 @@ def _changes(values: Floats) -> Any:
     return np.flatnonzero(np.sign(values[1:]) * np.sign(values[:-1]) < 0.0)
 
 
-def _root(loop: MotorLoop, grid: Floats, i: int, part: Any) -> float:
+def _root(loop: MotorLoop | SampledLoop, grid: Floats, i: int, part: Any) -> float:
     return bracketed_root(lambda w: part(loop(w)[0]), float(grid[i]), float(grid[i + 1]), xtol=0.0, rtol=1e-13)
-
-
-def control_parts(control: Control) -> tuple[Any, ...]:
-    """A control, linear about rest, as `linear_control` gives it."""
-    count = states_of(control)
-    return linear_control(control, np.zeros(4 + count), np.arange(4 + count) >= 4)
-
-
-def linear_control(control: Control, state: Floats, own: Any) -> tuple[Any, ...]:
-    """Derivatives of a control's torque by angle and speed; its inertia; A, B (by both), C of its own states."""
-    z, count = state[own], states_of(control)
-    start = np.concatenate([state[2:4], z])
-
-    def slopes(f: Any, size: int) -> Floats:
-        steps = STEP * np.eye(len(start))
-        rows = [(np.reshape(f(start + d), size) - np.reshape(f(start - d), size)) / (2.0 * STEP) for d in steps]
-        return np.array(rows).reshape(len(start), size).T
-
-    def torque(y: Floats) -> Any:
-        return torque_of(control, y[0], y[1], share(control, tuple(y[2:])))
-
-    def rates(y: Floats) -> Any:
-        return np.array(z_rate_of(control, y[0], y[1], share(control, tuple(y[2:]))), float)
-
-    by, own_rates = slopes(torque, 1), slopes(rates, count)
-    return by[0, 0], by[0, 1], float(inertia_of(control)), own_rates[:, 2:], own_rates[:, :2], by[:, 2:]

@@ -25,6 +25,7 @@ from ..model.train.filters import control_of
 from .asked import MotorLimits, Source, Task, mean_of, with_mean
 from .drive_response import DriveResponse
 from .loop_margin import motor_name
+from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
 from .reductions import THE_LOOP, left_out
 from .response import POINTS, exact_response
 from .train_curve import NO_MOTION, as_train, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
@@ -343,6 +344,19 @@ class Project:
     def sureness(self) -> Any:
         """What the assumed numbers leave open in the response, a `Sureness`; as of `how_sure`."""
         return above("how_sure")(self)
+
+    @cached_property
+    def loop(self) -> WorstMargins | None:
+        """Margins of the motor's loop, the worst over all loads and postures, sampled as `sampling` says.
+
+        None where the drive has no loop.
+        """
+        return worst_margins(self)
+
+    @cached_property
+    def loop_fault(self) -> str:
+        """That the motor's loop is unstable under a load, in a sentence; empty where it is not."""
+        return loop_fault(self)
 
     def judged(self, found: DriveResponse, turns: int = 1) -> Any:
         """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`; `turns` as of `judged`."""

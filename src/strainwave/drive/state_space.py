@@ -79,9 +79,14 @@ class StateSpace(Result):
 
         States of a law with memory add poles at 0, which only say that they stay where they are: these do not count.
         """
+        return bool(np.all(self.moving.real < 0.0))
+
+    @property
+    def moving(self) -> Complexes:
+        """Poles [1/s] but for those at 0 of states that stay where they are."""
         size, memory = np.abs(self.poles), sum(" z" in name for name in self.states)
         at_rest = np.sort(size)[:memory] <= ROUNDING * np.max(size, initial=0.0)
-        return bool(np.all(self.poles[np.argsort(size)[int(np.sum(at_rest)) :]].real < 0.0))
+        return np.asarray(self.poles[np.argsort(size)[int(np.sum(at_rest)) :]])
 
     def response(self, omega: ArrayLike) -> Complexes:
         """Frequency response (outputs, inputs, n) at frequencies [rad/s], y over u."""

@@ -10,7 +10,8 @@ from scipy.optimize import minimize
 from scipy.signal import StateSpace, step
 
 import strainwave as sw
-from strainwave.drive.margins import MotorLoop, control_parts
+from strainwave.drive.loops.linear_control import control_parts
+from strainwave.drive.margins import ABOUT, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
 from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
@@ -59,7 +60,7 @@ def test_the_figures_are_those_of_margins_and_of_the_linear_train(name):
     margins, loop = sw.margins(whole, at=at, speed=whole.omega), MotorLoop(whole, at, whole.omega)
     assert found.phase_margin == pytest.approx(abs(margins.phase_margin), abs=1e-3)
     assert found.gain_margin == pytest.approx(margins.gain_margin, rel=1e-3)
-    sensitivity = np.max(1.0 / np.abs(1.0 + loop(loop.frequencies())))
+    sensitivity = np.max(1.0 / np.abs(1.0 + loop(loop.frequencies(4000, ABOUT))))
     assert found.peak_sensitivity == pytest.approx(sensitivity, rel=1e-3)
     linear = sw.state_space(whole, at=at, speed=whole.omega)
     load, torque = linear.outputs.index("load speed"), linear.inputs.index("load torque")

@@ -80,7 +80,8 @@ def move(
         progress.show("writing", 0.9)
         _write(drive, result, output)
     written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"
-    click.echo(reported(drive.title, result.facts(), as_json, written))
+    loop = drive.loop.facts() if drive.loop else ()
+    click.echo(reported(drive.title, (*result.facts(), *loop), as_json, written))
 
 
 def profile_part(text: str, **table: str | None) -> Any:

@@ -128,6 +128,7 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         *(Fact(key, value) for key, value in plain.items()),
         Fact("", left_out, "{}"),
         *(() if sure is None else sure.facts(project.limit)),
+        *(project.loop.facts() if project.loop else ()),
         Fact("sources", source_facts(project)), Fact("", sources_said(project), "{}"), Fact("", WHAT_X_IS, "{}"),
         *(() if resting is None else resting.facts()),
         Fact("beyond_limits", tuple(judged.remarks), "note: {}"),

@@ -57,7 +57,8 @@ def speed_map(
             progress.show("writing", 1.0)
             write(result, output, drive.title)
     written = () if output is None else (f"written: {output}",)
-    click.echo(reported(drive.title, result.facts(), as_json, *written))
+    loop = drive.loop.facts() if drive.loop else ()
+    click.echo(reported(drive.title, (*result.facts(), *loop), as_json, *written))
     if stop is not None:
         raise stop
 

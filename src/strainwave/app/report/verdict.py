@@ -9,7 +9,6 @@ from typing import Any
 from ...base.sentences import Angle, Sentence, Speed, listed
 from ...base.units import RPM
 from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits
-from ...drive.margins import margins
 from ...files.fields.groups import MEASURED
 from ...model.gears.limits import RATED, Finding, gravest
 from ...study.analysis.avoid import out_of_reach
@@ -21,6 +20,10 @@ from .remedies import helps, words
 
 ADD_LIMIT = (
     "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
+)
+LOOP_FIRST = (
+    "Lower the gains or the bandwidth of the loop, or shorten its delay and lag; strainwave tune finds gains that are "
+    "stable."
 )
 NO_LIMIT = "the file has no limit of the oscillation"
 NOTHING_STABLE = "no steady motion of the range is stable"
@@ -68,6 +71,8 @@ def share(view: View) -> float | None:
 
 def _headline(view: View, verdict: Verdict) -> str:
     """Pass or fail, by how much or why."""
+    if verdict.fault:
+        return f"Fail at every speed; {_begun(verdict.fault)}"
     part, avoid, case = share(view), view.analysis.avoid, ""
     if verdict.answer is Answer.ALL_RIGHT:
         below = "" if part is None else f"the oscillation is {percent(1.0 - part, 2)} below its limit"
@@ -96,6 +101,9 @@ def _headline(view: View, verdict: Verdict) -> str:
 
 def _sentence(view: View, verdict: Verdict) -> Sentence:
     """The answer, with the largest oscillation and torque against their limits."""
+    if verdict.fault:
+        text = "Not all right: {}, so that the drive reaches none of the motions that are computed here without it."
+        return Sentence(text, _begun(verdict.fault))
     begin = "Not all right" if verdict.answer is Answer.NOT else "All right at all speeds"
     if verdict.answer is Answer.BUT:
         begin = "OK except " + ranges(verdict.speeds)
@@ -162,6 +170,8 @@ def _unit(finding: Finding) -> str:
 
 def _remedy(view: View, verdict: Verdict) -> str:
     """The smallest change that suffices, or what the best one leaves; and the speeds that need none."""
+    if verdict.fault:
+        return LOOP_FIRST
     avoid = view.analysis.avoid
     if verdict.answer is Answer.ALL_RIGHT:
         return "" if avoid is None or avoid.limit is not None else ADD_LIMIT
@@ -239,7 +249,9 @@ def band_data(view: View, low: float, high: float) -> dict[str, Any]:
 
 def answers(view: View) -> dict[str, Any]:
     """Sentences by what they answer, in the order of the page; a question without an answer is left out."""
-    verdict = view.analysis.verdict
+    verdict, loop = view.analysis.verdict, view.project.loop
+    if verdict.fault:
+        return {"requirement": _requirement(view), "loop": verdict.fault, "smallest change": LOOP_FIRST}
     torque = torque_said(view, verdict, with_motor=False)
     sentences: dict[str, str] = {
         "requirement": _requirement(view),
@@ -248,7 +260,7 @@ def answers(view: View) -> dict[str, Any]:
         "jumps": _jumps(view),
         "torque": f"{torque[0].upper()}{torque[1:]}.",
         "motor": _motor(view),
-        "loop": loop_said(loop_margins(view)),
+        "loop": "" if loop is None else loop.sentence,
         "how sure": how_sure(view),
         "smallest change": _change(view),
         "without a change": "",
@@ -325,28 +337,9 @@ def how_sure(view: View) -> Sentence:
     return Sentence(text, number(size, 2), unit, low, high, unit, *sizes, judged)
 
 
-def loop_margins(view: View) -> dict[str, Any] | None:
-    """Margins of the motor's loop about the operating point, without sampling; None where there is no loop to cut."""
-    study = view.analysis.train
-    if study is None or study.train.motor.free or study.train.motor.held:
-        return None
-    loop = margins(study.train, at=study.state, speed=study.speed)
-    sizes = {
-        "phase_margin_deg": math.degrees(loop.phase_margin), "gain_margin": loop.gain_margin,
-        "gain_reduction": loop.gain_reduction, "delay_margin_s": loop.delay_margin,
-    }  # fmt: skip
-    return {"stable": loop.stable} | {name: size if math.isfinite(size) else None for name, size in sizes.items()}
-
-
-def loop_said(sizes: dict[str, Any] | None) -> str:
-    """Margins of a loop in a sentence; empty without a loop."""
-    if sizes is None or not sizes["stable"]:
-        return "" if sizes is None else "The loop is unstable with this gear."
-    phase, gain, delay = sizes["phase_margin_deg"], sizes["gain_margin"], sizes["delay_margin_s"]
-    margin = "infinite" if gain is None else number(gain, 3)
-    late = "" if delay is None else f"; {number(1e3 * delay, 3)} ms of further delay make it unstable"
-    angle = "infinite" if phase is None else f"{number(phase, 2)}°"
-    return f"Stable, computed without sampling: phase margin {angle}, gain margin {margin}{late}."
+def _begun(sentence: str) -> str:
+    """A sentence as a part of one."""
+    return sentence[0].lower() + sentence.removesuffix(".")[1:]
 
 
 def _worst(view: View) -> Sentence:

@@ -153,6 +153,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         ),
         "remarks": [
             *([HELD] if project.train is None and project.motor == "held" else []),
+            *([project.loop.weak] if project.loop and project.loop.weak else []),
             *judged.remarks,
             *unsaid(project.notes, judged.remarks),
             *load_remark(project),

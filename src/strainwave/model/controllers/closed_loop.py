@@ -20,6 +20,7 @@ from ...compile.tree import made, mapped, numbers
 from ..excitation import Harmonic, Line, NoError
 from ..laws.friction import positive
 from ..train.commanded import Commanded, TorqueDriven
+from ..train.controls import commanded, core_of
 from ..train.drive_train import motor_motion
 from .loops import Measurement, moved
 
@@ -67,7 +68,7 @@ def even(seed: int, lane: int, sample: int, channel: int) -> float:
 
 NO_ERROR = NoError()
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a whole number
-HELD = 4  # place of the commanded torque among the states of a train
+HELD = 4  # place of the torque in force among the states of a train
 LONGEST = 7.0  # samples of delay
 JUST = 1e-9  # of a period: rounding of a delay
 UNGUARDED = 1e9  # N*m: the guard of a controller that adapts is never met
@@ -196,7 +197,10 @@ def whole(sampling: Any) -> int:
 
 
 class ClosedLoop(NamedTuple):
-    """A drive train whose motor a sampled controller drives; it has the control `Commanded` or `TorqueDriven`."""
+    """A drive train whose motor a sampled controller drives.
+
+    Its control is `Commanded` or `TorqueDriven`, or `Lagged(Commanded(), lag)` behind the lag of a current loop.
+    """
 
     train: Any
     controller: Any
@@ -244,7 +248,7 @@ class ClosedLoop(NamedTuple):
     def commanded(self, y: Any, memory: Any, later: int) -> Any:
         """State of the train with the torque that acts in the first part of a sample (later = 0) or in the second."""
         torque = memory.torques[whole(self.sampling) + 1 - later]
-        return (y[0], y[1], y[2], y[3], torque, *y[5:])  # at HELD
+        return commanded(self.train.motor.control, y, torque)
 
     def waits(self) -> Any:
         """Time [s] after a sample until another torque acts; the delay's whole periods are left out."""
@@ -287,7 +291,7 @@ class ClosedLoop(NamedTuple):
     def check(self) -> None:
         """Refuse a train without `Commanded()`, without motion of its motor, and a controller that is none."""
         need("ClosedLoop.train", self.train, "pointing_error")
-        if not isinstance(self.train.motor.control, Commanded | TorqueDriven):
+        if not isinstance(core_of(self.train.motor.control), Commanded | TorqueDriven):
             raise ValueError(
                 "ClosedLoop.train has a motor that is not commanded; give the train with "
                 "motor._replace(control=Commanded())"

@@ -26,7 +26,7 @@ from ...base.quantities import (
 )
 from ...base.units import HERTZ as HERTZ
 from ...compile.jit import chosen
-from .commanded import Commanded, TorqueDriven
+from .commanded import TorqueDriven
 
 FASTEST = 0.5  # bandwidth [rad/s] times lag [s]: there the lag takes 27 degrees of phase
 KINDS = ("position", "speed", "cascade")
@@ -154,6 +154,20 @@ class Lagged(NamedTuple):
             raise TypeError("Lagged.loop is Lagged; one loop has one lag: give the sum of both")
 
 
+@chosen
+def commanded(control: Any, y: Any, torque: Any) -> Any:
+    """State of a train with another commanded torque: behind the torque of the motor where that follows with a lag."""
+    return _behind_lag if class_of(control) is Lagged else _at_once
+
+
+def _at_once(control: Any, y: Any, torque: Any) -> Any:
+    return (y[0], y[1], y[2], y[3], torque, *y[5:])
+
+
+def _behind_lag(control: Any, y: Any, torque: Any) -> Any:
+    return (y[0], y[1], y[2], y[3], y[4], torque, *y[6:])
+
+
 def states_inside(control: Any) -> int:
     """Number of states of the loop inside a lag or a filter, whose first field it is."""
     return states_of((control.types if hasattr(control, "instance_class") else control)[0])
@@ -163,7 +177,7 @@ def need_loop(control: Any) -> None:
     """Refuse what is no loop of the motor inside a lag or a filter (TypeError)."""
     loop = control.loop
     whole = not lacking(loop, "rhs")
-    if whole or lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | Commanded | TorqueDriven):
+    if whole or lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | TorqueDriven):
         what = f"{type(control).__name__}.loop is {shown(loop)}"
         raise TypeError(f"{what}; it must be a PositionLoop, a SpeedLoop or a CascadeLoop, or one of these Filtered")
     if not lacking(loop, "check"):

@@ -18,7 +18,7 @@ from ...base.results import Floats
 from ..excitation import NoError
 from ..laws.friction import NoFriction
 from .commanded import Commanded, TorqueDriven
-from .controls import Free, Nudged, PositionLoop, SpeedLoop, inertia_of
+from .controls import Free, Nudged, PositionLoop, SpeedLoop, core_of, inertia_of
 from .motion import AtRest, Steady
 from .shafts import Motor
 
@@ -77,7 +77,7 @@ def linear_part(train: Any, at_load: bool = False) -> TrainPart | None:
         mean speed is then taken for granted where nothing holds the mean angle.
     """
     held, end = train.motor.held, train.load.end()
-    if isinstance(train.motor.control, Commanded | TorqueDriven):
+    if isinstance(core_of(train.motor.control), Commanded | TorqueDriven):
         raise TypeError(
             f"the torque of the motor comes from outside ({type(train.motor.control).__name__}()), so that it has no "
             "motions of its own; give the motor a loop, such as SpeedLoop, or take ClosedLoop(train, controller)"

@@ -58,6 +58,8 @@ class Verdict:
         Limits of the gear and of the motor by which the drive fails; a mean speed above that of a duty cycle is none.
     change : Remedy or None
         The smallest change of those tried that brings the largest oscillation under its limit.
+    fault : str
+        That the motor's loop is unstable, which forbids every speed; empty where it is not.
     """
 
     answer: Answer
@@ -65,12 +67,13 @@ class Verdict:
     allowed: tuple[Speeds, ...]
     exceeded: tuple[Finding, ...]
     change: Remedy | None = None
+    fault: str = ""
 
 
 def verdict_of(
     speeds: Speeds, curves: tuple[DriveResponse, ...], avoid: Avoid | None, usage: Usage, limits: tuple[Finding, ...],
     change: Remedy | None = None, motor: MotorUse | None = None, turns: int = 1, sheet: MotorLimits | None = None,
-    needs: Sequence[Need | None] = (),
+    needs: Sequence[Need | None] = (), fault: str = "",
 ) -> Verdict:  # fmt: skip
     """Put together what is wrong with a drive and at which speeds.
 
@@ -96,6 +99,8 @@ def verdict_of(
         Limits of the motor, which may depend on its speed.
     needs : sequence of Need or None
         What the findings about its torque compare with them.
+    fault : str
+        That the motor's loop is unstable.
     """
     exceeded = tuple(finding for finding in limits if finding.fails)
     outside = merged(band for finding in exceeded for band in _where(finding, speeds, curves, needs, turns, sheet))
@@ -105,13 +110,13 @@ def verdict_of(
     places = [at.get(f.value) if f.omega is None else turns * f.omega for f in exceeded if f.unit != "rpm"]
     wider = [(low * (1.0 - 1e-9), high * (1.0 + 1e-9)) for low, high in outside]
     covered = all(p is not None and any(low <= p <= high for low, high in wider) for p in places)
-    bands = merged([*((speeds,) if avoid is None else avoid.bands), *outside])
+    bands = merged([*((speeds,) if avoid is None or fault else avoid.bands), *outside])
     allowed = between(bands, speeds)
     if not bands and not exceeded and avoid is not None:
         answer = Answer.ALL_RIGHT
     else:
         answer = Answer.BUT if allowed and covered and avoid is not None else Answer.NOT
-    return Verdict(answer, bands, allowed, exceeded, change)
+    return Verdict(answer, bands, allowed, exceeded, None if fault else change, fault)
 
 
 def _where(
@@ -190,7 +195,13 @@ class Judged(NamedTuple):
     def failures(self) -> tuple[str, ...]:
         """Limits of the gear and of the motor by which the drive fails, a limit out of reach, and jumps."""
         jumps = ["The motion jumps on a slow run-up or run-down."] if self.jumps else []
-        return (*self._below(True), *jumps, *(finding.sentence for finding in gravest(self.findings) if finding.fails))
+        fault = [self.verdict.fault] if self.verdict.fault else []
+        return (
+            *fault,
+            *self._below(True),
+            *jumps,
+            *(finding.sentence for finding in gravest(self.findings) if finding.fails),
+        )
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -224,11 +235,21 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor, (need,), resting)
     avoid = _avoid(project, response)
     verdict = verdict_of(
-        speeds.limits, (response,), avoid, usage, findings, None, motor, turns, project.motor_limits, (need,)
+        speeds.limits,
+        (response,),
+        avoid,
+        usage,
+        findings,
+        None,
+        motor,
+        turns,
+        project.motor_limits,
+        (need,),
+        project.loop_fault,
     )
     passes: bool | None = verdict.answer is Answer.ALL_RIGHT
     if project.limit is None:
-        passes = False if verdict.exceeded or avoid is None or avoid.unstable else None
+        passes = False if verdict.fault or verdict.exceeded or avoid is None or avoid.unstable else None
     jumps = project.limit is not None and response.sweep is not None and bool(response.sweep.jumping)
     passes = passes if loads[0] == loads[1] or not passes else None
     return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found)

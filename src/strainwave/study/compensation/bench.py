@@ -70,6 +70,16 @@ class Bench:
     remarks: tuple[str, ...] = ()
     backward: KinematicError | None = None
 
+    @property
+    def lag(self) -> float:
+        """Lag [s] of the current loop, behind which a commanded torque acts."""
+        return float(getattr(self.model.motor.control, "lag", 0.0))
+
+    @property
+    def lead(self) -> float:
+        """Time [s] from a sample to the middle of the time in which its torque acts; the lag counts as a delay."""
+        return self.sampling.lead + self.lag
+
     def at(self, speed: float) -> "Bench":
         """The bench at a motor speed [rad/s]: with the kinematic error of backward motion where that is another."""
         if speed > 0.0 or self.backward is None:
@@ -199,7 +209,8 @@ class Bench:
         else:
             return np.zeros(len(train.state_names()))
         state = operating_state(train.with_motor(control=control), float(speed))
-        return np.concatenate([state[:4], [-stiffness * state[place]], state[behind:]])
+        torque = [-stiffness * state[place]] * (2 if self.lag else 1)
+        return np.concatenate([state[:4], torque, state[behind:]])
 
     def with_stiffness(self, share: float) -> "Bench":
         """The bench with a drive whose gear is stiffer by a share than the model says."""
@@ -271,12 +282,6 @@ def bench_of(
     control, lag = train.motor.control, apart(train.motor.control)[1].get("lag", 0.0)
     if isinstance(control, Lagged):
         control = control.loop
-    if lag:
-        timing = timing._replace(delay=timing.delay + lag)
-        remarks.append(
-            f"The lag of the current loop, {1e3 * lag:.3g} ms, counts as delay: the torque acts "
-            f"{1e3 * timing.delay:.3g} ms after its sample."
-        )
     driven = isinstance(control, TorqueDriven)
     if driven and loop is None:
         loop = SampledPD(0.0, 0.0, timing.period)
@@ -286,7 +291,7 @@ def bench_of(
         )
     elif loop is None:
         loop = _sampled(control, inertia, timing, remarks)
-    outside = TORQUE_DRIVEN if driven else COMMANDED
+    outside = TORQUE_DRIVEN if driven else Lagged(COMMANDED, lag) if lag else COMMANDED
     model = checked(train.with_motor(control=outside)._replace(reference=Steady()))
     other = model if plant is None else plant.with_motor(control=outside)
     return Bench(model, checked(other), checked(loop), checked(timing), gear, tuple(remarks), backward)

@@ -106,7 +106,7 @@ def slower(controller: Any, share: float) -> Any:
 
 
 def _inverse(bench: Bench, speed: float, share: float = 1.0) -> Any:
-    model, J, lead, loop = bench.model, share * bench.model.motor.J, bench.sampling.lead, bench.loop
+    model, J, lead, loop = bench.model, share * bench.model.motor.J, bench.lead, bench.loop
     twists, known = bench.twists(speed), bench.against if share else ()
     if not bench.equation and (lines_of(model.error) or twists):
         error = KinematicError((*lines_of(model.error), *twists)) if twists else model.error
@@ -123,7 +123,7 @@ _angle = partial(_inverse, share=0.0)
 
 
 def _nonlinear(bench: Bench, _speed: float) -> Any:
-    return InverseDynamics(bench.loop, bench.model, bench.sampling.lead)
+    return InverseDynamics(bench.loop, bench.model, bench.lead)
 
 
 def table_against(bench: Bench, speed: float, amplitudes: Any) -> TorqueTable:
@@ -185,7 +185,7 @@ def _observer(bench: Bench, _speed: float) -> Any:
     inertia = bench.model.motor.J
     gains = bench.loop
     bandwidth = np.sqrt(gains.K_p / inertia) if isinstance(gains, SampledPD) else 0.1 / bench.sampling.period
-    most = 0.2 / (bench.sampling.period + bench.sampling.delay)
+    most = 0.2 / (bench.sampling.period + bench.sampling.delay + bench.lag)
     return DisturbanceObserver(gains, inertia, float(min(OBSERVER * bandwidth, most)), bench.sampling.period)
 
 

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.results import Floats, SolveError
-from ...drive.margins import control_parts, control_response
+from ...drive.loops.linear_control import control_parts, control_response
 from ...drive.train_curve import POINTS, crest_in
 from ...model.excitation import Harmonic, KinematicError
 from ...model.oscillator import Oscillator

@@ -212,7 +212,16 @@ def move(
         plain = Quintic.through(smooth.t, *smooth.pointing(), smooth.steps)
         t = whole.dense(WITHIN)
         passed = tuple(passes(crossed, mover.train, path, t, whole.at(t) - plain.at(t)))
-    return _result(mover, path, run, window, spans, passed, [*_rests(mover, path, run, decay, method)])
+    found = _result(mover, path, run, window, spans, passed, [*_rests(mover, path, run, decay, method)])
+    return replace(found, fault=_fault(project, task.payload if payload is None else payload))
+
+
+def _fault(project: Any, payload: Payload | None) -> str:
+    """That the motor's loop of a project is unstable with a payload, in a sentence; empty of a train."""
+    if not isinstance(project, Project) or project.train is None:
+        return ""
+    loaded = project if payload is None else replace(project, train=checked(payload).on(project.train))
+    return loaded.loop_fault
 
 
 def _driven(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mover:

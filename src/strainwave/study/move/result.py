@@ -200,6 +200,8 @@ class Move(Result):
         What was assumed, as sentences.
     K_t : float or None
         Torque of the motor's current [N*m/A], where it is known.
+    fault : str
+        That the motor's loop is unstable as its controller samples it, so that the drive does not follow this move.
     """
 
     time: Floats
@@ -235,6 +237,7 @@ class Move(Result):
     imbalance: float
     remarks: tuple[str, ...]
     K_t: float | None = None
+    fault: str = ""
 
     rows: ClassVar[str] = "time"
     arrays: ClassVar[Along] = {
@@ -258,12 +261,13 @@ class Move(Result):
     @property
     def within_limits(self) -> bool | None:
         """Whether gear and motor keep their limits in the move; None where none is known."""
-        return not self.failures if self.findings else None
+        return not self.failures if self.findings or self.fault else None
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """Sentences on the limits by which the move fails."""
-        return tuple(finding.sentence for finding in gravest(self.findings) if finding.fails)
+        """Sentences on an unstable loop, and on the limits by which the move fails."""
+        fault = (self.fault,) if self.fault else ()
+        return fault + tuple(finding.sentence for finding in gravest(self.findings) if finding.fails)
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of a move, once."""

@@ -104,6 +104,11 @@ class Bands(NamedTuple):
     allowed: Floats
 
 
+def none_allowed(span: Span) -> Bands:
+    """That every speed is forbidden, as where the motor's loop is unstable."""
+    return Bands(as_intervals([span]), as_intervals([]))
+
+
 def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: Iterable[Span], apart: float) -> Bands:
     """Apply the rules to all stable motions under a load.
 

@@ -24,7 +24,18 @@ from ..analysis.avoid import out_of_reach
 from ..analysis.load_cases import is_jumping, with_ends_of_jumps
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
-from .rules import Rules, Span, bands_of, beyond_ratings, holds, rules_of, vendor_rules, windows, with_ratings
+from .rules import (
+    Rules,
+    Span,
+    bands_of,
+    beyond_ratings,
+    holds,
+    none_allowed,
+    rules_of,
+    vendor_rules,
+    windows,
+    with_ratings,
+)
 from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, main_curve, under_load, untried
 
 CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
@@ -130,6 +141,8 @@ def speed_map(
         bands_of(loaded, rules, span, _resonances(loaded, [line for line in lines if line.load == loaded.load]), apart)
         for loaded in by_load
     ]
+    faults = list(dict.fromkeys(one.loop_fault for one in variants if one.loop_fault))
+    bands = [none_allowed(span) if one.loop_fault else own for one, own in zip(variants, bands, strict=True)]
     table = [cells_of(loaded, cells) for loaded in by_load]
     oscillation, torque, motions, subharmonic, smallest = map(np.array, zip(*table, strict=True))
     scatter = _scatter(drives if len(computed) == total else [], values, name, rows, cells, span, rules, progress)
@@ -159,7 +172,7 @@ def speed_map(
         smallest=smallest if project.is_beating else None,
         shaft=project.speeds.base,
     )
-    result = replace(result, failures=(*_unreachable(result), *failures))
+    result = replace(result, failures=(*faults, *(() if faults else _unreachable(result)), *failures))
     finished = 0 if scatter is None else scatter.units
     if len(computed) < total or finished < len(drives):
         some = f"the map is that of {len(computed)} of {total} loads and {finished} of {len(drives)} units"

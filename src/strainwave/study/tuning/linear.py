@@ -9,9 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.results import Floats, SolveError
-from ...drive.margins import MotorLoop, around_poles, control_response
+from ...drive.loops.linear_control import around_poles, control_parts, control_response
+from ...drive.loops.sampled_loop import SampledLoop, SampledPlant, without_outside
+from ...drive.margins import MotorLoop, peak_sensitivity
 from ...drive.operating_point import operating_state
 from ...drive.state_space import Complexes
+from ...model.controllers.closed_loop import Sampling
 from ...model.train.drive_train import DriveTrain
 
 POINTS, BEYOND = 500, 30.0  # frequencies, and how far below and above the slowest and fastest pole they go
@@ -55,21 +58,24 @@ class OpenLoop:
         With a loop of the motor.
     delay : float
         Delay [s] of the loop that the train does not have.
+    sampling : Sampling, optional
+        Period and delay of a controller: stability and margins are then those of the loop that it samples.
     """
 
-    def __init__(self, train: DriveTrain, delay: float = 0.0) -> None:
+    def __init__(self, train: DriveTrain, delay: float = 0.0, sampling: Sampling | None = None) -> None:
         try:
             state: Any = operating_state(train, train.omega)
         except (SolveError, TypeError):  # a law cannot carry the torque, or a torque has no mean
             state = None
         loop = MotorLoop(train, state, train.omega)
-        self.plant, self.delay = loop.plant, delay
+        self.plant, self.delay, self.loop, self.sampling = loop.plant, delay, loop, sampling
+        self.sampled: tuple[Any, SampledPlant] | None = None  # by lag and filters, which may be others
         outputs = map(self.plant.outputs.index, ("motor deviation", "motor speed", "load speed", "error"))
         self.angle, self.rate, self.load, error = self.plant.C[list(outputs)]
         self.seen = self.angle - train.N * error if hasattr(train.motor.control, "at_load") else self.angle
         self.motor, self.torque = self.plant.B[:, 0], self.plant.B[:, self.plant.inputs.index("load torque")]
         self.memory = sum(" z" in name for name in self.plant.states)
-        self.grid = loop.frequencies(POINTS, BEYOND, ABOUT)
+        self.grid = loop.frequencies(POINTS, ABOUT, BEYOND)
         self.answer = self._answer(self.grid)
 
     @property
@@ -78,13 +84,18 @@ class OpenLoop:
         waves = self.plant.poles[self.plant.poles.imag > 0.0]
         return float(np.abs(waves)[np.argmax(waves.real / np.abs(waves))]) if len(waves) else 0.0
 
-    def figures(self, parts: tuple[Any, ...]) -> LoopFigures:
-        """Margins and disturbance response with the `control_parts` of a control."""
+    def figures(self, parts: tuple[Any, ...], control: Any = None) -> LoopFigures:
+        """Margins and disturbance response with the `control_parts` of a control; a sampled loop needs it itself."""
         count = len(parts[3])
         poles, vectors = np.linalg.eig(self._closed(parts))
         moving = np.abs(poles) > AT_REST * np.max(np.abs(poles))
         if np.sum(~moving) > self.memory or np.any(poles[moving].real >= 0.0):
             return UNSTABLE
+        into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
+        angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
+        if self.sampling is not None:
+            found = self._sampled(control, self.sampling)
+            return UNSTABLE if found is None else LoopFigures(*found, *_disturbed(poles[moving], angle, self.grid))
         extra = around_poles(poles, ABOUT)
         grid = np.concatenate([self.grid, extra])
         order = np.argsort(grid)
@@ -100,9 +111,25 @@ class OpenLoop:
         fine = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], ZOOM)
         close = _open(parts, fine, self._answer(fine)) * np.exp(-1j * self.delay * fine)
         peak = 1.0 / min(abs(1.0 + L[top]), np.min(np.abs(1.0 + close)))
-        into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
-        angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
         return LoopFigures(*map(float, (peak, *margins, *_disturbed(poles[moving], angle, grid))))
+
+    def _sampled(self, control: Any, sampling: Sampling) -> tuple[float, float, float] | None:
+        """Peak sensitivity, gain and phase margin of the sampled loop; None of an unstable one."""
+        inner, outside = without_outside(control)
+        if self.sampled is None or self.sampled[0] != outside:
+            self.sampled = outside, SampledPlant(self.loop, outside, sampling)
+        loop = SampledLoop(self.sampled[1], control_parts(inner))
+        if not loop.stable:
+            return None
+        grid = loop.frequencies(POINTS, ABOUT)
+        L = loop(grid)
+        gains, phases = crossings(grid, L)
+        factors = np.append(phases[:, 1], -1.0 / L[-1].real)  # half the rate, where L is real
+        return (
+            peak_sensitivity(loop, grid, L),
+            np.min(factors[factors > 1.0], initial=inf),
+            np.min(np.abs(gains[:, 1]), initial=inf),
+        )
 
     def _answer(self, omega: Floats) -> Complexes:
         """Deviations (n, 2), as the loop sees it and of the motor, over a torque on the motor, without its loop."""

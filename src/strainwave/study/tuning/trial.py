@@ -13,10 +13,11 @@ import numpy as np
 from ...base.quantities import numbers
 from ...base.results import Floats, SolveError
 from ...drive.asked import PEAK, RMS, MotorLimits
-from ...drive.margins import control_parts
+from ...drive.loops.linear_control import control_parts
 from ...drive.project import Project
 from ...drive.train_curve import FEW, Crest, largest_crest
 from ...drive.two_turns import BeatCrest, drive_curve, largest_beat
+from ...model.controllers.closed_loop import Sampling
 from ..move.move import move
 from .linear import UNSTABLE, LoopFigures, OpenLoop
 
@@ -85,13 +86,14 @@ class TuningPoint(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """Of a trial: loads [N*m] of each drive or None for its own, goals, limits, share of units, delay [s]."""
+    """Of a trial: loads [N*m] of each drive or None for its own, goals, limits, share of units, delay [s], samples."""
 
     loads: Sequence[float] | None
     goals: tuple[str, ...]
     limits: TuningLimits
     share: float
     delay: float
+    sampling: Sampling | None = None
 
 
 class Trial:
@@ -105,7 +107,10 @@ class Trial:
     ) -> None:  # fmt: skip
         self.setting, self.control, self.drives = setting, control, drives
         self.loaded = [loads_of(drive, setting.loads) for drive in drives]
-        self.loops = [[OpenLoop(case.train, setting.delay) for case in cases if case.train] for cases in self.loaded]
+        self.loops = [
+            [OpenLoop(case.train, setting.delay, setting.sampling) for case in cases if case.train]
+            for cases in self.loaded
+        ]
         self.order = list(range(len(drives)))  # those that refused gains last come first
         self.last: tuple[bytes, Any, dict[int, list[LoopFigures]]] = (b"", None, {})
         self.moved = any(GOALS[name].of_move for name in setting.goals)
@@ -141,10 +146,11 @@ class Trial:
         """Figures of the loops of a drive; those of the last gains are at hand."""
         key = x.tobytes()
         if key != self.last[0]:
-            self.last = key, control_parts(self.control(x)), {}
+            control = self.control(x)
+            self.last = key, (control_parts(control), control), {}
         _, parts, figures = self.last
         if i not in figures:
-            figures[i] = [loop.figures(parts) for loop in self.loops[i]]
+            figures[i] = [loop.figures(*parts) for loop in self.loops[i]]
         return figures[i]
 
     def _first(self, i: int) -> None:

@@ -137,7 +137,7 @@ def tune(
     drives = _drives(project, units, loop)
     if project.postures:
         remarks = (*remarks, f"The {len(project.postures)} postures of the project are drives with the same gains.")
-    setting = Setting(loads, _goals(project, goals), limits, share, time)
+    setting = Setting(loads, _goals(project, goals), limits, share, time, project.sampling if delay is None else None)
     progress("linear loops", 0.0)
     trial = Trial(drives, setting, loop.control)
     search, by_rule = _search(trial, loop)
@@ -225,7 +225,7 @@ def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tu
         return checked_number("delay [s]", given or 0.0), ()
     if project.sampling is not None:
         time = project.sampling.lead
-        return time, (f"The margins count the delay of the controller, {number(1e3 * time)} ms; responses do not.",)
+        return time, ("The margins are those of the loop as its controller samples it; responses are not.",)
     said = f"a delay of {number(1e3 * ASSUMED)} ms is assumed in the margins"
     return ASSUMED, (f"The project has neither a lag of the loop nor a controller: {said}, as gains end by it.",)
 

@@ -294,7 +294,7 @@ def tables_of(bench: Bench, case: Compensation) -> dict[str, OrderTable]:
         tables["torque"] = OrderTable.of(known.table, turn=turn, delay=known.lead, **held)
     if isinstance(controller, AngleFeedforward):
         lines += _of_inertia(controller, case.speed) if lines else []
-        ahead = 0.0 if lines else round(bench.sampling.lead, DIGITS)
+        ahead = 0.0 if lines else round(bench.lead, DIGITS)
         one_way = {} if bench.backward is None else {"direction": held["direction"]}
         tables["angle"] = OrderTable.of(controller.error, delay=ahead, **about, **one_way)
     if lines:

@@ -251,7 +251,7 @@ SOFTWARE = ("numpy", "scipy", "numba")
 MOTORS = {
     "held": "The motor turns at constant speed, as under an ideally stiff speed loop.",
     "free": "The motor is driven by its torque alone; no loop holds its speed.",
-    "train": "The motor has the loop and the friction that the file gives; a loop is computed without sampling.",
+    "train": "The motor has the loop and the friction that the file gives; its motions are computed without sampling.",
 }
 
 

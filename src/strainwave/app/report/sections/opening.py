@@ -18,7 +18,7 @@ from ....study.analysis.verdict import Answer
 from ...console import WHAT_X_IS, number, percent
 from ...view import View, equation_alone, place_said, sizes, under_load
 from ..remedies import after_change, can_be_ordered, helps, words
-from ..verdict import answers, how_sure, loop_margins, ranges, verdict_data
+from ..verdict import answers, how_sure, ranges, verdict_data
 from .speed_range import drive_figure, figure_said
 from .whole_train import modes, parts, train_warning
 
@@ -57,7 +57,7 @@ class Opening:
             "largest_error": _largest(view, worst, "peak"),
             "largest_torque": _largest_torque(view),
             "required_motor": _required_motor(view),
-            "loop_margins": loop_margins(view),
+            "loop_margins": None if project.loop is None else project.loop.data(),
             "how_sure": told_once(project.sureness.facts(project.limit))["how_sure"]
             | {
                 "sentence": how_sure(view),
@@ -239,6 +239,7 @@ def warnings(view: View) -> list[str]:
     article = (HDC_40_050.law, HDC_40_050.J_m, HDC_40_050.J_l)
     if (project.drive.law, project.drive.J_m, project.drive.J_l) == article:
         sentences.append(HDC_40_050_WARNING)
+    sentences += [project.loop.weak] if project.loop and project.loop.weak else []
     sentences += analysis.warnings
     sweep = analysis.response.sweep
     for band in () if sweep is None else sweep.bands:

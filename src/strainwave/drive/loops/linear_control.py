@@ -1,0 +1,54 @@
+"""A control of the motor, linear about a state: its matrices, its frequency response, places around its poles."""
+
+from typing import Any
+
+import numpy as np
+
+from ...base.law import share, states_of, torque_of, z_rate_of
+from ...base.protocols import Control
+from ...base.results import Floats
+from ...model.train.controls import inertia_of
+from ..state_space import Complexes
+
+STEP = 1e-6  # of the states of a control, for differences
+
+
+def control_response(parts: tuple[Any, ...], omega: Floats) -> tuple[Complexes, Complexes]:
+    """Torques (n,) of a `linear_control` against an angle as it sees it and against that of the motor, by its speed."""
+    by_angle, by_speed, inertia, A, B, C = parts
+    s = 1j * omega
+    inner = (C @ np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B + 0j))[:, 0]
+    return by_angle + inner[:, 0], s * (by_speed + s * inertia + inner[:, 1])
+
+
+def around_poles(poles: Complexes, places: Floats) -> Floats:
+    """Frequencies [rad/s] at poles that vibrate, and close around them at places in half widths."""
+    waves = poles[poles.imag > 0.0]
+    near = waves.imag[:, None] + np.abs(waves.real)[:, None] * np.append(places, 0.0)
+    return np.asarray(near[near > 0.0])
+
+
+def control_parts(control: Control) -> tuple[Any, ...]:
+    """A control, linear about rest, as `linear_control` gives it."""
+    count = states_of(control)
+    return linear_control(control, np.zeros(4 + count), np.arange(4 + count) >= 4)
+
+
+def linear_control(control: Control, state: Floats, own: Any) -> tuple[Any, ...]:
+    """Derivatives of a control's torque by angle and speed; its inertia; A, B (by both), C of its own states."""
+    z, count = state[own], states_of(control)
+    start = np.concatenate([state[2:4], z])
+
+    def slopes(f: Any, size: int) -> Floats:
+        steps = STEP * np.eye(len(start))
+        rows = [(np.reshape(f(start + d), size) - np.reshape(f(start - d), size)) / (2.0 * STEP) for d in steps]
+        return np.array(rows).reshape(len(start), size).T
+
+    def torque(y: Floats) -> Any:
+        return torque_of(control, y[0], y[1], share(control, tuple(y[2:])))
+
+    def rates(y: Floats) -> Any:
+        return np.array(z_rate_of(control, y[0], y[1], share(control, tuple(y[2:]))), float)
+
+    by, own_rates = slopes(torque, 1), slopes(rates, count)
+    return by[0, 0], by[0, 1], float(inertia_of(control)), own_rates[:, 2:], own_rates[:, :2], by[:, 2:]

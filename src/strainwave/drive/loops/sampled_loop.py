@@ -1,0 +1,146 @@
+"""A motor's loop as its controller samples it, linear about an operating point and exact between the samples.
+
+A torque acts from its delay after the sample on and is held for a period. Plant, current lag and torque filters go on
+between the samples as states; so does the part of a delay that is no whole period. At a sample the controller has the
+angles and the speed of that time; its own integrals go by backward Euler (Franklin, Powell & Workman, Digital Control
+of Dynamic Systems, 3rd ed. 1998, sec. 4.3, plants with delay, and 6.1, numerical integration).
+"""
+
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.results import Floats
+from ...model.controllers.closed_loop import Sampling
+from ...model.train.commanded import COMMANDED
+from ...model.train.controls import Lagged
+from ...model.train.filters import Filtered, apart, around
+from ...numerics.integration.held import held
+from ..state_space import Complexes
+from .linear_control import around_poles, control_parts
+
+SMALL = 1e-7  # of the largest: a pole that stands for 0
+BEYOND = 30.0  # how far the frequencies go below the slowest pole
+ON_CIRCLE = 1e-9  # distance from 1 of a pole that does not move
+
+
+class SampledPlant:
+    """What a controller's torque moves between its samples: plant, lag and filters, linear about an operating point.
+
+    Parameters
+    ----------
+    loop : MotorLoop
+        The loop without samples, about an operating point.
+    outside : Control
+        Lag and filters around a torque from outside, as of `without_outside`.
+    sampling : Sampling
+        Period and delay of the controller.
+    """
+
+    def __init__(self, loop: Any, outside: Any, sampling: Sampling) -> None:
+        self.period, self.memory = sampling.period, sum(" z" in name for name in loop.plant.states)
+        A, B, seen = _continuous(loop, control_parts(outside))
+        self.A, self.B = held(A, B, sampling.period, sampling.delay)
+        self.seen = np.pad(seen, ((0, 0), (0, len(self.A) - len(A))))
+        self.loop, self.poles = loop, np.linalg.eigvals(A)
+
+    def answer(self, omega: Floats) -> Complexes:
+        """Angle as seen and speed (2, n) at the samples over the torque of the controller, at frequencies [rad/s]."""
+        z = np.exp(1j * self.period * omega)[:, None, None]
+        states = np.linalg.solve(z * np.eye(len(self.A)) - self.A, self.B[:, None] + 0j)
+        return np.asarray((self.seen @ states)[:, :, 0].T)
+
+
+class SampledLoop:
+    """The open loop L(exp(j omega T)) of a train's motor under a controller with the period T.
+
+    Parameters
+    ----------
+    plant : SampledPlant
+        What its torque moves.
+    parts : tuple
+        `control_parts` of what the controller computes.
+    """
+
+    def __init__(self, plant: SampledPlant, parts: tuple[Any, ...]) -> None:
+        self.plant, self.parts, self.period = plant, parts, plant.period
+        self.poles = np.linalg.eigvals(self.closed())
+
+    @property
+    def growing(self) -> Complexes:
+        """Poles [1/s] of the closed loop, log z/T, but for what a law's memory keeps where it is left."""
+        still = np.argsort(np.abs(self.poles - 1.0))[: self.plant.memory]
+        moving = np.delete(self.poles, still[np.abs(self.poles[still] - 1.0) < ON_CIRCLE])
+        return np.asarray(np.log(np.where(moving == 0.0, 1e-300, moving)) / self.period)
+
+    @property
+    def stable(self) -> bool:
+        """Whether every motion decays from sample to sample."""
+        return bool(np.all(self.growing.real < 0.0))
+
+    def __call__(self, omega: ArrayLike, answer: Complexes | None = None) -> Complexes:
+        """Open loop (n,) at frequencies [rad/s] up to pi/T; 1 + L = 0 is the closed loop's characteristic equation."""
+        grid = np.atleast_1d(np.asarray(omega, float))
+        A, B, C, D = self.law
+        z = np.exp(1j * self.period * grid)[:, None, None]
+        torque = (C @ np.linalg.solve(z * np.eye(len(A)) - A, B + 0j) + D)[:, 0]
+        return np.asarray(np.sum(torque.T * (self.plant.answer(grid) if answer is None else answer), axis=0))
+
+    @property
+    def law(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Matrices of the controller from sample to sample: from angle and speed to the torque against them."""
+        by_angle, by_speed, inertia, A, B, C = self.parts
+        T, n = self.period, len(A)
+        kept = np.linalg.inv(np.eye(n) - T * A)  # backward Euler: z = kept (z before + T B w)
+        put = T * kept @ B
+        old = np.zeros((n + 1, n + 1))
+        old[:n, :n] = kept
+        put = np.vstack([put, [0.0, 1.0]])  # the last state is the speed of the sample before
+        out = np.append(C[0] @ kept, -inertia / T)[None, :]
+        through = np.array([[by_angle, by_speed + inertia / T]]) + C @ put[:n]
+        return old, put, out, through
+
+    def closed(self) -> Floats:
+        """Matrix of the closed loop from sample to sample."""
+        A, B, C, D = self.law
+        moved, torque, seen = self.plant.A, self.plant.B, self.plant.seen
+        top = np.hstack([moved - np.outer(torque, D @ seen), -np.outer(torque, C)])
+        return np.vstack([top, np.hstack([B @ seen, A])])
+
+    def frequencies(self, points: int, about: Floats) -> Floats:
+        """Frequencies [rad/s], ascending to pi/T, close around resonances and antiresonances."""
+        every = np.concatenate([self.plant.loop.corners, self.plant.poles, self.growing])
+        sizes, top = np.abs(every), pi / self.period
+        least = np.min(sizes[sizes > SMALL * np.max(sizes)], initial=top)
+        near = around_poles(every, about)
+        return np.unique(np.concatenate([np.geomspace(least / BEYOND, top, points), near[near < top]]))
+
+
+def sampled_loop(loop: Any, sampling: Sampling) -> SampledLoop:
+    """The loop of a `MotorLoop` as a controller samples it."""
+    inner, outside = without_outside(loop.train.motor.control)
+    return SampledLoop(SampledPlant(loop, outside, sampling), control_parts(inner))
+
+
+def without_outside(control: Any) -> tuple[Any, Any]:
+    """What a controller computes of a control, and a torque from outside behind its filters and its lag."""
+    core, parts = apart(control)
+    outside: Any = COMMANDED
+    for item in parts.pop("filters", ()):
+        outside = Filtered(outside, item)
+    if lag := parts.pop("lag", 0.0):
+        outside = Lagged(outside, lag)
+    return (around(core, **parts) if parts else core), outside
+
+
+def _continuous(loop: Any, outside: tuple[Any, ...]) -> tuple[Floats, Floats, Floats]:
+    """Matrices of plant, lag and filters under a torque that is held, and rows of the angle and the speed as seen."""
+    plant, train = loop.plant, loop.train
+    A, C = outside[3], outside[5]  # the last state is the torque that is held
+    angle, speed, error = [plant.C[plant.outputs.index(n)] for n in ("motor deviation", "motor speed", "error")]
+    angle = angle - train.N * error if hasattr(train.motor.control, "at_load") else angle
+    whole = np.block([[plant.A, -np.outer(plant.B[:, 0], C[0])], [np.zeros((len(A), len(plant.A))), A]])
+    seen = np.hstack([np.vstack([angle, speed]), np.zeros((2, len(A) - 1))])
+    return whole[:-1, :-1], whole[:-1, -1], seen

@@ -1,0 +1,230 @@
+"""How far the loop of a drive is from instability: the worst over its loads and postures, as its controller samples it.
+
+A gear is stiffer under a torque, so that a loop which is stable with one load need not be so with another. Dry friction
+is left out: where a shaft slides at a constant torque it damps nothing, and where it sticks nothing moves.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from math import degrees, inf, isfinite, log10, pi
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...base.facts import Fact
+from ...base.law import breakpoints_of, depends, spring_stiffness
+from ...base.results import SolveError
+from ...base.sentences import number
+from ...model.controllers.closed_loop import Sampling
+from ...model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
+from ...model.laws.hysteresis import Parallel
+from ...model.train.controls import PositionLoop, SpeedLoop
+from ...model.train.drive_train import DriveTrain
+from ...model.train.shafts import NO_DRAG
+from ...numerics.operating_point import loaded_state
+from ..margins import Margins, loop_of, margins
+from ..operating_point import operating_state
+
+LOADS = 9  # torques of a range, and of each part of it between two bends of the law
+SAME = 9  # digits of a stiffness
+PASSIVE = (PositionLoop, SpeedLoop)  # loops that act where they measure put in no energy
+SENSITIVE, PHASE, GAIN = 2.0, 30.0, 10.0**0.3  # peak sensitivity, phase [deg] and gain (6 dB) that are close
+
+
+class Loaded(NamedTuple):
+    """A train under a load [N*m], None for its own; with the name of its posture."""
+
+    posture: str
+    load: float | None
+    train: DriveTrain
+
+    @property
+    def at(self) -> Any:
+        """State in which its mean torques hold it; zeros where a law cannot carry the torque or it has no mean."""
+        try:
+            return operating_state(self.train, self.train.omega)
+        except (SolveError, TypeError):
+            return None
+
+    @property
+    def said(self) -> str:
+        """Where that is, as the end of a sentence."""
+        load = "" if self.load is None else f" under a load of {number(self.load)} N·m"
+        return load + (f" in {self.posture}" if self.posture else "")
+
+
+@dataclass(frozen=True, eq=False)
+class WorstMargins:
+    """Margins of the loop of a drive under every load, and the worst of each.
+
+    Attributes
+    ----------
+    loads : tuple of Loaded
+        The drive under its loads, one for each stiffness.
+    margins : tuple of Margins
+        Of each.
+    sampling : Sampling or None
+        Period and delay of the controller; None where the file has none, and the loop is one without samples.
+    """
+
+    loads: tuple[Loaded, ...]
+    margins: tuple[Margins, ...]
+    sampling: Sampling | None
+
+    @property
+    def stable(self) -> bool:
+        """Whether the loop is stable under every load."""
+        return all(found.stable for found in self.margins)
+
+    @property
+    def worst(self) -> tuple[Loaded, Margins]:
+        """Load under which the loop grows fastest, or, where it is stable, has the largest sensitivity."""
+        sizes = [found.peak_sensitivity if self.stable else found.slowest.real for found in self.margins]
+        i = int(np.argmax(sizes))
+        return self.loads[i], self.margins[i]
+
+    def least(self, name: str) -> float:
+        """Smallest of one of the margins, by its size."""
+        return min((abs(getattr(found, name)) for found in self.margins), default=inf)
+
+    @property
+    def sampled(self) -> str:
+        """How it is sampled, as a part of a sentence."""
+        if self.sampling is None:
+            return "computed without sampling"
+        period, delay = (number(1e3 * time, 3) for time in (self.sampling.period, self.sampling.delay))
+        return f"sampled every {period} ms with {delay} ms of delay"
+
+    @property
+    def fault(self) -> str:
+        """That the loop is unstable, and how fast what grows, in a sentence; empty of a stable one."""
+        if self.stable:
+            return ""
+        load, found = self.worst
+        hertz, time = abs(found.slowest.imag) / (2.0 * pi), 1.0 / found.slowest.real if found.slowest.real else inf
+        what = f"a vibration of {number(hertz, 3)} Hz" if hertz else "a motion"
+        grows = f"{what} grows by a factor e every {number(1e3 * time, 3)} ms"
+        return f"The motor's loop is unstable with this gear: {grows}, {self.sampled}{load.said}."
+
+    @property
+    def weak(self) -> str:
+        """That the loop is close to instability, in one sentence; empty where it is not."""
+        if not self.stable:
+            return ""
+        load, found = self.worst
+        phase, gain, rise = degrees(self.least("phase_margin")), self.least("gain_margin"), found.peak_sensitivity
+        down = max(one.gain_reduction for one in self.margins)
+        said = [f"peak sensitivity {number(rise, 3)} (at most {SENSITIVE:g})"] * (rise > SENSITIVE)
+        said += [f"phase margin {number(phase, 2)}° (at least {PHASE:g}°)"] * (phase < PHASE)
+        said += [f"gain margin {_decibels(gain)} dB (at least 6 dB)"] * (gain < GAIN)
+        if GAIN * down > 1.0:
+            said.append(f"a gain lower by {_decibels(1.0 / down)} dB makes it unstable (by at least 6 dB)")
+        return f"The loop is close to instability{load.said}: {', '.join(said)}." if said else ""
+
+    @property
+    def sentence(self) -> str:
+        """The loop in a sentence or two."""
+        if self.fault:
+            return self.fault
+        phase, gain, delay = degrees(self.least("phase_margin")), self.least("gain_margin"), self.least("delay_margin")
+        late = f"; {number(1e3 * delay, 3)} ms of further delay make it unstable" if isfinite(delay) else ""
+        angle, factor = number(phase, 2) + "°" if isfinite(phase) else "infinite", number(gain, 3)
+        factor = factor if isfinite(gain) else "infinite"
+        return f"Stable, {self.sampled}: phase margin {angle}, gain margin {factor}{late}." + (
+            self.weak and f" {self.weak}"
+        )
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Its numbers, and what is weak about it."""
+        return Fact("loop_margins", self.data()), Fact("", (self.weak,) if self.weak else (), "note: {}")
+
+    def data(self) -> dict[str, Any]:
+        """Numbers for JSON, the worst of each; None where there is no such margin."""
+        load, found = self.worst
+        names: dict[str, float] = {
+            "phase_margin_deg": degrees(self.least("phase_margin")),
+            "gain_margin": self.least("gain_margin"),
+        }
+        names |= {"gain_reduction": max(one.gain_reduction for one in self.margins)}
+        names |= {"delay_margin_s": self.least("delay_margin"), "peak_sensitivity": found.peak_sensitivity}
+        sizes = {name: size if isfinite(size) else None for name, size in names.items()}
+        sampling = self.sampling
+        time = {"period_s": sampling and sampling.period, "delay_s": sampling and sampling.delay}
+        growth = {"growth_per_s": found.slowest.real, "at_hertz": abs(found.slowest.imag) / (2.0 * pi)}
+        return {"stable": self.stable} | sizes | growth | time | {"load_torque_Nm": load.load, "weak": self.weak}
+
+
+def _decibels(factor: float) -> str:
+    return number(20.0 * log10(factor), 2)
+
+
+def loaded_trains(project: Any, posture: str = "") -> Iterator[Loaded]:
+    """The train of a project under loads that give its gear every tangent stiffness."""
+    train, (low, high) = project.train, project.load_torques
+    if train is None or train.motor.free or train.motor.held:
+        return
+    yield Loaded(posture, None, without_dry_friction(train))
+    known = {_stiffness(train, project.mean_load_torque)}
+    for torque in _torques(train, low, high) if low < high else ():
+        if (key := _stiffness(train, torque)) not in known:
+            known.add(key)
+            yield Loaded(posture, torque, without_dry_friction(project.under(torque).train))
+
+
+def _torques(train: DriveTrain, low: float, high: float) -> list[float]:
+    """Torques [N*m] of the load in a range, within every part of it between bends of the gear's law."""
+    law = train.law
+    bends = [float(law.torque(u)) for u in breakpoints_of(law)] if depends(law) == 1 else []
+    inside = sorted({side * torque for torque in bends for side in (-1.0, 1.0) if low < side * torque < high})
+    parts = [np.linspace(a, b, LOADS)[1:-1].tolist() for a, b in pairwise([low, *inside, high])]
+    return [low, high, *(torque for part in parts for torque in part)]
+
+
+def _stiffness(train: DriveTrain, torque: float) -> tuple[float, ...]:
+    """Tangent stiffnesses of gear and couplings under a torque [N*m] of the load, to so many digits."""
+    found = []
+    for law in (train.law, *train.load.couplings()):
+        try:
+            u = loaded_state(law, -torque)[0]
+            found.append(float(f"{spring_stiffness(law, u):.{SAME}g}"))
+        except (ValueError, SolveError, AttributeError):  # a law that cannot carry it, or without a stiffness
+            found.append(-torque)
+    return tuple(found)
+
+
+def without_dry_friction(train: DriveTrain) -> DriveTrain:
+    """The train with the viscous part alone of the drags of its shafts."""
+    end = train.load.end()
+    return train.with_motor(drag=_sliding(train.motor.drag)).with_load(drag=_sliding(end.drag))
+
+
+def _sliding(law: Any) -> Any:
+    if isinstance(law, Parallel):
+        return Parallel(_sliding(law.first), _sliding(law.second))
+    if isinstance(law, LuGre):
+        return Viscous(law.sigma_2)
+    return NO_DRAG if isinstance(law, Coulomb | Stribeck) else law
+
+
+def worst_margins(project: Any) -> WorstMargins | None:
+    """Margins of the motor's loop of a project under its loads and in its postures; None without a loop."""
+    loads, sampling = [*loaded_trains(project)], project.sampling
+    for i, row in enumerate(project.postures, 1):
+        loads += loaded_trains(row.on(project), f"posture {i}" + (f" ({row.name})" if row.name else ""))
+    if not loads:
+        return None
+    found = tuple(margins(one.train, at=one.at, speed=one.train.omega, sampling=sampling) for one in loads)
+    return WorstMargins(tuple(loads), found, sampling)
+
+
+def loop_fault(project: Any) -> str:
+    """That the motor's loop of a project is unstable under a load, as a sentence; empty where it is not, or none is."""
+    train, sampling = project.train, project.sampling
+    if train is None or (sampling is None and isinstance(train.motor.control, PASSIVE)):
+        return ""
+    loads = tuple(loaded_trains(project))
+    if all(loop_of(one.train, one.at, one.train.omega, sampling).stable for one in loads):
+        return ""
+    found = tuple(margins(one.train, at=one.at, speed=one.train.omega, sampling=sampling) for one in loads)
+    return WorstMargins(loads, found, sampling).fault
