@@ -10,6 +10,8 @@ from sampled_axis import Axis, edges, margins_by_hand, within
 
 import strainwave as sw
 from strainwave.app.commands import cli
+from strainwave.app.commands.response import facts
+from strainwave.base.facts import data
 from strainwave.drive.loops.linear_control import control_parts
 from strainwave.drive.loops.worst_margins import loaded_trains
 from strainwave.drive.margins import loop_of
@@ -72,6 +74,8 @@ def test_a_lag_is_no_dead_time(tmp_path):
     assert np.max(np.abs(poles(drive))) == pytest.approx(0.99972, abs=5e-6)
     assert drive.loop.stable
     assert drive.loop.weak.startswith("The loop is close to instability: peak sensitivity 7.81 (at most 2), phase ")
+    told = data(facts(drive, drive.response(coexisting=False, points=20)))
+    assert told["loop_margins"]["weak"] == drive.loop.weak
     # compensate goes on with the same lag; the speed of its loop is the difference of two angles
     loop = bench_of(drive).response(50.0)
     np.testing.assert_allclose(

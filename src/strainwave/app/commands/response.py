@@ -263,6 +263,7 @@ def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: 
         found, stop = finished(
             lambda: exceeded(drive, **how, progress=lambda done, all_: progress.show(stage, done / all_))
         )
-    click.echo(reported(drive.title, found.facts(), as_json))
+    fault = Fact("failures", (drive.loop_fault,) if drive.loop_fault else (), "FAIL: {}")
+    click.echo(reported(drive.title, (fault, *found.facts()), as_json))
     if stop is not None:
         raise stop

@@ -153,7 +153,6 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         ),
         "remarks": [
             *([HELD] if project.train is None and project.motor == "held" else []),
-            *([project.loop.weak] if project.loop and project.loop.weak else []),
             *judged.remarks,
             *unsaid(project.notes, judged.remarks),
             *load_remark(project),
@@ -184,9 +183,9 @@ def sureness(project: Project) -> dict[str, Any]:
     if project.train is not None and project.motor == "held" and not project.is_beating:
         curve = project.equation_response(coexisting=False, points=POINTS)
         held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
-    sentences = sure.sentences(project.limit)
+    sentences, weak = sure.sentences(project.limit), [project.loop.weak] if project.loop and project.loop.weak else []
     return {
-        "how_sure": list(sentences), "together": sentences[len(sure.doubts)] if sure.doubts else "",
+        "how_sure": [*sentences, *weak], "together": sentences[len(sure.doubts)] if sure.doubts else "",
         "load": sure.load, "met": not sure.doubts
         or (project.limit is not None and sure.largest[1] <= project.limit and not (sure.load and project.has_memory)),
         "held": held, "speed": scale * sure.omega,

@@ -72,6 +72,12 @@ class WorstMargins:
     margins: tuple[Margins, ...]
     sampling: Sampling | None
 
+    @classmethod
+    def of(cls, loads: list[Loaded], sampling: Sampling | None) -> "WorstMargins":
+        """Margins under every load, at the speed of its train."""
+        found = (margins(one.train, at=one.at, speed=one.train.omega, sampling=sampling) for one in loads)
+        return cls(tuple(loads), tuple(found), sampling)
+
     @property
     def stable(self) -> bool:
         """Whether the loop is stable under every load."""
@@ -84,9 +90,16 @@ class WorstMargins:
         i = int(np.argmax(sizes))
         return self.loads[i], self.margins[i]
 
-    def least(self, name: str) -> float:
-        """Smallest of one of the margins, by its size."""
-        return min((abs(getattr(found, name)) for found in self.margins), default=inf)
+    @property
+    def sizes(self) -> dict[str, float]:
+        """The worst of each margin, infinite where there is none."""
+        phase, gain, delay = [
+            min(abs(getattr(found, name)) for found in self.margins)
+            for name in ("phase_margin", "gain_margin", "delay_margin")
+        ]
+        down = max(found.gain_reduction for found in self.margins)
+        return {"phase_margin_deg": degrees(phase), "gain_margin": gain, "gain_reduction": down,
+                "delay_margin_s": delay, "peak_sensitivity": self.worst[1].peak_sensitivity}  # fmt: skip
 
     @property
     def sampled(self) -> str:
@@ -112,28 +125,24 @@ class WorstMargins:
         """That the loop is close to instability, in one sentence; empty where it is not."""
         if not self.stable:
             return ""
-        load, found = self.worst
-        phase, gain, rise = degrees(self.least("phase_margin")), self.least("gain_margin"), found.peak_sensitivity
-        down = max(one.gain_reduction for one in self.margins)
+        phase, gain, down, _, rise = self.sizes.values()
         said = [f"peak sensitivity {number(rise, 3)} (at most {SENSITIVE:g})"] * (rise > SENSITIVE)
         said += [f"phase margin {number(phase, 2)}° (at least {PHASE:g}°)"] * (phase < PHASE)
         said += [f"gain margin {_decibels(gain)} dB (at least 6 dB)"] * (gain < GAIN)
         if GAIN * down > 1.0:
             said.append(f"a gain lower by {_decibels(1.0 / down)} dB makes it unstable (by at least 6 dB)")
-        return f"The loop is close to instability{load.said}: {', '.join(said)}." if said else ""
+        return f"The loop is close to instability{self.worst[0].said}: {', '.join(said)}." if said else ""
 
     @property
     def sentence(self) -> str:
         """The loop in a sentence or two."""
         if self.fault:
             return self.fault
-        phase, gain, delay = degrees(self.least("phase_margin")), self.least("gain_margin"), self.least("delay_margin")
+        phase, gain, _, delay, _ = self.sizes.values()
+        angle, factor = (number(phase, 2) + "°" if isfinite(phase) else "infinite"), number(gain, 3)
         late = f"; {number(1e3 * delay, 3)} ms of further delay make it unstable" if isfinite(delay) else ""
-        angle, factor = number(phase, 2) + "°" if isfinite(phase) else "infinite", number(gain, 3)
-        factor = factor if isfinite(gain) else "infinite"
-        return f"Stable, {self.sampled}: phase margin {angle}, gain margin {factor}{late}." + (
-            self.weak and f" {self.weak}"
-        )
+        said = f"phase margin {angle}, gain margin {factor if isfinite(gain) else 'infinite'}{late}."
+        return f"Stable, {self.sampled}: {said} {self.weak}".rstrip()
 
     def facts(self) -> tuple[Fact, ...]:
         """Its numbers, and what is weak about it."""
@@ -142,13 +151,7 @@ class WorstMargins:
     def data(self) -> dict[str, Any]:
         """Numbers for JSON, the worst of each; None where there is no such margin."""
         load, found = self.worst
-        names: dict[str, float] = {
-            "phase_margin_deg": degrees(self.least("phase_margin")),
-            "gain_margin": self.least("gain_margin"),
-        }
-        names |= {"gain_reduction": max(one.gain_reduction for one in self.margins)}
-        names |= {"delay_margin_s": self.least("delay_margin"), "peak_sensitivity": found.peak_sensitivity}
-        sizes = {name: size if isfinite(size) else None for name, size in names.items()}
+        sizes = {name: size if isfinite(size) else None for name, size in self.sizes.items()}
         sampling = self.sampling
         time = {"period_s": sampling and sampling.period, "delay_s": sampling and sampling.delay}
         growth = {"growth_per_s": found.slowest.real, "at_hertz": abs(found.slowest.imag) / (2.0 * pi)}
@@ -214,17 +217,14 @@ def worst_margins(project: Any) -> WorstMargins | None:
         loads += loaded_trains(row.on(project), f"posture {i}" + (f" ({row.name})" if row.name else ""))
     if not loads:
         return None
-    found = tuple(margins(one.train, at=one.at, speed=one.train.omega, sampling=sampling) for one in loads)
-    return WorstMargins(tuple(loads), found, sampling)
+    return WorstMargins.of(loads, sampling)
 
 
 def loop_fault(project: Any) -> str:
-    """That the motor's loop of a project is unstable under a load, as a sentence; empty where it is not, or none is."""
+    """That the motor's loop of a project is unstable under a load, in a sentence; empty where it is not, or none is."""
     train, sampling = project.train, project.sampling
     if train is None or (sampling is None and isinstance(train.motor.control, PASSIVE)):
         return ""
-    loads = tuple(loaded_trains(project))
-    if all(loop_of(one.train, one.at, one.train.omega, sampling).stable for one in loads):
-        return ""
-    found = tuple(margins(one.train, at=one.at, speed=one.train.omega, sampling=sampling) for one in loads)
-    return WorstMargins(loads, found, sampling).fault
+    loads = list(loaded_trains(project))
+    stable = all(loop_of(one.train, one.at, one.train.omega, sampling).stable for one in loads)
+    return "" if stable else WorstMargins.of(loads, sampling).fault

@@ -93,11 +93,11 @@ class OpenLoop:
             return UNSTABLE
         into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
         angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
-        if self.sampling is not None:
-            found = self._sampled(control, self.sampling)
-            return UNSTABLE if found is None else LoopFigures(*found, *_disturbed(poles[moving], angle, self.grid))
         extra = around_poles(poles, ABOUT)
         grid = np.concatenate([self.grid, extra])
+        if self.sampling is not None:
+            found, answered = self._sampled(control, self.sampling), _disturbed(poles[moving], angle, grid)
+            return UNSTABLE if found is None else LoopFigures(*map(float, (*found, *answered)))
         order = np.argsort(grid)
         grid = grid[order]
         L = _open(parts, grid, np.concatenate([self.answer, self._answer(extra)])[order])

@@ -96,7 +96,7 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
 def _limits(view: View, avoid: Avoid) -> Sentence:
     """Say all speeds to avoid where limits of the gear or the motor add some to those of the oscillation."""
     verdict = view.analysis.verdict
-    if verdict.speeds == avoid.bands:
+    if verdict.fault or verdict.speeds == avoid.bands:
         return Sentence("")
     whose = listed(dict.fromkeys("motor" if finding.limit in MOTOR else "gear" for finding in verdict.exceeded))
     return Sentence(" With the limits of the {}, keep out of {} {}.", whose, _ranges(view, verdict.speeds), Speed())

@@ -73,6 +73,7 @@ class Opening:
         """The verdict, and the key numbers below each other."""
         verdict = data["verdict"]
         texts = [verdict[key] for key in ("headline", "sentence", "what_to_do", "how_sure") if verdict[key]]
+        texts += [data["loop_margins"]["weak"]] if data["loop_margins"] and data["loop_margins"]["weak"] else []
         return texts + [f"{value:>15}  {meaning}" for value, meaning, _ in self.key_numbers(view, data)]
 
     def figures(self, view: View) -> list[str]:
