@@ -31,7 +31,7 @@ SPEEDS = Speeds((60.0, 200.0))
 
 def view(analysis, **project):
     return View(
-        SimpleNamespace(**{"speeds": SPEEDS, "limit": None, "digits": lambda most=4: most} | project),
+        SimpleNamespace(**{"speeds": SPEEDS, "limit": None, "loop": None, "digits": lambda most=4: most} | project),
         analysis,
         ARCSECONDS,
     )
