@@ -199,17 +199,9 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     )
     change = smallest_change(subject, drive, avoid, by_load, largest.peak_torque, helps)
     verdict = verdict_of(
-        limits,
-        curves,
-        avoid,
-        largest,
-        findings,
-        change,
-        motor,
-        sheet=project.motor_limits,
-        needs=needs,
-        fault="" if project.loop is None else project.loop.fault,
-    )
+        limits, curves, avoid, largest, findings, change, motor, sheet=project.motor_limits, needs=needs,
+        fault=project.loop.fault if project.loop else "",
+    )  # fmt: skip
     verdict, worst = over_postures(project, verdict, lambda title: progress(title, 0.95))
     return Analysis(
         system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,

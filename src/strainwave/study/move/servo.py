@@ -12,15 +12,7 @@ from ...compile.jit import chosen
 from ...drive.asked import PEAK, Feedforward, MotorLimits
 from ...model.laws.friction import LuGre, Stribeck, Viscous
 from ...model.laws.hysteresis import Parallel
-from ...model.train.controls import (
-    FREE,
-    CascadeLoop,
-    Lagged,
-    core_of,
-    inertia_of,
-    motor_states,
-    states_inside,
-)  # fmt: skip
+from ...model.train.controls import FREE, CascadeLoop, Lagged, core_of, inertia_of, motor_states, states_inside
 from ...model.train.drive_train import DriveTrain, seen_deviation
 from ...model.train.filters import Filtered, MixedEncoders, PositionIntegral, apart
 from ...model.train.motion import polygon

@@ -104,8 +104,8 @@ class Bands(NamedTuple):
     allowed: Floats
 
 
-def none_allowed(span: Span) -> Bands:
-    """That every speed is forbidden, as where the motor's loop is unstable."""
+def none(span: Span) -> Bands:
+    """Bands that allow no speed, as where the motor's loop is unstable."""
     return Bands(as_intervals([span]), as_intervals([]))
 
 

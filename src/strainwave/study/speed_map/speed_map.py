@@ -24,18 +24,7 @@ from ..analysis.avoid import out_of_reach
 from ..analysis.load_cases import is_jumping, with_ends_of_jumps
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
-from .rules import (
-    Rules,
-    Span,
-    bands_of,
-    beyond_ratings,
-    holds,
-    none_allowed,
-    rules_of,
-    vendor_rules,
-    windows,
-    with_ratings,
-)
+from .rules import Rules, Span, bands_of, beyond_ratings, holds, none, rules_of, vendor_rules, windows, with_ratings
 from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, main_curve, under_load, untried
 
 CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
@@ -142,7 +131,7 @@ def speed_map(
         for loaded in by_load
     ]
     faults = list(dict.fromkeys(one.loop_fault for one in variants if one.loop_fault))
-    bands = [none_allowed(span) if one.loop_fault else own for one, own in zip(variants, bands, strict=True)]
+    bands = [none(span) if one.loop_fault else own for one, own in zip(variants, bands, strict=True)]
     table = [cells_of(loaded, cells) for loaded in by_load]
     oscillation, torque, motions, subharmonic, smallest = map(np.array, zip(*table, strict=True))
     scatter = _scatter(drives if len(computed) == total else [], values, name, rows, cells, span, rules, progress)
