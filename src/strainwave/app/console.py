@@ -298,8 +298,8 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
     """
     folder = folder.resolve()
     new_folders = [p for p in (folder, *folder.parents) if not p.exists()]
-    folder.mkdir(parents=True, exist_ok=True)
     try:
+        folder.mkdir(parents=True, exist_ok=True)
         part = Path(tempfile.mkdtemp(prefix=".strainwave.", dir=folder))
     except OSError as error:
         error.filename = str(folder / name)
@@ -320,6 +320,12 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
             error.filename = str(folder / name)
         raise
     shutil.rmtree(part, ignore_errors=True)
+
+
+def check_place(folder: Path, name: str = "") -> None:
+    """Refuse a place that cannot be written (OSError); nothing is left there."""
+    with suppress(InterruptedError), staged(folder, name):
+        raise InterruptedError
 
 
 def sentence(error: OSError) -> str:

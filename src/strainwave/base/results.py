@@ -18,6 +18,7 @@ from .sentences import on_screen
 from .series import oscillation
 
 Floats = NDArray[np.float64]
+GROWS = 1.0 + 1e-8  # a Floquet multiplier above it: that of a neutral orbit is 1 but for rounding
 NO_MEAN = 1e-12  # of the largest |first state|: a smaller mean is none
 
 
@@ -251,10 +252,11 @@ class Orbit(Result):
     def __str__(self) -> str:
         kind = f" ({self.label})" if self.label else ""
         modulus = float(np.max(np.abs(self.multipliers)))
+        unstable = "unstable" if modulus > GROWS else "neither stable nor unstable"
         return on_screen(
             f"Orbit{kind}: omega = {self.omega:.9g} rad/s, period {self.period} of the base angle\n"
             f"  peak |x| {self.peak:.9g}, amplitude(1) {self.amplitude(1):.9g}, mean {self.amplitude(0):.3g}\n"
-            f"  {'stable' if self.stable else 'unstable'}: largest multiplier {modulus:.6g}\n"
+            f"  {'stable' if self.stable else unstable}: largest multiplier {modulus:.6g}\n"
             f"  {len(self.coefficients) // 2} harmonics, tail {self.tail:.1e}; {self.message}"
         )
 

@@ -27,7 +27,7 @@ from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
 from .reductions import THE_LOOP, left_out
-from .response import POINTS, exact_response
+from .response import POINTS, UNDAMPED, exact_response, loses_energy
 from .train_curve import NO_MOTION, as_train, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
 from .train_curve import POINTS as OF_TRAIN
 from .two_turns import beating_response, is_beating
@@ -154,6 +154,11 @@ class Project:
     def damping_ratio(self) -> float | None:
         """Damping ratio B/(2 J omega_0) in the project's motor mode, or None where omega_0 is 0."""
         return self.drive.B / (2.0 * self.J * self.omega_0) if self.omega_0 else None
+
+    @property
+    def undamped(self) -> str:
+        """Sentence on an error equation that loses no energy; empty of every other drive."""
+        return UNDAMPED if not (self.left_out or loses_energy(self._at_middle)) else ""
 
     @property
     def assumed(self) -> tuple[Source, ...]:

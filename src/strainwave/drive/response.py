@@ -41,6 +41,12 @@ def damping_of(system: Any) -> float:
     return float(np.mean(np.broadcast_to(system.damping.value(ANGLES, 0.0), ANGLES.shape)))
 
 
+UNDAMPED = (
+    "the damping is 0: no motion dies away, so that a steady one is neither stable nor unstable, and no resonance has "
+    "a peak; give a damping, a damping ratio or a quality factor"
+)
+
+
 def loses_energy(system: Any) -> bool:
     """Whether motions lose energy: by damping, or in a law with friction or memory."""
     return damping_of(system) > 0.0 or depends(system.law) > 1

@@ -241,6 +241,29 @@ def test_doctor_tells_of_a_home_that_is_not_readable_why_code_is_not_kept(tmp_pa
     assert found["why"] == f"{tmp_path}: permission denied; set STRAINWAVE_CACHE_DIR to a folder that can be written"
 
 
+@pytest.mark.parametrize(
+    "call", [("derive", "-o", "d.txt"), ("reproduce", "-o", "folder"), ("response", "-o", "c.svg")]
+)
+def test_a_place_that_cannot_be_written_is_refused_before_anything_is_computed(project, tmp_path, call):
+    file = tmp_path / "file"
+    file.write_text("no folder")
+    name, option, place = call
+    result = CliRunner().invoke(
+        command.cli, [name, *([str(project)] * (name == "response")), option, str(file / "in" / place)]
+    )
+    assert result.exit_code == 1
+    assert result.stderr.startswith(f"strainwave: {file / 'in'}")
+    assert "stands where a folder is to go" in result.stderr
+    assert result.stderr.count("\n") == 1  # no progress
+    assert set(os.listdir(tmp_path)) == {"file", project.name}
+
+
+def test_derive_refuses_an_ending_that_it_does_not_write():
+    result = CliRunner().invoke(command.cli, ["derive", "-o", "d.pdf"])
+    assert result.exit_code == 2
+    assert "'d.pdf' must end in .html, .tex or .txt" in result.stderr
+
+
 @pytest.mark.slow
 def test_derive_of_a_train_says_what_its_error_equation_leaves_out(tmp_path):
     train = tmp_path / "train.yaml"

@@ -111,7 +111,10 @@ def test_play_without_bias_is_reported_from_integration_with_the_reason(tmp_path
 @pytest.mark.slow
 def test_zero_damping_is_said_and_nothing_is_nan(tmp_path):
     results, *_ = written(tmp_path, damping="B: 0 N*m*s/rad")
-    assert any("no damping" in sentence for sentence in results["warnings"])
+    assert any(sentence.startswith("The damping is 0: no motion dies away") for sentence in results["warnings"])
+    assert results["verdict"]["headline"].startswith("Fail; the damping is 0")
+    assert "is stable" not in results["verdict"]["sentence"]
+    assert [row["peak"] for row in results["resonances"]] == [None] * len(results["resonances"])
 
 
 @pytest.mark.slow

@@ -111,3 +111,10 @@ def test_a_continuum_of_states_without_damping_is_refused(states):
     flow = sw.slow_flow(sw.Oscillator(1.0, 0.0, law, sw.Harmonic(0.5), 3.0), sw.SUBHARMONIC)
     with pytest.raises(sw.SolveError, match="without damping every small amplitude is a steady state at omega = 3 rad"):
         states(flow)
+
+
+@pytest.mark.parametrize("name", ["subharmonik", "primary", None, 3, (1,)])
+def test_what_is_no_resonance_is_refused_with_the_names_of_the_four(name):
+    for ask in (sw.slow_flow, lambda system, name: sw.isolas(system, (0.5, 2.0), resonance=name)):
+        with pytest.raises(ValueError, match="PRIMARY, SUPERHARMONIC, SUBHARMONIC, NONRESONANT or a Resonance"):
+            ask(DUFFING, name)

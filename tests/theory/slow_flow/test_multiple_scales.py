@@ -149,6 +149,9 @@ def test_existence_says_the_least_and_the_largest_excitation():
     """At the ends that it names two states merge: none just outside, two just inside."""
     said = sw.slow_flow(T7, sw.SUBHARMONIC).existence
     least, largest = map(float, re.search(r"it takes ([\d.e-]+) to ([\d.e-]+) times this excitation", said).groups())
+    assert "sigma = omega - 3 omega_0" in said
+    amounts = map(float, re.search(r"an amplitude of ([\d.e-]+) to ([\d.e-]+) N\*m", said).groups())
+    assert list(amounts) == pytest.approx([2.0 * least, 2.0 * largest], rel=1e-5)
     for factor, exists in (
         (0.99 * least, False),
         (1.01 * least, True),
@@ -169,6 +172,9 @@ def test_existence_says_the_detuning_below_which_no_excitation_gives_a_subharmon
         flow = sw.slow_flow(sw.Oscillator(1.0, mu, sw.Cubic(1.0, alpha), forcing, 3.0 + sigma), sw.SUBHARMONIC)
         assert flow.exists() is can
         assert ("no excitation gives it" in flow.existence) is not can
+        if not can:  # at the double root C is that of this excitation, at a speed 1 per mille of sigma away
+            times = float(re.search(r"and there ([\d.e-]+) times this excitation", flow.existence).group(1))
+            assert times == pytest.approx(1.0, abs=1e-3)
         assert (f"sigma {'>= ' if alpha > 0.0 else '<= -'}{least:.6g}" in flow.existence) is not can
 
 

@@ -12,13 +12,13 @@ from ...theory.printed_forms import FORMS
 from ..console import Progress, print_table, to_json, write_all
 from ..report.article import FORM_HEADS, files, header, reasons, shown, tables
 from ..report.derivation import derivation_page, reduction
-from .options import file_type, json_option, output_option, written_type
+from .options import file_type, json_option, output_option
 
 
 @click.command()
 @click.argument("project", type=file_type, required=False)
 @click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
-@output_option("File: .html for a page with MathML, .tex for LaTeX, else text.", type=written_type)
+@output_option("File: .html for a page with MathML, .tex for LaTeX, .txt for text.", ".html", ".tex", ".txt")
 @json_option
 def derive(project: Path | None, latex: bool, output: Path | None, as_json: bool) -> None:
     """Derive the error equation and its four cases of multiple scales.

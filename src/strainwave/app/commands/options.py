@@ -22,9 +22,23 @@ limit_option = click.option(
 )
 
 
-def output_option(help: str, **attributes: Any) -> Callable[[Any], Any]:
-    """Option -o of a command: a folder, unless `attributes` give another type."""
-    return click.option("-o", "--output", help=help, **{"type": folder_type} | attributes)
+def output_option(help: str, *endings: str, **attributes: Any) -> Callable[[Any], Any]:
+    """Option -o of a command: a folder, unless `attributes` give another type, or a file with one of some endings.
+
+    A place that cannot be written is refused before anything is computed.
+    """
+    kind = attributes.pop("type", written_type if endings else folder_type)
+
+    def writable(_context: click.Context, _option: click.Parameter, output: Path | None) -> Path | None:
+        if output is not None:
+            if endings and output.suffix not in endings:
+                raise click.BadParameter(f"{output.name!r} must end in {', '.join(endings[:-1])} or {endings[-1]}")
+            from ..console import check_place
+
+            check_place(*([output] if kind is folder_type else [output.parent, output.name]))
+        return output
+
+    return click.option("-o", "--output", help=help, type=kind, callback=writable, **attributes)
 
 
 def together(*options: Callable[[Any], Any]) -> Callable[[Any], Any]:

@@ -28,7 +28,7 @@ from ..report.report import comparison_page, drive_columns
 from ..report.sections.opening import CONVENTIONS
 from ..report.sections.speed_range import curve_data
 from ..view import angle_unit, quantity, writer
-from .options import file_type, json_option, limit_option, output_option, project_argument, retune_option, written_type
+from .options import file_type, json_option, limit_option, output_option, project_argument, retune_option
 
 FIGURES = (".svg", ".png")
 CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
@@ -36,20 +36,9 @@ UNCOVERED = "of the stable motions that are known; at some speeds none is, and t
 NOT_BISTABLE = ("no bistable range: a run-up and a run-down meet the same motions",)
 
 
-def _known_suffix(_context: click.Context, _option: click.Parameter, output: Path | None) -> Path | None:
-    """Refuse a file name whose ending says nothing."""
-    if output is not None and output.suffix not in (".csv", *FIGURES):
-        raise click.BadParameter(f"{output.name!r} must end in .csv, .svg or .png")
-    return output
-
-
 @click.command()
 @project_argument
-@output_option(
-    "File for the curve: .csv, or .svg or .png for a figure of error and torque.",
-    type=written_type,
-    callback=_known_suffix,
-)
+@output_option("File for the curve: .csv, or .svg or .png for a figure of error and torque.", ".csv", *FIGURES)
 @json_option
 def response(project: Path, output: Path | None, as_json: bool) -> None:
     """Follow the error of the drive over the speed; find jumps."""
@@ -114,7 +103,11 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", motions.name),
         Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", _ranged(project)),
         Fact("oscillation.speed", fast), Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
-        Fact("", _sizes(project, motions, judged.covered, size, fast, peak) if peak else plain["sweep"], "{}"),
+        Fact(
+            "",
+            _sizes(project, motions, judged.covered, size, fast, peak) if peak else project.undamped or plain["sweep"],
+            "{}",
+        ),
         *_beat(project, motions),
         Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),
         Fact("limits", tuple(one.data() for one in judged.findings)),

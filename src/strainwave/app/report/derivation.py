@@ -30,7 +30,7 @@ def reduction(project: Project) -> tuple[Fact, ...]:
     mean, orders, torque, error = (0.0, (), np.zeros(0), 0.0) if project.is_beating else forcing_lines(system)
     sizes = np.abs(torque / system.J + (np.array(orders) * system.omega) ** 2 * error)
     rows = tuple(
-        (Fact("order", k, "order"), Fact("A_rad_per_s2", size, "A [rad/s²]"))
+        (Fact("order", k, "order"), Fact("A_rad_per_s2", size, "A"))
         for k, size in zip(orders, sizes.tolist(), strict=True)
     )
     return (

@@ -87,7 +87,7 @@ def _headline(view: View, verdict: Verdict) -> str:
     first = [finding for finding in passed if finding.limit not in MOTOR][:1]
     faults += map(_above, [*first, *(finding for finding in passed if finding.limit in MOTOR)])
     if avoid is None:
-        faults.append(NOTHING_STABLE)
+        faults.append(view.project.undamped.partition(":")[0] or NOTHING_STABLE)
     elif avoid.unstable:
         faults.append("at some speeds no motion of the curve is stable")
     if not faults and view.analysis.jumping:
@@ -124,7 +124,7 @@ def _oscillation(view: View) -> Sentence:
     """The largest oscillation against its limit."""
     analysis, avoid = view.analysis, view.analysis.avoid
     if avoid is None:
-        return Sentence(NOTHING_STABLE)
+        return Sentence(view.project.undamped or NOTHING_STABLE)
     largest = analysis.largest_oscillation()
     place = place_said(largest)
     against: str = "and the file has no limit of it"

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from ...base.protocols import END, Balance, System
 from ...base.quantities import checked, interval, numbers, positive_count, replace
-from ...base.results import Branch, Floats, Orbit, SolveError
+from ...base.results import GROWS, Branch, Floats, Orbit, SolveError
 from ...base.sentences import Sentence, Speed
 from ...compile.tree import leaf_of, with_leaf
 from ..balance.choice import balance_of
@@ -34,6 +34,7 @@ from ..shooting import find_orbit
 FOLLOWED = ": parameter_response with its orbit in `elsewhere` as start follows it"
 
 NEVER_STABLE = "no point of it is stable"
+NEUTRAL = "without damping no point of it attracts"
 
 CUT_SHORT = "the search for other motions was cut short, and there may be more than are listed here: "
 FROM_STARTS = "isolas with resonance=PRIMARY looks for them from random starts"
@@ -101,7 +102,7 @@ def remarks(problem: Balance, curve: Trace, branch: Branch) -> list[str]:
     """List what to know about a response curve."""
     texts: list[str] = []
     if len(branch) and not branch.stable.any():
-        texts.append(NEVER_STABLE)
+        texts.append(NEUTRAL if np.min(np.abs(branch.multipliers[:, 0])) < GROWS else NEVER_STABLE)
     loose = curve.points[problem.floating(curve.points), -1]
     if len(loose):
         texts.append(

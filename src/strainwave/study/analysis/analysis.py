@@ -16,7 +16,7 @@ from ...base.results import Branch, SolveError, Status
 from ...base.sentences import Sentence, Speed, on_screen
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
 from ...drive.jumps import HysteresisBand
-from ...drive.response import loses_energy
+from ...drive.response import UNDAMPED, loses_energy
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator, VaryingOscillator
 from ...numerics.operating_point import SPEED
@@ -107,11 +107,7 @@ def cautions(analysis: Any) -> Iterator[str]:
             "frequency to resonate with and multiple scales does not apply; everything here is from integration."
         )
     if not loses_energy(analysis.system):
-        yield (
-            "The drive has no damping: transients never decay, the amplitude at resonance is bounded by the "
-            "nonlinearity alone, and simulated points depend on the start; give a damping, a damping ratio or a "
-            "quality factor."
-        )
+        yield f"{UNDAMPED[0].upper()}{UNDAMPED[1:]}."
     yield from not_exact("The response curve", exact.curve)
     if exact.rounding:
         yield f"Motions that beat are balanced without corners: {exact.rounding}."

@@ -154,7 +154,8 @@ def hardening(
     least, most = WINDOW[0] * omega_0 / order, ABOVE * omega_0 / order
     if lo > least or hi < most:
         raise ValueError(
-            f"the range is {lo:g} to {hi:g} rad/s; it must hold both resonances, from {least:.4g} to {most:.4g} rad/s"
+            f"the range is {lo:.9g} to {hi:.9g} rad/s; it must hold both resonances: take {0.9999 * least:.5g} to "
+            f"{1.0001 * most:.5g} rad/s, or more"
         )
     if np.any((duty < lo) | (duty > hi)):
         raise ValueError(f"speeds are {shown(speeds)}; they must lie inside the range, {lo:g} to {hi:g} rad/s")

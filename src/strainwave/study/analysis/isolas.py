@@ -137,7 +137,7 @@ def isolas(
     lo, hi = interval("the frequency range [rad/s]", span, positive=True)
     if hi > WIDEST * lo:
         raise ValueError(f"the frequency range ends at {hi / lo:.3g} times its start; take at most {WIDEST:g} times")
-    resonance = Resonance(*resonance).checked()
+    resonance = Resonance.of(resonance)
     period = resonance.q
     if not period:
         raise ValueError("isolas need a resonance, such as SUBHARMONIC")

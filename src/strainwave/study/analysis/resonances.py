@@ -216,7 +216,7 @@ def _regime(
         flow = slow_flow(system._replace(omega=omega), resonance)
         states = tuple(flow.steady_states())
         certificate = flow.certificate()
-        response = _response(flow, omega) if inside and _worth(flow, name, omega, states) else None
+        response = _response(flow, omega) if inside and flow.mu > 0.0 and _worth(flow, name, omega, states) else None
         backbone = _backbone(flow, response)
         first_at_peak = at_peak = _at_peak(flow, response)
         if response is not None and at_peak is not None and not at_peak.valid:
@@ -250,11 +250,11 @@ def _response(flow: Any, omega: float) -> SlowResponse:
     """Response curve over a band that holds the peak, wherever the nonlinearity has moved it."""
     system, ratio = flow.system, float(flow.resonance.ratio)
     mu = system.B / system.J
-    low, high = 0.95 * omega, (1.05 if system.B > 0.0 else 1.3) * omega
+    low, high = 0.95 * omega, 1.05 * omega
     push = abs(complex(flow.rates(0j)))
     if push == 0.0:
         high = 1.2 * omega
-    elif mu > 0.0:
+    else:
         # z' = 0 at the peak of the curve: mu a/2 is the push, to first order whatever the law (E4 at the vertex)
         top = float(flow.backbone(np.array([2.0 * push / mu]))[0]) / ratio
         margin = 0.3 * abs(top - omega) + 4.0 * mu / ratio

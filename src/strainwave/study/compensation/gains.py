@@ -11,6 +11,7 @@ import numpy as np
 
 from ...base.protocols import lacking, lines_of, terms_of
 from ...base.results import SolveError
+from ...drive.response import UNDAMPED
 from ...drive.train_curve import in_turns
 from ...model.controllers.adaptive import CELLS, AdaptiveCancellation
 from ...model.excitation import Harmonics, KinematicError, shortest
@@ -47,8 +48,11 @@ def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
         _refuse_overloaded(bench, speed)
     if abs(largest - 1.0) < DRIFT:
         raise ValueError(
-            "under the plain loop a motion neither decays nor grows, as the loop has no stiffness against the motor's "
-            "angle or the gear none about its mean torque; give a loop with a position gain, or a load off the backlash"
+            UNDAMPED
+            if bench.equation and bench.model.B == 0.0
+            else "under the plain loop a motion neither decays nor grows, as the loop has no stiffness against the "
+            "motor's angle or the gear none about its mean torque; give a loop with a position gain, or a load off the "
+            "backlash"
         )
     if not response.stable:
         raise ValueError(

@@ -162,15 +162,27 @@ class CubicFlow(FirstOrder):
             verdict = "exists" if left >= right and 2.0 * k * shifted + (k * c) ** 2 > 0.0 else "does not exist"
             sigma, least = shifted + 2.0 * k * c * c, math.sqrt(15.75) * s.mu
             bounds = np.roots([7.0, -4.0 * sigma, right]) / (k * c * c)  # of k C^2, over that of this excitation
-            limits = f"no excitation gives it, which takes sigma {'>= ' if k > 0.0 else '<= -'}{least:.6g} rad/s"
             if abs(sigma) >= least and max(bounds.real) > 0.0:
-                limits = "it takes {:.6g} to {:.6g} times this excitation".format(*np.sort(np.sqrt(bounds.real)))
+                limits = f"it takes {self._amounts(np.sort(np.sqrt(bounds.real)))}"
+            else:
+                place = self.at((3.0 * s.omega_0 + math.copysign(least, k)) / s.orders[0])
+                times = math.sqrt(2.0 / 7.0 * least / abs(k)) / abs(place.forced)
+                limits = f"no excitation gives it, which takes sigma {'>= ' if k > 0.0 else '<= -'}{least:.6g} rad/s"
+                limits += f", and there {place._amounts([times])}" if times else ""
+            turning = "omega" if s.orders[0] == 1 else f"{s.orders[0]} omega"
             return (
-                f"the subharmonic motion {verdict}: with k = 9/8 alpha omega_0 and sigma = {s.orders[0]} omega - "
+                f"the subharmonic motion {verdict}: with k = 9/8 alpha omega_0 and sigma = {turning} - "
                 f"3 omega_0 it needs k C^2 (4 sigma - 7 k C^2) >= 9 mu^2, here {left:.6g} against {right:.6g} 1/s^2; "
                 f"at this speed {limits}"
             )
         return free_decay(s)
+
+    def _amounts(self, times: Any) -> str:
+        """Multiples of this excitation, and of a torque line what they are."""
+        torque, told = abs(self.setting.torque_lines[0]), " to ".join(f"{factor:.6g}" for factor in times)
+        amounts = " to ".join(f"{factor * torque:.6g}" for factor in times)
+        equal = f", an amplitude of {amounts} N*m in the error equation"
+        return f"{told} times this excitation{'' if np.any(self.setting.error_lines) else equal}"
 
 
 def free_decay(s: Setting) -> str:

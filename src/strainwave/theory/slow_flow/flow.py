@@ -348,7 +348,7 @@ def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:
     """
     if order not in (1, 2):
         raise ValueError(f"order is {shown(order)}; multiple scales are there at first and second order: give 1 or 2")
-    resonance = Resonance(*resonance).checked()
+    resonance = Resonance.of(resonance)
     system = repeating("slow_flow", with_parts("slow_flow", system, *parts_of(system)))
     check_law("law", system.law)
     order = int(order)

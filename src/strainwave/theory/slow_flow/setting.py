@@ -55,6 +55,14 @@ class Resonance(NamedTuple):
         """The number p/q by which the base angle advances the fast angle, in lowest terms; None without resonance."""
         return None if self == (0, 0) else Fraction(self.p, self.q)
 
+    @classmethod
+    def of(cls, pair: Any) -> "Resonance":
+        """Return a pair p, q in lowest terms; refuse what is none (ValueError)."""
+        if not (isinstance(pair, tuple | list) and len(pair) == 2):
+            names = "PRIMARY, SUPERHARMONIC, SUBHARMONIC, NONRESONANT"
+            raise ValueError(f"{shown(pair)} is no resonance; give {names} or a Resonance(p, q)")
+        return cls(*pair).checked()
+
     def checked(self) -> "Resonance":
         """Return the resonance in lowest terms, with Python's own integers.
 

@@ -42,7 +42,7 @@ class SpeedRange:
         """Jumps of a slow run-up and run-down, and what was looked for beside the curve."""
         message = view.analysis.response.curve.message
         others = "The curve " + message + "." if message.startswith("reached both ends;") else ""
-        return [*sweep_sentences(view.analysis.response), others]
+        return [*_sweeps(view), others]
 
     def open_ends(self, view: View) -> list[str]:
         """What assumed numbers leave open, each and together."""
@@ -50,7 +50,11 @@ class SpeedRange:
 
     def lines(self, view: View, _: dict[str, Any]) -> list[str]:
         """Jumps of a slow run-up and run-down."""
-        return [said for said in sweep_sentences(view.analysis.response) if not said.endswith("does not jump.")]
+        return [said for said in _sweeps(view) if not said.endswith("does not jump.")]
+
+
+def _sweeps(view: View) -> list[str]:
+    return [] if view.project.undamped else sweep_sentences(view.analysis.response)
 
 
 def figure_said(view: View) -> list[str]:
