@@ -4,6 +4,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.app.report.sections.advice import Compensation
@@ -46,6 +47,16 @@ def test_the_section_has_the_numbers_of_the_library():
     assert line.startswith("controller inverse at 700 rpm: rms of the pointing error ")
     (figure,) = section.figures(seen)
     assert "what is left of it" in figure
+
+
+@pytest.mark.slow
+def test_speeds_of_a_forcing_are_in_its_own_unit():
+    article = from_text(PROJECTS["article"] + "controller: {period: 250 us}\n", Path("article.yaml"))
+    section, seen = Compensation(), SimpleNamespace(project=article)
+    data = section.data(seen)
+    assert data["compensation"]["motor_speed_rpm"] is None
+    assert data["compensation"]["omega_rad_per_s"] == pytest.approx(article.omega_0, rel=1e-9)
+    assert all(" at 385.5 rad/s: rms of the pointing error " in line for line in section.lines(seen, data))
 
 
 def test_what_cannot_be_computed_is_said_with_the_reason():

@@ -209,6 +209,7 @@ def test_compensation_of_a_joint_is_that_of_the_library(client, written):
     shown = waited(client, posted(client, "/api/jobs", state={"project": JOINT}, kind="compensation")["id"])["result"]
     found = sw.compensate(written(JOINT))
     assert shown["speed"] * RPM == pytest.approx(found.speed, rel=1e-9)
+    assert shown["speed_unit"] == "rpm"
     assert shown["before"]["rms_arcsec"] * ARCSEC == pytest.approx(found.before.rms, rel=1e-9)
     assert shown["after"]["rms_arcsec"] * ARCSEC == pytest.approx(found.after.rms, rel=1e-9)
     assert shown["torque"] == pytest.approx(found.torque.peak, rel=1e-9)

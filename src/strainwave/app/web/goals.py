@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...base.results import SolveError
-from ...base.units import ARCSEC, RPM
+from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.variants.replaced import replaced
@@ -126,7 +126,8 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
         "before_arcsec": runs[0].error[last] / ARCSEC,
         "after_arcsec": runs[1].error[last] / ARCSEC,
         "title": result.title,
-        "speed": result.speed / RPM,
+        "speed": result.axis.scale * result.speed,
+        "speed_unit": result.axis.unit,
         **{
             name: {f"{key}_arcsec": value / ARCSEC for key, value in getattr(result, name)._asdict().items()}
             for name in ("before", "after")

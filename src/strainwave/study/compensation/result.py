@@ -205,8 +205,8 @@ class Compensation(Result):
     def __str__(self) -> str:
         lines = [
             f"Compensation: {self.title}, {self.shaft} at {self.axis.said(self.speed)}",
-            f"  pointing error, rms: {self.before.rms / ARCSEC:.4g} arcsec before, {self.after.rms / ARCSEC:.4g} after "
-            f"({self.reduction:.1f} dB)",
+            f"  pointing error at the samples, rms: {self.before.rms / ARCSEC:.4g} arcsec before, "
+            f"{self.after.rms / ARCSEC:.4g} after ({self.reduction:.1f} dB)",
             f"  largest, with the mean of {self.after.mean / ARCSEC:.4g} arcsec: {self.before.peak / ARCSEC:.4g} "
             f"before, {self.after.peak / ARCSEC:.4g} after; 3 sigma after: {self.after.three_sigma / ARCSEC:.4g}",
             f"  torque of the motor: rms {self.torque.rms:.3g} N*m, largest {self.torque.peak:.3g} N*m, at its limit "
@@ -289,7 +289,7 @@ class CompensationBench(Result):
         return {n: (("controller", "speed"), np.array(values[n]), u) for n, u in units.items()}
 
     def __str__(self) -> str:
-        lines = ["CompensationBench: rms of the pointing error about its mean [arcsec]", *self.residuals(WIDTH)]
+        lines = ["CompensationBench: rms of the pointing error about its mean at the samples [arcsec]", *self.residuals(WIDTH)]
         notes = dict.fromkeys(text for row in self.results for one in row for text in (*one.warnings, *one.remarks))
         out = [one for row in self.results for one in row if one.excluded]
         excluded = dict.fromkeys(f"At {one.axis.said(one.speed)} {one.name}: {one.excluded}" for one in out)

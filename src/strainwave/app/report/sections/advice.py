@@ -5,11 +5,10 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from ....base.sentences import Angle, Sentence, Speed, listed
-from ....base.units import RPM
 from ....plot.svg import figure
 from ....study.analysis.avoid import AMPLIFIED, Avoid
 from ...console import number
-from ...view import View, sizes, under_load
+from ...view import View, place, sizes, under_load
 from ..remedies import remedies_data, remedies_figure
 from ..verdict import MOTOR, band_data
 
@@ -188,11 +187,13 @@ class Compensation:
             results = [compensate(view.project, name) for name in _names(view)]
         except ValueError as error:
             return {"compensation": {"not_computed": str(error), "controllers": [], "remarks": []}}
-        controllers = [_controller_row(result) for result in results]
-        first = results[0]
-        place = {"motor_speed_rpm": first.speed / RPM, **sizes(first.before.rms, "rms_before")}
+        controllers, first = [_controller_row(result) for result in results], results[0]
+        at = place(view.project.speeds, first.speed) | sizes(first.before.rms, "rms_before")
+        said = first.axis.said(first.speed)
         remarks = list(dict.fromkeys(text for result in results for text in (*result.warnings, *result.remarks)))
-        return {"compensation": {"not_computed": "", **place, "controllers": controllers, "remarks": remarks}}
+        return {
+            "compensation": {"not_computed": "", "speed": said, **at, "controllers": controllers, "remarks": remarks}
+        }
 
     def figures(self, view: View) -> list[str]:
         """The error over two turns of the motor, before and after."""
@@ -219,7 +220,7 @@ class Compensation:
             yield f"compensation was not computed: {compensation['not_computed']}"
         for c in compensation["controllers"]:
             yield (
-                f"controller {c['name']} at {number(compensation['motor_speed_rpm'])} rpm: rms of the pointing error "
+                f"controller {c['name']} at {compensation['speed']}: rms of the pointing error "
                 f"{number(compensation['rms_before_arcsec'], 3)} → {number(c['rms_after_arcsec'], 3)} arcsec"
             )
 

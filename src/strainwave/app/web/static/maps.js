@@ -70,7 +70,7 @@ async function paintCompensation(r) {
   }
   const others = gears.length ? ` On a gear ${gears.map((name, i) => `${name}: ${rest(r.other_gears[i])}`).join(", ")}.` : "";
   const not = r.excluded ? ` This does not count: ${r.excluded}.` : r.stable ? "" : " The error grows.";
-  answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${sure(r.speed)} rpm: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.${others} The motor gives up to ${round(r.torque, 3)} N·m.${not}`, not ? false : null);
+  answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${sure(r.speed)} ${r.speed_unit}: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.${others} The motor gives up to ${round(r.torque, 3)} N·m.${not}`, not ? false : null);
   placed("prepend", element("div", { id: "assumed" }, "Assumed:", element("ul", {}, ...r.assumed.map((text) => element("li", { textContent: signed(text) })))));
   return r.remarks;
 }
