@@ -289,7 +289,7 @@ class CompensationBench(Result):
         return {n: (("controller", "speed"), np.array(values[n]), u) for n, u in units.items()}
 
     def __str__(self) -> str:
-        lines = ["CompensationBench: rms of the pointing error about its mean at the samples [arcsec]", *self.residuals(WIDTH)]
+        lines = ["CompensationBench: rms of the pointing error at the samples [arcsec]", *self.residuals(WIDTH)]
         notes = dict.fromkeys(text for row in self.results for one in row for text in (*one.warnings, *one.remarks))
         out = [one for row in self.results for one in row if one.excluded]
         excluded = dict.fromkeys(f"At {one.axis.said(one.speed)} {one.name}: {one.excluded}" for one in out)
