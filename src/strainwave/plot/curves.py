@@ -1,7 +1,9 @@
 """Figures of response curves, orbits and motions, and of ensembles."""
 
+from collections.abc import Callable
+
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..base.results import Branch, Floats, Orbit, Trajectory
 from ..drive.jumps import Jumps
@@ -14,6 +16,7 @@ from ..theory.slow_flow.results import SlowResponse
 from .panels import BLACK, BLUE, DASHES, HERTZ, ORANGE, PALE, TIME, Axis, Cells, Panel, angle, angle_unit, panels_of
 
 SAMPLES = 16  # of an orbit, per harmonic
+LIGHT = "#9ecae1"  # of a wide line under a dark one
 
 # of a basin: neighbours in this list differ in lightness, too, so that they are told apart in print without colour
 BASIN = ("#cfe6f5", "#d9822b", "#00664b", "#e3c93b", "#9a5a86", "#1f63a8")
@@ -96,12 +99,19 @@ def loop_panels(run: LoopRun) -> list[Panel]:
 
 
 @panels_of.register
-def slow_response_panels(response: SlowResponse) -> list[Panel]:
-    """The amplitude of the slow flow over the speed, each branch of it."""
-    sizes = np.concatenate([np.zeros(1), *(branch.amplitude for branch in response.branches)])
-    panel = Panel("", _parameter("omega"), angle("amplitude a", sizes))
-    for branch in response.branches:
-        panel.parted(branch.omega, branch.amplitude, branch.stable, label="amplitude of the slow flow")
+def slow_response_panels(response: SlowResponse, place: Callable[[ArrayLike], Floats] = np.asarray) -> list[Panel]:
+    """The amplitude of the slow flow, each branch of it, with the folds, over the `place` of a speed on the axis.
+
+    Dark dashes of what is unstable lie on the wide light line of what is stable.
+    """
+    panel, rest = Panel("", _parameter("omega"), angle("amplitude a", response.peak[1])), np.array(response.trivial)
+    states = [(branch.omega, branch.amplitude, branch.stable) for branch in response.branches]
+    states += [(rest[:, 0], 0.0 * rest[:, 0], rest[:, 1] > 0.0)] if len(rest) else []
+    for omega, amplitude, stable in states:
+        for keep, colour, width in ((stable, LIGHT, 4.0), (~stable, BLACK, 1.3)):
+            names = ", stable", ", unstable"
+            panel.parted(place(omega), amplitude, stable, colour, "a", names, (width, width), keep=keep)
+    panel.points(place(response.folds), response.fold_amplitudes, ORANGE, "fold: limit of existence of two motions")
     return [panel]
 
 

@@ -81,6 +81,9 @@ def _bend(proof: StabilityProof, x_e: float) -> float:
 
 def _level(x: Floats, height: Floats, level: float, square: float) -> tuple[Floats, Floats]:
     """Curve on which V has a level: both of its halves, v at torsions x where V at rest is `height`."""
+    ends = x[:-1][np.diff(height <= level)]  # where it crosses v = 0, upright
+    fine = np.sort(np.concatenate([x, *(x[1] - x[0]) * np.linspace(-1.0, 2.0, 91) + ends[:, None]]))
+    x, height = fine, np.interp(fine, x, height)
     below = height <= level
     shown = below | np.roll(below, 1) | np.roll(below, -1)
     v = np.where(shown, np.sqrt(np.maximum(level - height, 0.0) / square), np.nan)

@@ -197,7 +197,7 @@ def curves() -> list[tuple[SlowFlow, SlowResponse]]:
         torque,
         band,
     ) in (  # sigma around its value at the peak, in a narrow peak, from the least of existence
-        (PRIMARY, 1.0, (-0.5 * wide, 1.3 * wide)),
+        (PRIMARY, 1.0, (-0.5 * wide, 1.7 * wide)),
         (SUPERHARMONIC, 1.0, (-10.0 * drive.mu, 10.0 * drive.mu)),
         (SUBHARMONIC, STRONG, (0.1 * least, 10.0 * least)),
     ):

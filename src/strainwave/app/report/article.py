@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import partial
 from html import escape
 from itertools import pairwise
 from typing import Any
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ...base.results import Floats
 from ...model.drive import HDC_40_050
+from ...plot.curves import LIGHT, slow_response_panels
 from ...plot.panels import BLACK, BLUE, DASHES, ORANGE, TIME, Axis, Note, Panel
 from ...plot.portrait import proof_panels
 from ...plot.svg import figure
@@ -43,7 +45,7 @@ KEYS = (
     "reproduced_by", "why",
 )  # fmt: skip
 FORM_HEADS = ("place", "what", "as printed", "correct", "erratum")
-CYCLES, LATE, LIGHT = 6.0, 0.2, "#9ecae1"  # of the close view: free cycles, its begin as a share, and its wide line
+CYCLES, LATE = 6.0, 0.2  # of the close view: free cycles, and its begin as a share
 SIGMA = {PRIMARY: "σ = ω − ω₀", SUPERHARMONIC: "σ = 3ω − ω₀", SUBHARMONIC: "σ = ω − 3ω₀"}
 X, A = Axis("x", "mrad", 1e-3), Axis("amplitude a", "mrad", 1e-3)
 TITLE = "The article's Tables 3 and 4, computed again"
@@ -136,7 +138,7 @@ def responses(curves: Sequence[tuple[SlowFlow, SlowResponse]]) -> list[list[Pane
         return np.abs(article.AMPLITUDE / (omega_0**2 - omega**2))
 
     panel = Panel("no resonance: C = A/(ω₀² − ω²)", Axis("forcing frequency ω", "rad/s"), Axis("|C|", "mrad", 1e-3))
-    panel.log, panel.xlog, panel.ylim = True, True, (5e-5, 1.0)
+    panel.log, panel.xlog, panel.xlim, panel.ylim = True, True, (3.0, 1800.0), (5e-5, 1.0)
     omega, places = np.geomspace(0.01 * omega_0, 4.0 * omega_0, 800), np.array([10.47, omega_0 / 3.0, 3.0 * omega_0])
     panel.line(omega, forced(omega), BLUE, width=2.0)
     panel.points(places, forced(places), BLACK, "frequencies of Table 4", "o", BLACK)
@@ -148,16 +150,12 @@ def responses(curves: Sequence[tuple[SlowFlow, SlowResponse]]) -> list[list[Pane
 
 def _over_sigma(flow: SlowFlow, response: SlowResponse) -> Panel:
     """States of one resonance over sigma: stable and unstable, a = 0, and where a pair of them begins."""
-    names, times = (", stable", ", unstable"), flow.system.excitation.amplitude / flow.system.J / article.AMPLITUDE
-    title = f"{flow.resonance}, T_m = {number(times * article.MOTOR_TORQUE)} N·m"
-    panel = Panel(title, Axis(f"detuning {SIGMA[flow.resonance]}", "rad/s"), A, ylim=(None, 1.1 * response.peak[1]))
-    for branch in response.branches:
-        panel.parted(detuning(flow, branch.omega), branch.amplitude, branch.stable, BLUE, "a", names, (2.0, 1.6))
-    rest = np.array(response.trivial).reshape(-1, 2)
-    panel.parted(detuning(flow, rest[:, 0]), 0.0 * rest[:, 0], rest[:, 1], BLUE, "a", names, (2.0, 1.6))
-    folds = detuning(flow, response.folds)
-    panel.points(folds, response.fold_amplitudes, ORANGE, "fold: limit of existence of two motions")
-    panel.notes += [Note(x, y, f"σ = {number(x)}") for x, y in zip(folds, response.fold_amplitudes, strict=True)]
+    (panel,) = slow_response_panels(response, partial(detuning, flow))
+    times = flow.system.excitation.amplitude / flow.system.J / article.AMPLITUDE
+    panel.title = f"{flow.resonance}, T_m = {number(times * article.MOTOR_TORQUE)} N·m"
+    panel.x, panel.y, panel.ylim = Axis(f"detuning {SIGMA[flow.resonance]}", "rad/s"), A, (None, 1.1 * response.peak[1])
+    folds = zip(detuning(flow, response.folds), response.fold_amplitudes, strict=True)
+    panel.notes = [Note(x, y, f"σ = {number(x)}") for x, y in folds]
     return panel
 
 
