@@ -123,7 +123,7 @@ def test_the_article_example_is_the_articles_drive():
     project = read_project(EXAMPLES / "article.yaml")
     assert project.drive == sw.HDC_40_050
     assert (project.motor, project.speeds.shaft, project.gear) == ("free", "forcing", None)
-    assert project.speeds.limits == (10.0, 1200.0)
+    assert project.speeds.limits == (10.47, 1200.0)
     # ERRATA N2 and N3: omega_0 = 385.545 rad/s and A = 380.228 rad/s^2 from the article's Table 3
     assert project.omega_0 == pytest.approx(385.545, abs=5e-4)
     system = project.system(10.47)

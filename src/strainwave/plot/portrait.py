@@ -37,7 +37,7 @@ def proof_panels(proof: StabilityProof) -> list[Panel]:
     saddles = [x for x in borders if x in proof.equilibria]
     reach = max((abs(x - x_e) for x in borders), default=0.0) * (BEYOND if saddles else 1.0) or _bend(proof, x_e)
     x = np.linspace(x_e - reach, x_e + reach, POINTS)
-    height = np.array([float(proof.V(float(place), 0.0)) for place in x])
+    height = _height(proof, x)
     square = float(proof.V(x_e, 1.0) - proof.V(x_e, 0.0))  # what V has of v^2
     top = region.energy_limit if saddles else float(min(height[0], height[-1]))
     fastest, within = math.sqrt(top / square), (x >= region.x_low) & (x <= region.x_high)
@@ -51,7 +51,7 @@ def proof_panels(proof: StabilityProof) -> list[Panel]:
     panel.xlim, panel.ylim = (x_e - 1.03 * reach, x_e + 1.03 * reach), (-1.2 * fastest, 1.2 * fastest)
     for share in LEVELS:
         there = within if share < 1.0 else slice(None)
-        across, up = _level(x[there], height[there], share**2 * top, square)
+        across, up = _level(proof, x[there], share**2 * top, square)
         panel.line(across, up, PALE, "levels of V", width=1.8)
     for start in starts.tolist():
         across, up = motion(system, start, times, 2.0 * reach)
@@ -61,7 +61,7 @@ def proof_panels(proof: StabilityProof) -> list[Panel]:
         across, up = motion(system, [saddle + 0.04 * (saddle - x_e), 0.0], times, 2.0 * reach)
         panel.line(across, up, ORANGE, "motions that leave", "2 2")
     if saddles:
-        across, up = _level(x[within], height[within], top, square)
+        across, up = _level(proof, x[within], top, square)
         panel.line(across, up, ORANGE, "boundary of the claim", DASHES, 2.2)
         panel.points(saddles, np.zeros(len(saddles)), BLACK, "saddle", "s")
     panel.line(proof.rest, [0.0, 0.0], BLACK, width=4.0)
@@ -79,11 +79,16 @@ def _bend(proof: StabilityProof, x_e: float) -> float:
     return max(STRAIGHT, 10.0 * least)
 
 
-def _level(x: Floats, height: Floats, level: float, square: float) -> tuple[Floats, Floats]:
-    """Curve on which V has a level: both of its halves, v at torsions x where V at rest is `height`."""
-    ends = x[:-1][np.diff(height <= level)]  # where it crosses v = 0, upright
-    fine = np.sort(np.concatenate([x, *(x[1] - x[0]) * np.linspace(-1.0, 2.0, 91) + ends[:, None]]))
-    x, height = fine, np.interp(fine, x, height)
+def _height(proof: StabilityProof, x: Floats) -> Floats:
+    """V at rest at torsions x [rad]."""
+    return np.array([float(proof.V(float(place), 0.0)) for place in x])
+
+
+def _level(proof: StabilityProof, x: Floats, level: float, square: float) -> tuple[Floats, Floats]:
+    """Curve on which V has a level: both of its halves, v at torsions x and more of them where it meets v = 0."""
+    ends = np.flatnonzero(np.diff(_height(proof, x) <= level))
+    x = np.sort(np.concatenate([x, *(np.linspace(x[i], x[i + 1], 32)[1:-1] for i in ends)]))
+    height = _height(proof, x)
     below = height <= level
     shown = below | np.roll(below, 1) | np.roll(below, -1)
     v = np.where(shown, np.sqrt(np.maximum(level - height, 0.0) / square), np.nan)

@@ -106,6 +106,15 @@ def landscape(law: Any, tau_0: float, span: float | None) -> Landscape:
             return _sampled(law, rest_torque, span)
 
 
+def reach(law: Any, tau_0: float, x: float) -> float:
+    """Distance [rad] of a torsion in a well from the nearest saddle; infinite without one, and of an unknown law."""
+    if not is_known(law):
+        return math.inf
+    found = landscape(law, tau_0, None)
+    wells = [found.borders(i) for i in found.wells() if found.rests[i][0] - MERGE <= x <= found.rests[i][1] + MERGE]
+    return min((abs(border - x) for borders in wells for border in borders), default=math.inf)
+
+
 def _signs(
     g: Callable[[float], float], rests: list[tuple[float, float]], low: float = -math.inf, high: float = math.inf
 ) -> tuple[float, ...]:

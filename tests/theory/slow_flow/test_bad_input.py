@@ -118,3 +118,21 @@ def test_what_is_no_resonance_is_refused_with_the_names_of_the_four(name):
     for ask in (sw.slow_flow, lambda system, name: sw.isolas(system, (0.5, 2.0), resonance=name)):
         with pytest.raises(ValueError, match="PRIMARY, SUPERHARMONIC, SUBHARMONIC, NONRESONANT or a Resonance"):
             ask(DUFFING, name)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_no_state_is_stable_past_the_saddles_of_a_softening_law(order):
+    """T = x - x^3/5 turns over at x = sqrt 5, from where integration leaves every bound."""
+    past = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, -0.2), sw.Harmonic(3.0), 0.7)
+    assert not sw.simulate(past, (0.0, 0.0), 60.0).status
+    flow = sw.slow_flow(past, sw.PRIMARY, order=order)
+    states = [state for state in flow.steady_states() if state.amplitude > math.sqrt(5.0)]
+    assert states
+    assert not any(state.stable for state in states)
+    assert not flow.certificate().valid
+    assert f"it passes a saddle of the law, {math.sqrt(5.0):.6g} rad from rest" in flow.certificate().sentence
+    before = sw.slow_flow(past._replace(excitation=sw.Harmonic(0.05)), sw.PRIMARY, order=order)
+    assert before.steady_states()[-1].stable
+    assert before.certificate().valid
+    branch = flow.response((0.5, 0.9)).branches[0]
+    assert not np.any(branch.stable & (branch.amplitude > math.sqrt(5.0)))

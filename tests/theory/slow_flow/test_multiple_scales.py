@@ -45,7 +45,7 @@ def amplitudes(flow):
 
 
 def both_flows(system, resonance):
-    s = setting(system, resonance.checked())
+    s = setting(system, sw.Resonance.of(resonance))
     return CubicFlow(s, kind_of(s)), averaged_flow(s)
 
 

@@ -57,7 +57,6 @@ def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
         "unit": remedy.unit,
         "relative_oscillation": remedy.ratio,
         **sizes(remedy.ratio * largest, "oscillation"),
-        "relative_change_per_unit": remedy.per_unit,
         "at_rad_per_s": remedy.at,
         "at_rpm": view.speeds.rpm(remedy.at),
         "above_limit": remedy.exceeds,

@@ -164,13 +164,6 @@ class Remedy:
     gear: str = ""
     exceeds: bool | None = None
 
-    @property
-    def per_unit(self) -> float | None:
-        """Relative change of the oscillation for one `unit` more of the thing; None where there is no such number."""
-        if self.before is None or self.after is None or self.after == self.before:
-            return None
-        return (self.ratio - 1.0) / (self.after - self.before)
-
 
 def what_helps(
     subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], usage: Usage,

@@ -198,7 +198,7 @@ def regimes(system: Any, point: OperatingPoint, speeds: tuple[float, float]) -> 
     by_resonance: dict[Resonance, Regime] = {}
     for p, q in kinds:
         for order in active_orders(system):
-            resonance = Resonance(order * p, q).checked()
+            resonance = Resonance.of((order * p, q))
             if resonance not in by_resonance:
                 by_resonance[resonance] = _regime(system, point, speeds, NAMES[p, q], order, resonance)
     return tuple(sorted(by_resonance.values(), key=lambda regime: regime.omega))

@@ -235,7 +235,7 @@ def _nearest(omega: float, found: tuple[Regime, ...]) -> tuple[str, float, Regim
 
 def _away(inside: list[Regime], limits: tuple[float, float]) -> float:
     """Speed [rad/s] in the range that is relatively farthest from every resonance in it."""
-    grid = np.linspace(*limits, 201)[1:-1]
+    grid = np.linspace(*limits, 201)
     if not inside:
         return float(grid[len(grid) // 2])
     nearest = np.min([np.abs(np.log(grid / regime.place)) for regime in inside], axis=0)

@@ -55,7 +55,7 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
     certificate = Certificate(
         regime=str(s.resonance),
         order=order,
-        valid=converged and (solved or curve) and largest <= ACCEPTED and not (pumped or lost),
+        valid=converged and (solved or curve) and largest <= ACCEPTED and not (pumped or lost or s.beyond(z)),
         amplitude=amplitude,
         phase=float(at_speed.phase[0]) if solved else None,
         speed=shift,
@@ -125,6 +125,8 @@ def _sentence(flow: Flow, z: complex, error: Certificate, converged: bool, follo
     motion += "" if is_stable(flow, z) else " (not asymptotically stable)"
     if s.inside(z):
         estimate = f"it stays inside the gap of {s.gap:.6g} rad to both sides, where nothing holds its mean"
+    elif s.beyond(z):
+        estimate = f"it passes a saddle of the law, {s.reach:.6g} rad from rest, from where motions do not come back"
     elif not converged:
         estimate = "a harmonic correction of it does not converge, so nothing is known of its error"
     elif followed:
@@ -140,7 +142,7 @@ def _sentence(flow: Flow, z: complex, error: Certificate, converged: bool, follo
     else:
         estimate = f"its estimated error is {_percent(error.amplitude)} at equal speed"
     remedy = "" if error.valid else "; use second order, harmonic balance or integration instead"
-    remedy = remedy if error.order == 1 and not s.inside(z) else remedy.replace("second order, ", "")
+    remedy = remedy if error.order == 1 and not (s.inside(z) or s.beyond(z)) else remedy.replace("second order, ", "")
     name = f"{ORDINAL[error.order]}-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s)"
     return (
         f"{name} is {verdict} for the {motion}: {estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear "

@@ -381,7 +381,7 @@ def _absent(flow: Flow, order: int) -> str:
         return f"{fact}: the excitation has no line; use NONRESONANT for the free vibration"
     available = []
     for p, q in {(k * m, n): None for k in s.orders[:3] for m, n in ((1, 1), (2, 1), (3, 1), (1, 2), (1, 3))}:
-        candidate = Resonance(p, q).checked()
+        candidate = Resonance.of((p, q))
         at_exact = s.system._replace(omega=s.omega_0 * q / p)
         if candidate not in available and _flow(at_exact, candidate, order).phase_matters():
             available.append(candidate)

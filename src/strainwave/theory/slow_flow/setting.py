@@ -27,6 +27,7 @@ from ...base.sentences import Angle, Sentence, Speed
 from ...model.oscillator import NoVariation
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.operating_point import loaded_state
+from ..equilibria import reach
 from .varying import mean_damping, pulling_lines, varied_orders, varies
 
 Complexes = NDArray[np.complex128]
@@ -57,28 +58,25 @@ class Resonance(NamedTuple):
 
     @classmethod
     def of(cls, pair: Any) -> "Resonance":
-        """Return a pair p, q in lowest terms; refuse what is none (ValueError)."""
-        if not (isinstance(pair, tuple | list) and len(pair) == 2):
-            names = "PRIMARY, SUPERHARMONIC, SUBHARMONIC, NONRESONANT"
-            raise ValueError(f"{shown(pair)} is no resonance; give {names} or a Resonance(p, q)")
-        return cls(*pair).checked()
-
-    def checked(self) -> "Resonance":
-        """Return the resonance in lowest terms, with Python's own integers.
+        """Return a pair p, q in lowest terms, with Python's own integers.
 
         Raises
         ------
         ValueError
-            If p or q is not a positive integer (or both 0).
+            If it is none, or p or q is not a positive integer (or both 0).
         """
-        if self == (0, 0):
+        if not (isinstance(pair, tuple | list) and len(pair) == 2):
+            names = "PRIMARY, SUPERHARMONIC, SUBHARMONIC, NONRESONANT"
+            raise ValueError(f"{shown(pair)} is no resonance; give {names} or a Resonance(p, q)")
+        p, q = pair
+        if pair == (0, 0):
             return NONRESONANT
-        if not all(0 < n <= MOST_THINGS and n % 1 == 0 for n in self):
+        if not all(0 < n <= MOST_THINGS and n % 1 == 0 for n in pair):
             raise ValueError(
-                f"Resonance({shown(self.p)}, {shown(self.q)}) must have two positive integers, {MOST_THINGS:g} at "
+                f"Resonance({shown(p)}, {shown(q)}) must have two positive integers, {MOST_THINGS:g} at "
                 "most, as in p omega ~ q omega_0; use strainwave.NONRESONANT where nothing resonates"
             )
-        ratio = Fraction(int(self.p), int(self.q))
+        ratio = Fraction(int(p), int(q))
         return Resonance(ratio.numerator, ratio.denominator)
 
     def __str__(self) -> str:
@@ -119,6 +117,8 @@ class Setting:
         Mean torque [N*m].
     gap : float or None
         Torsion [rad] from u0 up to which a law without stiffness at u0 stays without torque; None of other laws.
+    reach : float
+        Torsion [rad] from u0 to the nearest saddle, where a softening law turns over; infinite of other laws.
     """
 
     system: Any
@@ -136,6 +136,7 @@ class Setting:
     soft: complex
     mean: float = 0.0
     gap: float | None = None
+    reach: float = math.inf
 
     def at(self, omega: Any) -> "Setting":
         """Return the same problem at another speed [rad/s] of the base angle; arrays of speeds give arrays of lines."""
@@ -169,8 +170,14 @@ class Setting:
         return np.abs(z) + np.sum(np.abs(self.hard), axis=-1) <= (-1.0 if self.gap is None else self.gap)
 
     def held(self, matrix: Floats, z: Any) -> Floats:
-        """Matrices [1/s] (..., n, n) next to states z [rad]; 0 inside the gap, where no state attracts."""
-        return matrix if self.gap is None else np.where(self.inside(z)[..., None, None], 0.0, matrix)
+        """Matrices [1/s] (..., n, n) next to states z [rad]; 0 inside the gap or past a saddle: none attracts there."""
+        if self.gap is None and self.reach == math.inf:
+            return matrix
+        return np.where((self.inside(z) | self.beyond(z))[..., None, None], 0.0, matrix)
+
+    def beyond(self, z: Any) -> Any:
+        """Whether motions pass a saddle of the law, from where they do not come back."""
+        return np.abs(z) + np.sum(np.abs(self.hard), axis=-1) >= self.reach
 
     def unforced(self) -> "Setting":
         """Return the free vibration about the same operating point."""
@@ -342,7 +349,7 @@ def setting(system: Any, resonance: Resonance) -> Setting:
     omega_0 = math.sqrt(stiffness / system.J) if gap is None else float(resonance.ratio or 1) * system.omega
     blank = Setting(
         system, resonance, u0, omega_0, mean_damping(system) / system.J, orders, torque, error,
-        on_fast, 0.0, 0.0, np.zeros(0, complex), 0j, mean, gap,
+        on_fast, 0.0, 0.0, np.zeros(0, complex), 0j, mean, gap, reach(system.law, mean, u0),
     )  # fmt: skip
     blank.refuse_on_resonance(system.omega)
     s = blank.at(system.omega)

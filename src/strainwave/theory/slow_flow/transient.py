@@ -106,10 +106,11 @@ def _verdict(flow: Flow, z: Any, rate: Any) -> tuple[float, bool, str]:
         pull = pull - (s.omega_0**2 - s.fast**2 + 1j * s.mu * s.fast) * z
     missed = np.abs(second + carrier * rate - pull) * np.abs(z)
     error = float(np.max(np.divide(missed, 2.0 * speed**2, out=np.zeros(len(z)), where=speed > 0.0)))
-    sound = bool(np.all(flow.sound(z)))
-    valid = error <= ACCEPTED and sound
+    sound, lost = bool(np.all(flow.sound(z))), bool(np.any(s.beyond(z)))
+    valid = error <= ACCEPTED and sound and not lost
     told = f"the estimated error of its frequency is {100.0 * error:.2g} % (limit {100.0 * ACCEPTED:.0f} %)"
     told += "" if sound else ", and its small harmonics are larger than the motion"
+    told += f", and it passes a saddle of the law, {s.reach:.6g} rad from rest" if lost else ""
     remedy = "" if valid else "; start closer to equilibrium, or integrate"
     return error, valid, f"the transient is {'valid' if valid else 'not valid'}: {told}{remedy}"
 
