@@ -33,7 +33,7 @@ SHARES = (0.3, 0.9, 1.0, 1.1, 3.0)  # of the speed at which the largest order me
 @click.command()
 @project_argument
 @click.option("--controller", "controllers", multiple=True, help="Name, as inverse; repeatable. Default: all.")
-@click.option("--speed", "speeds", multiple=True, help='Of the motor, as "450 rpm"; repeatable. Default: five.')
+@click.option("--speed", "speeds", multiple=True, help='Of motor or forcing, as "450 rpm"; repeatable. Default: five.')
 @click.option(
     "--load-angle", "load_angles", multiple=True,
     help='Of the load, at which gravity is held, as "90 deg"; repeatable: the worst of them counts. Default: 0 deg.',
