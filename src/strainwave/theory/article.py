@@ -44,6 +44,9 @@ CASE_1_ALONE = "the article prints x(t) from rest in case 1 alone, and of the ot
 GIVEN = "the article's own frequency"
 CONSTANT = "the printed x(t) keeps beta_0 constant, against the printed beta' (E10)"
 NO_NUMBER = "the article gives no number"
+AT_ONE = "0.15 rad is the steady motion with alpha = 1 (E2), 0.1505, and omega_0 near 385 rad/s as in N4 (N5)"
+NEARER = "the corrected first order is nearer to the integration than claimed; the printed formulas lack alpha (E2)"
+TOO_LARGE = "with the printed mu and omega_0 the response is too large for first order"
 NEAR = ("", "omega", "3 omega", "omega/3")  # of each case, the component near omega_0
 
 Verdict = Literal["reproduced", "not reproducible", "not printed", "given"]
@@ -192,15 +195,12 @@ def curves() -> list[tuple[SlowFlow, SlowResponse]]:
     """Slow flows of cases 2 to 4 of the derived set, the last one forced harder, and their states over omega."""
     drive, found = HDC_40_050, []
     wide, least = 0.375 * ALPHA * AMPLITUDE**2 / (drive.mu**2 * drive.omega_0), math.sqrt(15.75) * drive.mu
-    for (
-        resonance,
-        torque,
-        band,
-    ) in (  # sigma around its value at the peak, in a narrow peak, from the least of existence
+    bands = (  # of sigma: around its value at the peak, a narrow peak, from the least of existence
         (PRIMARY, 1.0, (-0.5 * wide, 1.7 * wide)),
         (SUPERHARMONIC, 1.0, (-10.0 * drive.mu, 10.0 * drive.mu)),
         (SUBHARMONIC, STRONG, (0.1 * least, 10.0 * least)),
-    ):
+    )
+    for resonance, torque, band in bands:
         p, q = resonance
         low, high = ((q * drive.omega_0 + sigma) / p for sigma in band)
         forcing = Harmonic(torque * MOTOR_TORQUE)
@@ -322,27 +322,15 @@ def _why(parameters: str, case: Case) -> str:
     """Reason in words when a printed maximum is not met (ERRATA N4, N5)."""
     if case.name == "non-resonant":
         if parameters == "printed":
-            return (
-                "the printed mu and omega_0 give an error over 100 times larger, so the authors did not use them (N4)"
-            )
+            return "the printed mu and omega_0 give an error over 100 times larger, so they were not used (N4)"
         return "from rest within 6.0 %: the authors seem to have computed with an omega_0 near 385 rad/s (N4)"
     if case.name == "primary" and parameters != "printed":
-        return (
-            "0.15 rad is the steady motion with alpha = 1, as the printed formula has it (E2): 0.1505 by it and "
-            "by integration, with an omega_0 near 385 rad/s as in N4 (N5)"
-        )
+        return AT_ONE
     return "it follows neither from Table 3 nor from the printed mu and omega_0, with alpha = 0.1 or 1 (N5b)"
 
 
 def _why_rms(parameters: str, case: Case, rms: float) -> str:
     """Reason in words when the printed RMS difference is not met (E2-E6)."""
     if rms < case.rms.value:
-        return (
-            "the corrected first-order solution is nearer to the integration than claimed; "
-            "the printed formulas lack alpha (E2)"
-        )
-    return (
-        "with the printed mu and omega_0 the response is too large for first order"
-        if parameters == "printed"
-        else "first order is less accurate here than claimed"
-    )
+        return NEARER
+    return TOO_LARGE if parameters == "printed" else "first order is less accurate here than claimed"

@@ -131,7 +131,7 @@ def test_no_state_is_stable_past_the_saddles_of_a_softening_law(order):
     assert not any(state.stable for state in states)
     assert not flow.certificate().valid
     assert f"it passes a saddle of the law, {math.sqrt(5.0):.6g} rad from rest" in flow.certificate().sentence
-    before = sw.slow_flow(past._replace(excitation=sw.Harmonic(0.05)), sw.PRIMARY, order=order)
+    before = sw.slow_flow(past._replace(excitation=sw.Harmonic(0.005), omega=0.98), sw.PRIMARY, order=order)
     assert before.steady_states()[-1].stable
     assert before.certificate().valid
     branch = flow.response((0.5, 0.9)).branches[0]

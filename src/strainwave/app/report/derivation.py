@@ -5,14 +5,13 @@ from html import escape
 
 import numpy as np
 
-from ...base.archive import version
 from ...base.facts import Fact, lines
 from ...base.sentences import listed
 from ...drive.project import Project
 from ...theory.derivation.error_equation import Derivation
 from ...theory.derivation.steps import Steps
 from ...theory.slow_flow.setting import forcing_lines
-from .report import HERE
+from .report import plain_page
 
 OF_RATIO = ("the motor's answer to the changing ratio", "the ripple of the motor's speed")
 CASES = (
@@ -50,14 +49,7 @@ def reduction(project: Project) -> tuple[Fact, ...]:
 def derivation_page(steps: Derivation, title: str, facts: Sequence[Fact]) -> str:
     """Write the HTML page of a derivation, its formulas in MathML and as LaTeX to be copied."""
     own = f"<pre>{escape(chr(10).join(lines(facts)))}</pre>" if facts else ""
-    style = (HERE / "page.css").read_text("utf-8")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{escape(title)}</title>\n<style>{style}{STYLE}</style>\n</head>\n<body>\n<main>\n"
-        f"<h1>{escape(title)}</h1>\n{own}\n{''.join(map(_section, steps.parts))}\n"
-        f'<p class="note">strainwave {escape(version())}</p>\n</main>\n</body>\n</html>\n'
-    )
+    return plain_page(escape(title), own + "".join(map(_section, steps.parts)), STYLE)
 
 
 def _section(part: Steps) -> str:

@@ -169,25 +169,14 @@ def derive() -> Derivation:
     reaction = s.J * slope / (s.N * s.J_m) * exact
     hold = {s.theta_m_acceleration: 0, s.theta_m_rate: s.omega}
     result = Derivation(
-        symbols=s,
-        kinetic=kinetic,
-        potential=potential,
-        dissipation=dissipation,
-        motor_equation=motor,
-        load_equation=load,
-        error_equation=sp.Eq(s.a + s.mu * s.v + s.omega_0**2 * s.f(s.x), s.F),
-        cubic_equation=sp.Eq(s.a + s.mu * s.v + s.omega_0**2 * (s.x + s.alpha * s.x**3), s.F),
-        free_equation=sp.Eq(s.J * s.a + (1 - s.J * slope / (s.N * s.J_m)) * exact, s.J * s.F),
-        free_reduced=sp.Eq(s.J * s.a + steady, s.J * s.F),
-        free_dropped=(-reaction, -s.B * slope * (s.theta_m_rate - s.omega)),
-        held_equation=sp.Eq(s.J_l * s.a + steady, -s.T_l),
-        held_motor_torque=(1 / s.N - slope) * steady,
-        J=sp.factor(s.B / mu),
-        mu=mu,
-        omega_0_squared=omega_0_squared,
-        F=plain.subs({s.v: 0, s.f(s.x): 0}),
-        F_printed=(s.T_m * s.J_l - s.T_l * s.J_m) / (s.N * s.J_m * s.J_l),
-    )
+        s, kinetic, potential, dissipation, motor, load,
+        sp.Eq(s.a + s.mu * s.v + s.omega_0**2 * s.f(s.x), s.F),
+        sp.Eq(s.a + s.mu * s.v + s.omega_0**2 * (s.x + s.alpha * s.x**3), s.F),
+        sp.Eq(s.J * s.a + (1 - s.J * slope / (s.N * s.J_m)) * exact, s.J * s.F), sp.Eq(s.J * s.a + steady, s.J * s.F),
+        (-reaction, -s.B * slope * (s.theta_m_rate - s.omega)), sp.Eq(s.J_l * s.a + steady, -s.T_l),
+        (1 / s.N - slope) * steady, sp.factor(s.B / mu), mu, omega_0_squared, plain.subs({s.v: 0, s.f(s.x): 0}),
+        (s.T_m * s.J_l - s.T_l * s.J_m) / (s.N * s.J_m * s.J_l),
+    )  # fmt: skip
     _check(result.explicit(result.error_equation), s.a, plain)
     _check(result.explicit(result.free_equation), s.a, free)
     _check(result.held_equation, s.a, -load_acceleration.subs(hold))
