@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
 
 import strainwave as sw
 
@@ -132,3 +134,45 @@ def test_a_kinked_law_with_damping_beyond_every_float_lets_the_error_pass():
     assert np.abs(branch.multipliers[:, 0]) == pytest.approx(
         np.exp(-1.3e5 / 1e9 * 2.0 * np.pi / branch.omega), rel=1e-6
     )
+
+
+def quiet_and_large(system, y, omega):
+    """Largest |x| of the period-1 motion near a state, by shooting with SciPy alone."""
+    turn = 2.0 * np.pi / omega
+
+    def rates(t, y):
+        force = system.excitation.amplitude * np.cos(omega * t)
+        return y[1], (force - system.B * y[1] - system.law.K * (y[0] + system.law.alpha * y[0] ** 3)) / system.J
+
+    def turned(y):
+        return solve_ivp(rates, (0.0, turn), y, "DOP853", rtol=1e-10, atol=1e-13).y[:, -1] - y
+
+    start = root(turned, y, tol=1e-11).x
+    assert np.max(np.abs(turned(start))) < 1e-6 * np.max(np.abs(start))
+    run = solve_ivp(rates, (0.0, turn), start, "DOP853", rtol=1e-10, atol=1e-13, max_step=turn / 300.0)
+    return float(np.max(np.abs(run.y[0])))
+
+
+@pytest.mark.slow
+def test_a_softening_curve_has_the_quiet_motion_that_does_not_join_the_large_one():
+    """The article's drive with alpha = -0.1: the arc from rest folds at 382.7 rad/s and goes back to the saddles."""
+    drive = sw.HDC_40_050._replace(law=sw.Cubic(7160.0, -0.1))
+    system = drive.error_equation(motor_torque=sw.Harmonic(10.0), omega=1.0)
+    branch = response(system, (150.0, 600.0), harmonics=15, points=200)
+    assert [fold.omega for fold in branch.folds] == pytest.approx([382.669], abs=1e-3)
+    assert (branch.omega[0], branch.stable[0]) == (150.0, True)
+    assert branch.peak[0] == pytest.approx(0.003, rel=0.01)
+    sweep = sw.jumps(branch)
+    assert (sweep.jump_up, sweep.finished_up, sweep.finished_down) == (branch.folds[0].omega, True, True)
+    assert sweep.on_run_down == ()
+    for omega, sizes in ((250.0, (0.00441, 2.710)), (350.0, (0.01454, 1.531)), (375.0, (0.04755, 0.869))):
+        crossed = np.flatnonzero((branch.omega[1:] - omega) * (branch.omega[:-1] - omega) < 0.0)
+        found = [i for i in crossed if branch.stable[i] and branch.stable[i + 1]]
+        assert len(found) == 2
+        for i, size in zip(found, sizes, strict=True):
+            c, orders = branch.coefficients[i], np.arange(1, 16)
+            state = c[0] + c[1::2].sum(), omega * (orders * c[2::2]).sum()
+            exact = quiet_and_large(system, state, omega)
+            assert exact == pytest.approx(size, rel=1e-3)
+            low, high = sorted(branch.peak[i : i + 2])
+            assert low * (1.0 - 1e-3) <= exact <= high * (1.0 + 1e-3)

@@ -224,7 +224,7 @@ def extended(
         outside = (hi, hi * factor) if end == hi else (lo / BELOW, lo)
         away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, 2.0 * hi, GROWTH, problem.patience())
         if away.outcome != END or away.points[-1, -1] != end:
-            if end == goal and problem.patience() is not None:
+            if end == goal:
                 whole = Trace(np.concatenate(pieces), np.concatenate(labels), outcome)
                 return with_arcs(problem, whole, missed, lo, hi, step, goal)
             break

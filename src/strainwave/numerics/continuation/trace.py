@@ -220,7 +220,8 @@ def with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> 
     crests: list[tuple[int, int, Floats]] = []
     for measure, values in sizes:
         for i in crests_of(values):
-            crest = _crest(problem, points, i, series, values, measure)
+            seam = points[i, -1] in (points[i - 1, -1], points[i + 1, -1])
+            crest = None if seam else _crest(problem, points, i, series, values, measure)
             if crest is None:
                 continue
             place = i if crest[0] > 0.0 else i - 1

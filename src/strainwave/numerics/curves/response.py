@@ -151,7 +151,8 @@ def frequency_response(
         `omega` [rad/s], `peak`, largest |x| [rad], and `stable`, (n,) arrays, Fourier `coefficients` (n, 2H+1) of x
         [rad], and `folds` and `doublings`, in arc order from one end of the range to the other. Where the curve
         leaves the range and comes back, the points outside are in it too: a range that begins or ends inside a
-        bistable band shows all motions that join the curve. Others at the ends are looked for by curves along the
+        bistable band shows all motions that join the curve, and the arc of one that does not where it comes back to
+        that end, as below the saddles of a softening law. Others at the ends are looked for by curves along the
         strength of the excitation, a constant torque and omega; `elsewhere` has those found that do not join the
         curve, and `message` tells of the stable ones and of a search that was cut short. Motions that no such curve
         connects are not found: `isolas` looks for them from random starts.

@@ -27,7 +27,7 @@ from ..balance.fourier import LOOKED as LOOKED_AT_KINKS
 from ..balance.fourier import Samples, pieces
 from ..balance.rates import base_speed
 from .panel_map import GAUSS_C, maps_through_panels, resolved, step_by, walked
-from .second_order import LARGEST_LOG, inserted, root_on_chord
+from .second_order import LARGEST_LOG, changes, inserted, root_on_chord
 
 FINEST = 4096  # steps a period
 PHASE = 0.6  # of the fastest eigenvalue in a step: errors of 4e-10 a step
@@ -258,11 +258,11 @@ def with_special_points(
     tests = tests_of(floquet)
     specials = []
     for label, values in tests.items():
-        for i in np.flatnonzero(values[1:] * values[:-1] < 0.0):
+        for i in changes(values, points):
             near_fold = FOLD in labels[max(0, i - 1) : i + 3]
             point = None if label == BRANCH_POINT and near_fold else _located(problem, points[i], points[i + 1], label)
             if point is not None:
-                specials.append((int(i), label, point))
+                specials.append((i, label, point))
     if not specials:
         return points, labels, floquet
     points, labels, places, added = inserted(points, labels, specials)

@@ -217,9 +217,9 @@ def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, de
     """Insert the period doublings and branch points between the points of a branch; returns how many there are."""
     doubling, crossing = products(traces, decay)
     crossings: list[tuple[int, int, Floats]] = []
-    for i in np.flatnonzero(doubling[1:] * doubling[:-1] < 0.0).tolist():
+    for i in changes(doubling, points):
         crossings += _located(problem, points, i, DOUBLING)
-    for i in np.flatnonzero(crossing[1:] * crossing[:-1] < 0.0).tolist():
+    for i in changes(crossing, points):
         if _passes_one(crossing, labels, i):
             turns = points[labels == FOLD, -1]  # a fold beside a point on it is no branch point
             crossed = _located(problem, points, i, BRANCH_POINT)
@@ -228,6 +228,12 @@ def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, de
         return points, labels, 0
     points, labels, _, _ = inserted(points, labels, crossings)
     return points, labels, len(crossings)
+
+
+def changes(values: Floats, points: Floats) -> list[int]:
+    """Places of points after which a value changes its sign, but for the seam of two arcs at one parameter."""
+    across = np.sign(values[1:]) * np.sign(values[:-1]) < 0.0
+    return np.flatnonzero(across & (np.diff(points[:, -1]) != 0.0)).tolist()
 
 
 def inserted(
