@@ -8,7 +8,7 @@ Sources: Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.1 to 4.1.4. Corre
 (errata E2 to E6, E9 and E10).
 """
 
-from dataclasses import dataclass
+from collections import namedtuple
 from typing import Any
 
 from ..slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
@@ -16,8 +16,14 @@ from . import sp
 from .steps import Row, Steps, Symbols
 
 
-@dataclass(frozen=True, eq=False)
-class DerivedCase(Steps):
+class DerivedCase(
+    Steps,
+    namedtuple(
+        "DerivedCase",
+        "symbols resonance equation orders x_0 C secular amplitude_rate phase_rate response jacobian trace determinant "
+        "x",
+    ),
+):
     """One case of multiple scales, p omega = q omega_0 + epsilon sigma, as SymPy expressions in `symbols`.
 
     With a resonance the phase is phi = sigma T_1 - q beta, the article's, and x_0 = a cos((p omega t - phi)/q) + C cos
@@ -49,21 +55,6 @@ class DerivedCase(Steps):
     x : Expr
         x(t) [rad] to first order for epsilon = 1; without resonance with beta' integrated along a(t).
     """
-
-    symbols: Symbols
-    resonance: Resonance
-    equation: Any
-    orders: tuple[Any, Any]
-    x_0: Any
-    C: Any
-    secular: Any
-    amplitude_rate: Any
-    phase_rate: Any
-    response: Any
-    jacobian: Any
-    trace: Any
-    determinant: Any
-    x: Any
 
     @property
     def title(self) -> str:

@@ -8,18 +8,23 @@ Sources: Goldstein, Poole & Safko, Classical Mechanics, 3rd ed., sec. 1.5 (Lagra
 dissipation function); Ghorbel, Gandhi & Alpeter 2001 (kinematic error). Only this module needs SymPy.
 """
 
-from dataclasses import dataclass
+from collections import namedtuple
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
-from ...model.orders import MEMBERS, Arrangement
 from . import sp
 from .cases import DerivedCase, cases
 from .steps import Row, Steps, Symbols, symbols
 
 
-@dataclass(frozen=True, eq=False)
-class Derivation(Steps):
+class Derivation(
+    Steps,
+    namedtuple(
+        "Derivation",
+        "symbols kinetic potential dissipation motor_equation load_equation error_equation cubic_equation "
+        "free_equation free_reduced free_dropped held_equation held_motor_torque J mu omega_0_squared F F_printed",
+    ),
+):
     """The error equation and the steps to it, as SymPy expressions in `symbols` (SI units, angles in rad).
 
     The equations are written with the symbols J, mu, omega_0 and F; `explicit` puts the drive's parameters in.
@@ -52,25 +57,6 @@ class Derivation(Steps):
     F_printed : Expr
         The forcing as the article prints it, without the factor N in front of T_l (erratum E1).
     """
-
-    symbols: Symbols
-    kinetic: Any
-    potential: Any
-    dissipation: Any
-    motor_equation: Any
-    load_equation: Any
-    error_equation: Any
-    cubic_equation: Any
-    free_equation: Any
-    free_reduced: Any
-    free_dropped: tuple[Any, Any]
-    held_equation: Any
-    held_motor_torque: Any
-    J: Any
-    mu: Any
-    omega_0_squared: Any
-    F: Any
-    F_printed: Any
 
     def explicit(self, expression: Any) -> Any:
         """Replace J, mu, omega_0 and F in an equation or expression by what they stand for."""
@@ -182,57 +168,6 @@ def derive() -> Derivation:
     _check(result.held_equation, s.a, -load_acceleration.subs(hold))
     _check(sp.Eq(result.held_motor_torque, s.T_m), s.T_m, motor.lhs.subs(to_error).subs(hold))
     return result
-
-
-class ArrangedEquations(NamedTuple):
-    """Equations of a gear whose members are arranged in one way, in `symbols`, N of the teeth z1 = 2 N.
-
-    All angles and torques count in the motor's sense, theta_l and T_l too. T is the torque K f(u) + B u' in the gear.
-    """
-
-    symbols: Symbols
-    ratio: Any
-    torsion: Any
-    T: Any
-    T_f: Any
-    motor: Any
-    load: Any
-    reaction: Any
-
-
-def derive_arrangement(arrangement: Arrangement) -> ArrangedEquations:
-    """Derive what a gear does to motor, load and housing in an arrangement, from its teeth and d'Alembert's principle.
-
-    The teeth tie the turns of the members, z1 (w_fs - w_wg) = z2 (w_cs - w_wg), the fixed one's among them, which a
-    torque T_f from the housing holds. The torsion u is the rigid gear's output angle less the load's and the error, and
-    the torque T in the gear does the virtual work -T du.
-
-    Returns
-    -------
-    ArrangedEquations
-        Expressions of SymPy in `symbols`: torques on `motor`, `load` and housing (`reaction`) [N*m], the `torsion`
-        [rad], all in the motor's sense, and the `ratio`, without unit.
-
-    Raises
-    ------
-    ModuleNotFoundError
-        If SymPy (the extra `sym`) is not installed.
-    """
-    s = symbols()
-    T, T_f, theta_f = sp.symbols("T T_f theta_f", real=True)
-    angles = {arrangement.driven: s.theta_m, arrangement.fixed: theta_f, arrangement.output: sp.Symbol("theta_o")}
-    wave, flex, circular = [angles[member] for member in MEMBERS]
-    teeth = sp.Eq(2 * s.N * (flex - wave), (2 * s.N + 2) * (circular - wave))
-    rigid = sp.solve(teeth, angles[arrangement.output])[0]
-    torsion = rigid - s.theta_l - s.e(s.theta_m - theta_f)
-    held = {theta_f: 0}
-    by_motor = sp.factor(sp.diff(torsion, s.theta_m).subs(held).doit())
-    by_housing = sp.factor(sp.diff(torsion, theta_f).subs(held).doit())
-    return ArrangedEquations(
-        s, sp.factor(1 / sp.diff(rigid, s.theta_m)), torsion.subs(held), T, T_f,
-        sp.Eq(s.J_m * s.theta_m_acceleration + by_motor * T, s.T_m), sp.Eq(s.J_l * s.theta_l_acceleration - T, s.T_l),
-        sp.Eq(by_housing * T, T_f),
-    )  # fmt: skip
 
 
 def _error_acceleration(s: Symbols, motor: Any, load: Any) -> tuple[Any, Any, dict[Any, Any]]:
