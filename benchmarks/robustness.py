@@ -92,10 +92,12 @@ def random_system(seed):
 
 
 def gap(branch, span):
-    """Largest distance of neighbouring points, in units of the range and of the largest solution."""
+    """Largest distance of neighbouring points of an arc, in units of the range and of the largest solution."""
     x = branch.coefficients / max(float(np.max(np.linalg.norm(branch.coefficients, axis=1))), 1e-300)
     change = np.linalg.norm(np.diff(x, axis=0), axis=1)
-    return float(np.max(np.hypot(change, np.diff(branch.values) / (span[1] - span[0])), initial=0.0))
+    along = np.diff(branch.values) / (span[1] - span[0])
+    seams = (along == 0.0) & np.isin(branch.values[1:], span)  # where an arc ends and another begins
+    return float(np.max(np.hypot(change, along)[~seams], initial=0.0))
 
 
 def judge(seed, harmonics=None):

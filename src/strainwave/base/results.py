@@ -270,7 +270,8 @@ class Branch(Result):
     parameter : str
         Path of the parameter that varies, for instance "omega" or "law.alpha".
     values, omega : (n,) arrays
-        The parameter and the base frequency [rad/s] at every point.
+        The parameter and the base frequency [rad/s] at every point. Two neighbours at one value, an end of the range,
+        are on two arcs.
     coefficients : (n, 2H+1) array
         Fourier coefficients of the first state: mean, cos 1, sin 1, ...
     peak : (n,) array

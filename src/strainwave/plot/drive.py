@@ -73,6 +73,8 @@ def fine(response: DriveResponse) -> DriveResponse:
         [speed, *[size] * table.shape[1]]
     )
     points[::PARTS] = np.column_stack([curve.omega, table])
+    seams = np.diff(curve.omega) == 0.0  # of two arcs, between which no line is drawn
+    points[1:].reshape(-1, PARTS, points.shape[1])[seams, :-1] = np.nan
     coefficients, envelope, peak = points[:, 1 : waves + 1], points[:, waves + 1 : -1], points[:, -1]
     if curve.envelope is None:
         peak = largest_size(coefficients)

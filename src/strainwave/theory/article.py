@@ -41,6 +41,15 @@ BEYOND = "the article has first order only"
 AS_PRINTED = ", formula as printed"
 CASE_1_ALONE = "the article prints x(t) from rest in case 1 alone, and of the others the steady motion"
 
+CLAIMS = {  # of a case and a harmonic: what the article says, what to say of it, and the share of omega that it takes
+    ("superharmonic", 3.0): (
+        "dominating", "the component at 3 omega is {:.2g} % of that at omega, not dominating (N6)", 1.0,
+    ),
+    ("subharmonic", 1 / 3): (
+        "a steady component",
+        "no steady subharmonic exists at this amplitude; the beats are the decaying free vibration (N7)", 1e-3,
+    ),
+}  # fmt: skip
 GIVEN = "the article's own frequency"
 CONSTANT = "the printed x(t) keeps beta_0 constant, against the printed beta' (E10)"
 NO_NUMBER = "the article gives no number"
@@ -298,23 +307,15 @@ def _harmonics(place: tuple[str, str, str], settled: SteadyMotion, case: Case) -
     """Steady harmonics at omega, 3 omega and omega/3, by integration and shooting."""
     cells = []
     for quantity, k in (("omega", 1.0), ("3 omega", 3.0), ("omega/3", 1 / 3)):
-        if k < 1.0 and settled.period == 1:
-            reason = "the steady motion repeats with the forcing, so it has no such component"
-            value = None
-        else:
-            reason, value = NO_NUMBER, settled.amplitude(k)
-        name = f"steady amplitude at {quantity}"
-        claim = {("superharmonic", 3.0): "dominating", ("subharmonic", 1 / 3): "a steady component"}.get((case.name, k))
-        if claim is None or value is None:
-            cells.append(Cell(*place, name, "rad", value, None, "not printed", reason))
-            continue
-        share = value / settled.amplitude(1)
-        if k > 1.0:
-            reason = f"the component at 3 omega is {100.0 * share:.2g} % of that at omega, not dominating (N6)"
-        else:
-            reason = "no steady subharmonic exists at this amplitude; the beats are the decaying free vibration (N7)"
-        verdict: Verdict = "reproduced" if share > (1.0 if k > 1.0 else 1e-3) else "not reproducible"
-        cells.append(Cell(*place, name, "rad", value, claim, verdict, reason))
+        value = None if k < 1.0 and settled.period == 1 else settled.amplitude(k)
+        claim, reason, least = CLAIMS.get((case.name, k), (None, NO_NUMBER, 0.0))
+        verdict: Verdict = "not printed"
+        if value is None:
+            claim, reason = None, "the steady motion repeats with the forcing, so it has no such component"
+        elif claim is not None:
+            share = value / settled.amplitude(1)
+            verdict, reason = "reproduced" if share > least else "not reproducible", reason.format(100.0 * share)
+        cells.append(Cell(*place, f"steady amplitude at {quantity}", "rad", value, claim, verdict, reason))
     return cells
 
 

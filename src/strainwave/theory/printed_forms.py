@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from ..base.results import Floats
+from ..base.series import largest_of_samples
 from ..model.oscillator import Oscillator
 from .slow_flow.flow import SlowFlow, slow_flow
 from .slow_flow.setting import SUBHARMONIC, Resonance
@@ -68,14 +69,9 @@ def steady(flow: SlowFlow) -> tuple[float, float]:
     """Largest steady a [rad] of a slow flow, and the largest |x| [rad] of its motion."""
     state, (p, q) = flow.steady_states()[0], flow.resonance
     turn = 2.0 * math.pi * max(q, 1) / flow.system.omega
-    return state.amplitude, largest(flow.steady_x(state.z, np.linspace(0.0, turn, SAMPLES * max(p, q, 1) + 1)))
+    return state.amplitude, largest(flow.steady_x(state.z, np.linspace(0.0, turn, SAMPLES * max(p, q, 1), False)))
 
 
 def largest(x: Floats) -> float:
-    """Largest |x| of equidistant samples, refined by the parabola through the largest three."""
-    at = int(np.argmax(np.abs(x)))
-    if at in (0, len(x) - 1):
-        return float(abs(x[at]))
-    left, middle, right = map(float, np.abs(x[at - 1 : at + 2]))
-    bend = left - 2.0 * middle + right
-    return middle if bend == 0.0 else middle - (left - right) ** 2 / (8.0 * bend)
+    """Largest |x| of equidistant samples, at a crest between them."""
+    return float(largest_of_samples(x[None])[0])

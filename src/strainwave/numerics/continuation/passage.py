@@ -216,17 +216,19 @@ def extended(
         factor = ABOVE
         if end == goal:
             passed = [z for piece in pieces for z in points_at(piece, goal)]
-            missed = new_orbits(problem, linear, passed)
-            factor = ABOVE if missed else BELOW
-            missed += new_orbits(problem, guesses, passed + missed)
+            quiet = new_orbits(problem, linear, passed)
+            factor = ABOVE if quiet else BELOW
+            missed = quiet + new_orbits(problem, guesses, passed + quiet)
             if not missed:
                 break
         outside = (hi, hi * factor) if end == hi else (lo / BELOW, lo)
         away = trace(problem, last, 1.0 if end == hi else -1.0, *outside, step, 2.0 * hi, GROWTH, problem.patience())
         if away.outcome != END or away.points[-1, -1] != end:
             if end == goal:
+                some = quiet if problem.patience() is None else missed
                 whole = Trace(np.concatenate(pieces), np.concatenate(labels), outcome)
-                return with_arcs(problem, whole, missed, lo, hi, step, goal)
+                whole, left = with_arcs(problem, whole, some, lo, hi, step, goal)
+                return whole, left + missed[len(some) :]
             break
         pieces.append(away.points[1:])
         labels.append(away.labels[1:])

@@ -145,15 +145,12 @@ class CubicFlow(FirstOrder):
                 f"Omega - omega_0 = 3/8 alpha omega_0 a^2 = {0.375 * self.kappa * peak**2:.6g} rad/s"
             )
         if self.kind == "superharmonic":
-            largest = (
-                f"at most |alpha| omega_0 |C|^3/(4 mu) = {abs(self.kappa) * c**3 / (4.0 * s.mu):.6g} rad"
-                if s.mu > UNDAMPED * s.omega_0
-                else "unbounded"
+            bound = abs(self.kappa) * c**3 / (4.0 * s.mu) if s.mu > UNDAMPED * s.omega_0 else math.inf
+            largest = f"at most |alpha| omega_0 |C|^3/(4 mu) = {bound:.6g} rad" if bound < math.inf else "unbounded"
+            return (
+                f"the superharmonic component exists at every speed; with C = {c:.6g} rad at this one its amplitude is "
+                f"{largest}"
             )
-            fact = (
-                f"the superharmonic component exists at every speed; with C = {c:.6g} rad at this one its amplitude is"
-            )
-            return f"{fact} {largest}"
         if self.kind == "subharmonic":
             # k = 9/8 alpha omega_0, Lambda = sigma - 2 k C^2: the discriminant of E6 asks k C^2 (4 Lambda + k C^2) >= 9
             # mu^2
