@@ -15,7 +15,7 @@ from click.testing import CliRunner
 import strainwave as sw
 from strainwave.app.commands.cli import cli
 from strainwave.app.report.article import header, shown, tables
-from strainwave.theory.article import Printed, _compared, reproduce
+from strainwave.theory.article import _compared, reproduce
 
 pytestmark = [pytest.mark.compiled, pytest.mark.slow]
 
@@ -127,7 +127,7 @@ def test_each_case_of_both_sets_tells_the_share_that_is_computed(result, shares)
     ("value", "verdict"), [(0.1549, "reproduced"), (0.1551, "not reproducible"), (0.1451, "reproduced")]
 )
 def test_the_one_tolerance_is_half_the_last_printed_digit(value, verdict):
-    assert _compared(("t", "c", "p"), "q", "rad", value, Printed("0.15"), "because").verdict == verdict
+    assert _compared(("t", "c", "p"), "q", "rad", value, "0.15", "because").verdict == verdict
 
 
 @pytest.mark.parametrize("case", RMS_LIMITS)
