@@ -140,7 +140,7 @@ def remarks(run: Run) -> list[str]:
 
 def summary(run: Run) -> str:
     """Return the tables as text."""
-    lines = [f"{run.project.title}: rms of the load's pointing error about its mean at the samples, arcsec"]
+    lines = [f"{run.project.title}: rms of the pointing error about its mean at the samples, arcsec"]
     lines += run.found.residuals(WIDTH)
     if run.best:
         lines += ["", "best that is stable and within all limits", *_best(run)]
