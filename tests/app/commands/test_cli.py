@@ -244,9 +244,10 @@ def test_doctor_tells_of_a_home_that_is_not_readable_why_code_is_not_kept(tmp_pa
 @pytest.mark.parametrize(
     "call", [("derive", "-o", "d.txt"), ("reproduce", "-o", "folder"), ("response", "-o", "c.svg")]
 )
-def test_a_place_that_cannot_be_written_is_refused_before_anything_is_computed(project, tmp_path, call):
-    file = tmp_path / "file"
+def test_a_place_that_cannot_be_written_is_refused_before_anything_is_computed(tmp_path, call):
+    file, project = tmp_path / "file", tmp_path / "drive.yaml"
     file.write_text("no folder")
+    project.write_text(PROJECT)
     name, option, place = call
     result = CliRunner().invoke(
         command.cli, [name, *([str(project)] * (name == "response")), option, str(file / "in" / place)]

@@ -701,7 +701,7 @@ def test_the_map_of_a_forcing_speaks_of_the_forcing_and_judges_no_rule_of_a_moto
     asked = ["speed-map", str(project), "-o", str(tmp_path)]
     text = CliRunner().invoke(command.cli, asked).stdout
     assert "speeds of the forcing, forbidden: oscillation above 2 times" in text
-    assert "forbidden 272.62 to 472.22 rad/s" in text
+    assert "forbidden 272.62 to 472.23 rad/s" in text
     assert "rpm" not in text
     assert "vendors" not in text
     told = json.loads(CliRunner().invoke(command.cli, [*asked, "--json"]).stdout)
