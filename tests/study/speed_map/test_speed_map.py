@@ -712,7 +712,7 @@ def test_the_map_of_a_forcing_speaks_of_the_forcing_and_judges_no_rule_of_a_moto
     assert told["shaft"] == "forcing"
     assert told["vendor"] == []
     np.testing.assert_allclose(told["loads"][0]["forbidden_rpm"], [np.divide(band, RPM)], rtol=1e-12)
-    assert np.genfromtxt(tmp_path / "cells.csv", delimiter=",", names=True)["forcing_rad_per_s"][0] == 10.0
+    assert np.genfromtxt(tmp_path / "cells.csv", delimiter=",", names=True)["forcing_rad_per_s"][0] == 10.47
     assert np.genfromtxt(tmp_path / "bands.csv", delimiter=",", names=True)["from_rad_per_s"][0] == pytest.approx(
         band[0]
     )
