@@ -271,3 +271,27 @@ def test_the_torques_of_an_angle_are_those_between_any_places_of_a_turn():
     both = sw.Parallel(sw.train.AngleTorque(3.0, 1), cogging)
     assert torques_of_angle(both) == pytest.approx((-5.0, 5.0), rel=1e-5)
     assert torques_of_angle(sw.Linear(0.0)) == (0.0, 0.0)
+
+
+FALSE_CREST = """\
+gear: {ratio: 50, law: {type: piecewise_linear, K1: 110500 N*m/rad, K2: 165750 N*m/rad, K3: 198900 N*m/rad,
+  T1: 40.264 N*m, T2: 88.582 N*m}}
+motor: {inertia: 6.5358 kg*cm^2, loop: {type: position_loop, K_p: 8.541359366769088 N*m/rad,
+  K_d: 0.19519225051056338 N*m*s/rad, lag: 0.2 ms, filters: [{type: lowpass, frequency: 406.6 Hz},
+  {type: notch, frequency: 59.6 Hz, width: 15.74 Hz, depth: 0.2}]}}
+load: {inertia: 2.8267 kg*m^2}
+damping: {B: 25.746 N*m*s/rad}
+speed: {from: 59.3148 rad/s, to: 257.031 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 1, amplitude: 1.731 arcsec}, {order: 2, amplitude: 3.435 arcsec,
+  phase: 40 deg}], load_torque: {mean: -56.15 N*m}}
+"""
+
+
+def test_the_crest_of_a_coarse_curve_is_no_false_one_at_a_corner_of_the_law(tmp_path):
+    """Fixed-step integration of the whole drive in C: 8.005 arcsec, largest of all speeds; between points 7.762."""
+    (tmp_path / "drive.yaml").write_text(FALSE_CREST)
+    project = sw.read_project(tmp_path / "drive.yaml")
+    crest = largest_crest(project.train, project.speeds.limits, 15, False)
+    arcsec = math.pi / 648_000.0
+    assert crest.size / arcsec == pytest.approx(8.005, abs=5e-4)
+    assert crest.size == pytest.approx(sw.drive_motion(project, crest.speed).oscillation, rel=1e-3)

@@ -19,7 +19,7 @@ from ..base.sentences import Sentence, on_screen
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits
 from .asked import MotorLimits, Need, motor_findings, sheet_findings
-from .jumps import Jumps
+from .jumps import Jumps, pieces_of
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,8 @@ class DriveResponse(Result):
         units = {"across": "rad"} | dict.fromkeys(torques, "N*m")
         sizes = ((name, getattr(self, name), unit) for name, unit in units.items())
         asked = {name: ("point", values, unit) for name, values, unit in sizes if values is not None and len(values)}
-        visited = np.isin(np.arange(len(self.curve)), self.swept)
+        path = () if self.sweep is None else (*self.sweep.run_up, *self.sweep.run_down)
+        visited = np.isin(np.arange(len(self.curve)), path)
         return {**self.curve.variables(), "visited": ("point", visited, ""), **asked}
 
     @property
@@ -212,30 +213,32 @@ class DriveResponse(Result):
         return Sentence("; ").join(filter(None, (self.curve.message, self.rounding)))
 
     @cached_property
-    def swept(self) -> NDArray[np.int64]:
-        """Numbers of the motions that a slow run-up or run-down visits; empty where there is no sweep."""
-        return np.empty(0, np.int64) if self.sweep is None else np.union1d(self.sweep.run_up, self.sweep.run_down)
+    def counted(self) -> NDArray[np.int64]:
+        """Numbers of the stable motions in the range, the ends of their stability included; empty where none is."""
+        pieces = pieces_of(self.curve, self.curve.stable)
+        some = np.unique(np.concatenate([np.empty(0, np.int64), *pieces]))
+        return np.asarray(some[self.curve.inside[some]])
 
     def visited(self) -> NDArray[np.int64]:
-        """The same; all in the range where there is no sweep."""
-        return self.swept if len(self.swept) else np.flatnonzero(self.curve.inside)
+        """The same; all in the range where no motion is stable."""
+        return self.counted if len(self.counted) else np.flatnonzero(self.curve.inside)
 
     def top_of(self, values: Floats) -> int:
-        """Number of the visited motion with the largest of some values (n,)."""
+        """Number of the stable motion with the largest of some values (n,)."""
         return int(self.visited()[np.argmax(values[self.visited()])])
 
     @property
     def top(self) -> int:
-        """Number of the visited motion with the largest |error - mean|."""
+        """Number of the stable motion with the largest |error - mean|."""
         return self.top_of(self.oscillation)
 
     def largest(self) -> int | None:
-        """Number of the stable motion with the largest |error| that a sweep visits; None where there is no sweep."""
-        return self.top_of(self.peak) if len(self.swept) else None
+        """Number of the stable motion with the largest |error|; None where none is stable."""
+        return self.top_of(self.peak) if len(self.counted) else None
 
     def largest_oscillation(self) -> int | None:
         """The same of the largest |error - mean|."""
-        return self.top if len(self.swept) else None
+        return self.top if len(self.counted) else None
 
     def torsion_amplitude(self, system: Any, order: int) -> Floats:
         """0-to-peak amplitude [rad] of the torsion of an error equation at `order` times the base speed."""
@@ -249,7 +252,7 @@ class DriveResponse(Result):
 
     @property
     def gear_peak(self) -> float:
-        """Largest |x| across the gear alone [rad] in the motions that a slow run-up or run-down visits."""
+        """Largest |x| across the gear alone [rad] in the stable motions."""
         return float(np.max(self.across[self.visited()], initial=0.0))
 
     @property

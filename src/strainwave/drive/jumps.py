@@ -6,7 +6,7 @@ frequency; where several wait there, the basins of attraction decide, and the ne
 Bands of hysteresis between a slow run-up and run-down, each with its own pair of jumps.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
@@ -153,6 +153,9 @@ class Jumps(Result):
         All of it in words.
     bands : tuple of HysteresisBand
         Each band with its own pair of jumps, by ascending `low`; they may overlap.
+    flips : tuple of (float, float)
+        Values between which a motion that a sweep comes to is unstable by a multiplier below -1: what follows repeats
+        after two periods or more, or leaves the curve.
     """
 
     parameter: str
@@ -167,6 +170,7 @@ class Jumps(Result):
     finished_down: bool
     sentence: str
     bands: tuple[HysteresisBand, ...]
+    flips: tuple[tuple[float, float], ...] = ()
 
     @property
     def jumping(self) -> tuple[HysteresisBand, ...]:
@@ -229,15 +233,17 @@ def jumps(branch: Branch) -> Jumps:
     down, on_down, good_down, legs_down = _sweep(branch, pieces, -1.0)
     between = bands_between(legs_up, legs_down)
     bands = tuple(b for b in between if b.on_run_up or b.on_run_down or b.high - b.low > SEAM * abs(b.high))
+    twice = doubled(branch)
     sentence = " ".join(
         [
-            _told(branch.parameter, "run-up", on_up, good_up, float(branch.values[up[-1]])),
-            _told(branch.parameter, "run-down", on_down, good_down, float(branch.values[down[-1]])),
+            _told(branch, "run-up", on_up, good_up, up, twice),
+            _told(branch, "run-down", on_down, good_down, down, twice),
             told_bands(branch.parameter, bands),
             *_told_doubled(branch, np.union1d(up, down)),
         ]
     )
-    return jumps_of(branch.parameter, up, down, on_up, on_down, good_up, good_down, sentence, bands)
+    found = jumps_of(branch.parameter, up, down, on_up, on_down, good_up, good_down, sentence, bands)
+    return replace(found, flips=doubled_spans(branch, np.isin(np.arange(len(twice)), [*up, *down])))
 
 
 def jumps_of(
@@ -254,14 +260,19 @@ def jumps_of(
     )  # fmt: skip
 
 
-def _told(parameter: str, name: str, some: tuple[Jump, ...], good: bool, end: float) -> str:
+def _told(
+    branch: Branch, name: str, some: tuple[Jump, ...], good: bool, path: NDArray[np.int64], twice: NDArray[np.bool_]
+) -> str:  # fmt: skip
+    parameter = branch.parameter
     told = [
         f"{'rises' if j.after > j.before else 'drops'} at {parameter} = {j.value:.9g} from {j.before:.4g} to "
         f"{j.after:.4g} ({j.cause}{'; other stable orbits wait there, the nearest is taken' if j.choices > 1 else ''})"
         for j in some
     ]
-    text = f"On the {name} max |x| " + (", then ".join(told) if told else "changes without a jump")
+    without = f"changes without a jump{' where the motion is stable' if twice[path].any() else ''}"
+    text = f"On the {name} max |x| " + (", then ".join(told) if told else without)
     if not good:
+        end = branch.values[path[-1]]
         text += f", and beyond {parameter} = {end:.6g} this branch has no stable orbit: integrate to see what follows"
     return text + "."
 
@@ -274,13 +285,21 @@ def doubled(branch: Branch) -> NDArray[np.bool_]:
     return np.asarray(~branch.stable & (largest.real < -1.0))
 
 
+def doubled_spans(branch: Branch, some: NDArray[np.bool_] | bool = True) -> tuple[tuple[float, float], ...]:
+    """Values in the range of a branch between which `some` motions are unstable by a multiplier below -1."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], doubled(branch) & some, [False]])))
+    inside = np.clip(branch.values, *branch.span)
+    runs = (inside[max(a - 1, 0) : b + 1] for a, b in edges.reshape(-1, 2))  # from one special point to the other
+    return tuple((float(np.min(run)), float(np.max(run))) for run in runs if np.ptp(run) > 0.0)
+
+
 def _told_doubled(branch: Branch, visited: NDArray[np.int64]) -> list[str]:
     inside = branch.values[visited[doubled(branch)[visited]]]
     if not len(inside):
         return []
     return [
         f"Between {branch.parameter} = {inside.min():.6g} and {inside.max():.6g} the motion repeats after two periods "
-        "or more: its max |x| is not that of this curve, and it may jump before the fold; integrate there."
+        "or more, or leaves this curve: its max |x| is not that of this curve; integrate there."
     ]
 
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.blas import one_thread
-from ..base.protocols import System, lacking, terms_of
+from ..base.protocols import DECAYS, FOLD, TOP, System, lacking, terms_of
 from ..base.quantities import number, shown
 from ..base.results import Floats
 from ..base.sentences import listed
@@ -28,7 +28,7 @@ from ..model.train.motion import AngleTorque
 from ..model.train.shafts import NO_DRAG, Load, Motor
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.balance.fourier import from_blocks, synthesis
-from ..numerics.continuation.trace import Trace, solve, with_crests
+from ..numerics.continuation.trace import Trace, solve, with_crests, with_multipliers
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
@@ -137,8 +137,19 @@ def largest_crest(system: Any, speeds: tuple[float, float], harmonics: int, coex
 
 
 def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> Crest:
-    """The largest oscillation on the points of a curve that lie in a range."""
-    points, _ = with_crests(problem, found.points, found.labels)
+    """The largest oscillation of the stable motions on a curve that lie in a range; of all where none is stable."""
+    points, labels = with_crests(problem, found.points, found.labels)
+    crest = _largest_of(problem, points, speeds)
+    if abs(with_multipliers(problem, crest.point[None], labels[:1], False)[2][0, 0]) < DECAYS:
+        return crest
+    points, labels, floquet = with_multipliers(problem, np.ascontiguousarray(points), labels)
+    stable = np.abs(floquet[:, 0]) < DECAYS
+    stable |= ((labels == FOLD) | (labels > TOP)) & (np.convolve(stable, [1, 1, 1], "same") > 0)  # where stability ends
+    stable &= (points[:, -1] >= speeds[0]) & (points[:, -1] <= speeds[1])
+    return _largest_of(problem, points[stable], speeds) if stable.any() else crest
+
+
+def _largest_of(problem: Any, points: Floats, speeds: tuple[float, float]) -> Crest:
     points = points[(points[:, -1] >= speeds[0]) & (points[:, -1] <= speeds[1])]
     sizes = _oscillations(problem, points)
     top = int(np.argmax(sizes))

@@ -60,7 +60,7 @@ BAND = ((100.0, 120.0),)
             (Answer.BUT, 14.0, (), (), 100.0, (), WorstPosture(2, 3, "out", Answer.BUT, 2e-4, 100.0)),
             "Fail at some speeds; posture 2 (out) of 3 fails",
         ),
-        ((Answer.BUT, 14.0, (), BAND), "Fail at some speeds; at some speeds no motion of the curve is stable"),
+        ((Answer.BUT, 14.0, (), BAND), "Fail at some speeds; at some speeds the motion is not stable"),
         ((Answer.BUT, 14.0, (), (), 100.0, (1,)), "Fail at some speeds; the motion jumps"),
         (
             (Answer.BUT, 92.0, (), (), 100.0, (), None, 116.0),

@@ -35,7 +35,7 @@ def followed(omega, peak, mean=0.0, jump_up=math.nan, jump_down=math.nan):
     curve = SimpleNamespace(
         omega=omega, values=omega, span=(omega[0], omega[-1]), stable=np.ones(len(omega), bool), closed=False,
         folds=[], doublings=[], branch_points=[], peak=peak + abs(mean), coefficients=table,
-        oscillation=oscillation(table),
+        oscillation=oscillation(table), inside=np.ones(len(omega), bool),
     )  # fmt: skip
     path = np.arange(len(omega))
     rise, drop = Jump(jump_up, 0.0, 1.0, "fold", 1), Jump(jump_down, 1.0, 0.0, "fold", 1)
@@ -116,7 +116,7 @@ def test_a_maximum_of_the_third_harmonic_on_the_flank_of_order_2_is_no_superharm
     heights = (2, 1.0, 126.0, 20.0), (3, height, 118.0, 10.0)
     sizes = {p: h * A * np.exp(-(((omega - at) / width) ** 2)) for p, h, at, width in heights}
     seen = SimpleNamespace(
-        omega=omega, swept=np.arange(len(omega)), curve=SimpleNamespace(peak=sum(sizes.values())),
+        omega=omega, counted=np.arange(len(omega)), curve=SimpleNamespace(peak=sum(sizes.values())),
         torsion_amplitude=lambda _, p: sizes[p],
     )  # fmt: skip
     met = tuple(

@@ -32,7 +32,7 @@ from .options import file_type, json_option, limit_option, output_option, projec
 
 FIGURES = (".svg", ".png")
 CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
-UNCOVERED = "of the stable motions that are known; at some speeds none is, and there"
+UNCOVERED = "of the stable motions that are known; at some speeds the drive leaves them, and there"
 NOT_BISTABLE = ("no bistable range: a run-up and a run-down meet the same motions",)
 
 

@@ -89,7 +89,7 @@ def _headline(view: View, verdict: Verdict) -> str:
     if avoid is None:
         faults.append(view.project.undamped.partition(":")[0] or NOTHING_STABLE)
     elif avoid.unstable:
-        faults.append("at some speeds no motion of the curve is stable")
+        faults.append("at some speeds the motion is not stable")
     if not faults and view.analysis.jumping:
         faults.append("the motion jumps")
     if (worst := view.analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
@@ -137,7 +137,8 @@ def _oscillation(view: View) -> Sentence:
         text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
     if said := out_of_reach(avoid.limit, avoid.slow):
         text += "; " + said
-    return text + ", and the motion jumps" if analysis.jumping else text
+    text = text + ", and the motion jumps" if analysis.jumping else text
+    return text + "; at some speeds the motion is not stable, and the drive leaves it" if avoid.unstable else text
 
 
 def torque_said(view: View, verdict: Verdict, with_motor: bool = True) -> str:

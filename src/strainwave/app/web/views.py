@@ -19,7 +19,6 @@ from ...drive.project import Project
 from ...files.notes import exciting, load_remark, unsaid
 from ...files.variants.sureness import how_sure
 from ...numerics.balance.truncation import MATTERS
-from ...study.analysis.avoid import without_stable
 from ...study.analysis.in_time import drive_motion
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
@@ -126,7 +125,6 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         ],
         "jumps": [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in bands],
         "avoid": [(low * scale, high * scale) for low, high in judged.verdict.speeds],
-        "unstable": [(low * scale, high * scale) for low, high in without_stable(motions)],
         "limit_arcsec": None if limit is None else limit / ARCSEC,
         "largest": {
             "speed": float(scale * motions.omega[top]),

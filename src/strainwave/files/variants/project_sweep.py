@@ -60,7 +60,7 @@ def largest(project: Project) -> dict[str, float]:
     dict of str to float
         `peak` (largest |pointing error| [rad]), `oscillation` (its largest distance from the mean [rad]), `torque`
         (largest in the gear [N*m]), `peak_at`, `oscillation_at`, `torque_at` (speed of the base angle [rad/s]) over the
-        motions that a slow run-up or run-down visits; `jumps` (their number in both), `truncated` (1 where harmonics
+        stable motions of the curve; `jumps` (their number in both), `truncated` (1 where harmonics
         are missing). Where the motions of the project beat a sweep has `smallest` too.
     """
     return _largest(project.response())

@@ -43,7 +43,7 @@ class Exceedance(Result):
     factors : dict of str to (drives,) array
         Numbers of the file relative to themselves, by their names; of a phase what is added to it [rad].
     oscillation, at : (drives,) arrays
-        Largest |error - mean| [rad] over the motions that a slow run-up or run-down visits under any of the `loads`,
+        Largest |error - mean| [rad] over the stable motions of the curve under any of the `loads`,
         and the speed [rad/s] of the base angle there; nan of a drive without a response curve.
     low, high : (drives,) arrays
         Ends [rad/s] of the speeds to avoid around that one: above the limit, or between jumps; nan of a drive that

@@ -56,6 +56,7 @@ LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
 MOST_CRESTS = 200  # the highest of a curve: more are rounding
 REACH = 2  # points to both sides of a crest
 ROUNDS, SETTLED = 10, 1e-12  # solutions of a crest, and the relative rise above one that is none
+RISEN = 1e-3  # relative rise above the points from which on crests are looked for once more
 OFF = 0.03  # of the step between two points: what is solved farther from the polynomial may be on another branch
 SAME = 1e-6  # of the arc of these: what is nearer is one point
 ONE = 1e-6  # relative distance below which two points are one
@@ -209,7 +210,24 @@ def put_in_order(points: Floats, labels: Any) -> None:
 
 
 def with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> tuple[Floats, Any]:
-    """Points and labels of a curve with the crests of |x| and of |x - mean| among them, labelled TOP."""
+    """Points and labels of a curve with the crests of |x| and of |x - mean| among them, labelled TOP.
+
+    A crest that rises far above its neighbours may be a false one, at a corner of the law: they are looked for again.
+    """
+    for _ in range(ROUNDS):
+        before = _largest(problem, points)
+        points, labels = _with_crests(problem, points, labels)
+        if np.all(_largest(problem, points) <= (1.0 + RISEN) * before):
+            break
+    return points, labels
+
+
+def _largest(problem: Balance, points: Floats) -> Floats:
+    series = _series(problem, points)
+    return np.array([float(np.max(measure(series), initial=0.0)) for measure in (largest_size, oscillation)])
+
+
+def _with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> tuple[Floats, Any]:
     if len(points) < 3:
         return points, labels
     series = _series(problem, points)
@@ -314,10 +332,7 @@ def describe(
     tail = tail_along(problem, points) if tail is None else tail
     if locate:
         points, labels = with_crests(problem, points, labels)
-    if problem.hill():
-        points, labels, floquet = with_hill(problem, points, labels)
-    else:
-        points, labels, floquet = with_stability(problem, points, labels, locate, floquet)
+    points, labels, floquet = with_multipliers(problem, points, labels, locate, floquet)
     series = problem.displacements(points)
     peaks = displacement_peaks(series) if len(points) else np.empty(0)
     values, turns = points[:, -1].copy(), int(problem.turns)
@@ -339,6 +354,15 @@ def describe(
 
 def _ends(values: Floats) -> tuple[float, float]:
     return (float(np.min(values)), float(np.max(values))) if len(values) else (np.nan, np.nan)
+
+
+def with_multipliers(
+    problem: Balance, points: Floats, labels: Any, locate: bool = True, floquet: Any = None
+) -> tuple[Floats, Any, NDArray[np.complex128]]:
+    """Points of a branch, and their multipliers; with its special points, those of an oscillator always."""
+    if problem.hill():
+        return with_hill(problem, points, labels)
+    return with_stability(problem, points, labels, locate, floquet)
 
 
 def with_hill(problem: Any, points: Floats, labels: Any) -> tuple[Floats, Any, NDArray[np.complex128]]:

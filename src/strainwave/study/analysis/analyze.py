@@ -121,7 +121,7 @@ def _top(regime: Regime, places: list[float], system: Any, response: DriveRespon
     i = places.index(regime.omega)
     low = max([regime.omega / FARTHEST, *((w * regime.omega) ** 0.5 for w in places[:i])])
     high = min([regime.omega * FARTHEST, *((w * regime.omega) ** 0.5 for w in places[i + 1 :])])
-    visited = response.swept
+    visited = response.counted
     omega = response.omega[visited]
     inside = (omega >= low) & (omega <= high)
     if not np.any(inside):
@@ -312,7 +312,7 @@ def _with_gravity(
     except (ValueError, SolveError) as error:
         sentence = Sentence("Gravity is a constant torque at every angle here, not exactly in the motion: {}.", error)
         return replace(study, remarks=(*study.remarks, sentence))
-    waves, visited = exact.curve.waves, exact.swept
+    waves, visited = exact.curve.waves, exact.counted
     if waves is None or not len(visited):
         text = "With gravity exactly in the motion, its stiffness included, no steady motion is stable in this range."
         return replace(study, remarks=(*study.remarks, text))

@@ -56,8 +56,8 @@ class Avoid:
     largest_passed : (float, float) or None
         Speed [rad/s] and size [rad] of the largest oscillation of that run-up; None where the curve has all torques.
     unstable : tuple of (float, float)
-        Those of the bands in which no motion of the curve is stable: the drive leaves it there, or repeats after more
-        turns than its excitation.
+        Those of the bands in which no motion of the curve is stable, or the one that a slow run-up or run-down comes to
+        loses its stability: the drive leaves it there, or repeats after more turns than its excitation.
     """
 
     bands: tuple[Speeds, ...]
@@ -154,13 +154,13 @@ def speeds_to_avoid(
     system: Any, response: DriveResponse, point: OperatingPoint, limit: float | None = None,
     passed: Motions | None = None,
 ) -> Avoid | None:  # fmt: skip
-    """Apply the rule of `Avoid` to the motions that a slow run-up and run-down visit; None where there are none.
+    """Apply the rule of `Avoid` to the stable motions of a curve; None where there are none.
 
     `passed` are those of a run-up that has torques which the curve has not (`in_run`).
     """
-    if not len(response.swept) or response.sweep is None:
+    if response.sweep is None or not len(response.counted):
         return None
-    motions = _swept(response)
+    motions = _counted(response)
     slow = quasi_static(system, point)
     nowhere = without_stable(response)
     tops = [] if limit is not None else motions.peaks(AMPLIFIED * slow)
@@ -174,22 +174,25 @@ def speeds_to_avoid(
 
 
 def without_stable(response: DriveResponse) -> tuple[Speeds, ...]:
-    """Speeds [rad/s] at which no motion of a curve is stable: the drive leaves it, or repeats after more turns."""
-    curve = response.curve
+    """Speeds [rad/s] at which no motion of a curve is stable, or the one that a sweep comes to loses its stability.
+
+    The drive leaves it there, or repeats after more turns.
+    """
+    curve, flips = response.curve, () if response.sweep is None else response.sweep.flips
     first, last = curve.span
     inside = (np.clip(curve.omega[piece], first, last) for piece in pieces_of(curve, curve.stable))
-    return between(merged((np.min(run), np.max(run)) for run in inside), (first, last))
+    return merged([*between(merged((np.min(run), np.max(run)) for run in inside), (first, last)), *flips])
 
 
-def _swept(response: DriveResponse) -> Motions:
-    """Motions that a slow run-up or run-down visits."""
-    visited = response.swept
-    return Motions(response.omega[visited], response.oscillation[visited], np.diff(visited) == 1)
+def _counted(response: DriveResponse) -> Motions:
+    """Stable motions of a curve."""
+    at = response.visited()
+    return Motions(response.omega[at], response.oscillation[at], np.diff(at) == 1)
 
 
 def band_above(response: DriveResponse, limit: float) -> Speeds | None:
     """Speeds [rad/s] around the largest oscillation with one above a limit [rad], or between jumps; else None."""
-    motions = _swept(response)
+    motions = _counted(response)
     at = float(motions.omega[np.argmax(motions.sizes)])
     jumping = [] if response.sweep is None else [(band.low, band.high) for band in response.sweep.jumping]
     above = motions.above(limit)

@@ -250,11 +250,11 @@ def usage(system: Any, exact: DriveResponse, motions: Iterable[SteadyMotion]) ->
     system : Oscillator
         The error equation; its omega is replaced.
     exact : DriveResponse
-        Response curve, of which the points count that a slow run-up or run-down visits.
+        Response curve, of which the stable motions count.
     motions : iterable of SteadyMotion
         Simulated motions, which count too where they finished: some are on no curve.
     """
-    every = [exact.usage] if len(exact.swept) else []
+    every = [exact.usage] if len(exact.counted) else []
     for motion in (motion for motion in motions if motion.status):
         omega = float(motion.omega)
         torque = cycle_of(system._replace(omega=omega), motion).torque

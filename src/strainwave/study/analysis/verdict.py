@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base.results import Floats, SolveError
+from ...base.sentences import listed
 from ...base.units import RPM
 from ...drive.asked import BRAKE, MotorLimits, Need
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
@@ -175,6 +176,8 @@ class Judged(NamedTuple):
         Whether a drive with a limit of its oscillation fails by jumps of a slow run-up or run-down.
     whole : bool
         Whether the curve goes through the whole range.
+    leaves : str
+        Where the motion is not stable, a sentence; empty where it is everywhere.
     """
 
     verdict: Verdict
@@ -185,6 +188,7 @@ class Judged(NamedTuple):
     findings: tuple[Finding, ...]
     jumps: bool = False
     whole: bool = True
+    leaves: str = ""
 
     @property
     def covered(self) -> bool:
@@ -200,6 +204,7 @@ class Judged(NamedTuple):
             *fault,
             *self._below(True),
             *jumps,
+            *filter(None, [self.leaves]),
             *(finding.sentence for finding in gravest(self.findings) if finding.fails),
         )
 
@@ -252,7 +257,16 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
         passes = False if verdict.fault or verdict.exceeded or avoid is None or avoid.unstable else None
     jumps = project.limit is not None and response.sweep is not None and bool(response.sweep.jumping)
     passes = passes if loads[0] == loads[1] or not passes else None
-    return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found)
+    leaves = "" if avoid is None else _left(project, avoid.unstable)
+    return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found, leaves)
+
+
+def _left(project: Project, bands: Sequence[Speeds]) -> str:
+    """Where the motion of a curve is not stable, and what follows, in a sentence; empty where there are no bands."""
+    speeds = project.speeds
+    places = listed(f"{speeds.own(low):.5g} to {speeds.own(high):.5g}" for low, high in bands)
+    follows = "what follows does not repeat with every turn, jumps or escapes"
+    return f"The motion is not stable at {places} {speeds.own_unit}: {follows}." if bands else ""
 
 
 class WorstPosture(NamedTuple):

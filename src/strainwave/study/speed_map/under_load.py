@@ -16,7 +16,7 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, number
 from ...base.units import RPM
 from ...drive.drive_response import DriveResponse
-from ...drive.jumps import doubled
+from ...drive.jumps import doubled_spans
 from ...drive.project import Project
 from ...drive.reductions import left_out
 from ...drive.response import exact_response
@@ -200,14 +200,6 @@ def searched_at(own: UnderLoad, span: Span, apart: float, shift: float) -> Float
     steps = np.arange(np.log(span[1] / span[0]) / apart - shift)
     empty = [0.5 * (a + b) for a, b in gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in own.runs], span)]
     return np.unique(np.concatenate([span, span[0] * np.exp(apart * (steps + shift)), empty]))
-
-
-def doubled_spans(curve: Any) -> tuple[Span, ...]:
-    """Speeds between which a motion of the curve is unstable by a multiplier below -1."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], doubled(curve), [False]])))
-    return tuple(
-        (float(np.min(curve.omega[a:b])), float(np.max(curve.omega[a:b]))) for a, b in edges.reshape(-1, 2)
-    )  # fmt: skip
 
 
 class CampbellLine(NamedTuple):

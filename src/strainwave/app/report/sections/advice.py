@@ -163,7 +163,7 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
         reasons.append("the motion jumps " + listed(jumps))
     if avoid.unstable:
         intervals = listed("between " + _speed(low) + " and " + _speed(high) for low, high in avoid.unstable)
-        reasons.append("no motion of the curve is stable " + intervals)
+        reasons.append("the motion is not stable " + intervals)
     reason = Sentence(", and ").join(reasons)
     return Sentence("Avoid {} {}: there {}.", _ranges(view, avoid.bands), Speed(), reason)
 

@@ -116,8 +116,7 @@ async function response(again) {
   pinControls(again);
   const said = `Oscillation up to ${sure(r.largest.oscillation_arcsec)} arcsec at ${sure(r.largest.speed)} ${r.speed_unit}${r.beat ? ` (${sure(r.beat.smallest_at_largest_arcsec)} in the smallest turn of a beat of ${round(r.beat.period_s, 3)} s)` : ""}`;
   const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
-  const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds none is, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
-  const leaves = r.unstable.length ? ` No motion of the curve is stable at ${r.unstable.map(([a, b]) => `${round(a)} to ${round(b)}`).join(", ")} ${r.speed_unit}: the drive leaves it there.` : "";
+  const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds the drive leaves them, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
   const failures = sentences(r.failures);
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${toward(Math.floor, a, r.digits)} to ${toward(Math.ceil, b, r.digits)}`).join(", ")} ${r.speed_unit}.` : "";
   const range = `from ${signed(round(low))} to ${signed(round(high))} N·m`;
@@ -132,7 +131,7 @@ async function response(again) {
   const tell = (sure, met, of) => {
     const passes = r.passes ?? of?.passes, more = sentences((of?.failures ?? []).filter((text) => !r.failures.includes(text)));
     if (unbounded) return answer(`${r.message[0].toUpperCase()}${r.message.slice(1)}.`, false);
-    return answer(`${failures}${more}${said}${against}${leaves}${keep}${loads(of)} ${sure}`.trim(), passes && !met ? null : passes);
+    return answer(`${failures}${more}${said}${against}${keep}${loads(of)} ${sure}`.trim(), passes && !met ? null : passes);
   };
   tell(...(r.assumed ? ["The range for assumed numbers is being computed.", null] : ["", true]));
   clearTimeout(pause);
