@@ -42,7 +42,10 @@ ENDINGS = {  # of a hysteresis: its torque is proportional to all of the first t
 }  # fmt: skip
 
 
-Case = tuple[int | None, ...]  # of each group of numbers: at which end of its range it is, or as it is
+INSIDE = tuple(k / 8 for k in range(1, 8))  # shares of a range at which an inner largest is looked for
+BESIDE, HALVINGS, FLAT = 1 / 16, 5, 0.01  # and beside one of another case; halvings at most, until so flat a top
+
+Case = tuple[float | None, ...]  # of each group of numbers: at which share of its range it is, or as it is
 Solve = Callable[[Project], tuple[DriveResponse, float]]  # a response, and how fast its base angle is over the drive's
 
 
@@ -132,49 +135,115 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
     oscillation counts. A project that is changed in Python is written as a file first; where no file holds it, nothing
     is computed.
     """
-    omega, lost = np.linspace(*project.speeds.limits, SPEEDS), dict[str, None]()
+    omega = np.linspace(*project.speeds.limits, SPEEDS)
     if any(_assumed(project)):
         try:
             project = _as_a_file(project)
         except ValueError as error:
             why = f"The range for assumed numbers is not computed: {error}"
             return Sureness((), omega, omega * nan, omega * nan, (nan, nan), 0, (why,))
-    groups = list(_assumed(project))
+    groups = tuple(_assumed(project))
+    drives = _Drives(project, solve, groups, _torques(project, solve) if groups else (), omega)
     plain = (None,) * len(groups)
-    alone = [(*plain[:i], end, *plain[i + 1 :]) for i in range(len(groups)) for end in (0, 1)]
-    cases = dict.fromkeys([plain, *alone, *product((0, 1), repeat=len(groups))]) if groups else {}
-    torques = _torques(project, solve) if groups else ()
-    low, high, sizes = np.full(SPEEDS, np.inf), np.full(SPEEDS, -np.inf), dict[Case, float]()
-    computed = dict[frozenset[tuple[str, str]], float | None]()  # by the changes; a number may be an end of its range
-    for case in cases:
-        ends = [(names, end) for (_, _, names), end in zip(groups, case, strict=True) if end is not None]
-        changes = {n: texts[end] for names, end in ends for n, (own, *texts) in names.items() if texts[end] != own}
-        key = frozenset(changes.items())
-        if key not in computed:
-            computed[key] = None
-            try:
-                variant = replaced(project, changes, retune=True) if changes else project
-                for found, turns in [solve(_under(variant, torque)) for torque in torques or (None,)]:
-                    computed[key] = max(computed[key] or 0.0, float(found.oscillation[found.top]))
-                    for speeds, values in _stretches(found, omega * turns):
-                        low[speeds], high[speeds] = np.minimum(low[speeds], values), np.maximum(high[speeds], values)
-            except (ValueError, SolveError) as error:
-                lost[f"One variant cannot be computed: {error}"] = None
-                continue
-        if (size := computed[key]) is not None:
-            sizes[case] = size
-    sides = [_ends(sizes, (plain, *alone[i : i + 2])) for i in range(0, len(alone), 2)]
+    corners = [*product((0.0, 1.0), repeat=len(groups))] if groups else []
+    for case in (*(_with(plain, i, end) for i in range(len(groups)) for end in (0.0, 1.0)), *corners):
+        drives.size(case)
+    inner = [drives.inner(i, plain, INSIDE if group.shifts else (0.5,)) for i, group in enumerate(groups)]
+    for i, share in enumerate(inner):
+        if groups[i].shifts and len(groups) > 1:
+            others = [_with(corner, i, share) for corner in corners if corner[i]]
+            best = max(others, key=lambda case: drives.size(case) or 0.0)
+            drives.inner(i, best, tuple(x for x in (share - BESIDE, share, share + BESIDE) if 0.0 <= x <= 1.0))
+    alone = [[case for case in drives.sizes if _with(case, i, None) == plain] for i in range(len(groups))]
+    sides = [_ends(drives.sizes, cases) for cases in alone]
     doubts = tuple(
-        Doubt(what, tuple(names), value, next(iter(names.values()))[1:], side)
-        for (what, value, names), side in zip(groups, sides, strict=True)
+        Doubt(group.what, tuple(group.names), _listed(group, 1.0), (_listed(group, low), _listed(group, high)), side)
+        for group, side in zip(groups, sides, strict=True)
         if isfinite(side[0])
+        for low, high in (RANGES[group.key],)
     )
-    some = np.isfinite(low)
-    low, high = np.where(some, low, np.nan), np.where(some, high, np.nan)
-    drives = sum(size is not None for size in computed.values())
+    some = np.isfinite(drives.low)
+    low, high = np.where(some, drives.low, np.nan), np.where(some, drives.high, np.nan)
+    number_of = sum(size is not None for size in drives.computed.values())
+    torques = drives.torques
     load = f" over {len(torques)} loads" if len(torques) > 1 else ""
     load = sign(f" with {number(torques[0])} N·m on the load") if len(torques) == 1 else load
-    return Sureness(doubts, omega, low, high, _ends(sizes, cases), drives, tuple(lost), load)
+    return Sureness(doubts, omega, low, high, _ends(drives.sizes, drives.sizes), number_of, tuple(drives.lost), load)
+
+
+class _Drives:
+    """The drives of a project with other numbers in place of those assumed, each computed once.
+
+    Attributes
+    ----------
+    sizes : dict
+        Largest oscillation [rad] of every case that has one.
+    low, high : (n,) arrays
+        Least and largest oscillation [rad] of all at speeds `omega` [rad/s].
+    computed : dict
+        The same by the texts that are changed: a number may be an end of its range.
+    """
+
+    def __init__(
+        self, project: Project, solve: Solve, groups: "tuple[Group, ...]", torques: tuple[float, ...], omega: Floats
+    ) -> None:
+        self.project, self.solve, self.groups, self.torques, self.omega = project, solve, groups, torques, omega
+        self.low, self.high = np.full(len(omega), np.inf), np.full(len(omega), -np.inf)
+        self.sizes, self.lost = dict[Case, float](), dict[str, None]()
+        self.computed = dict[frozenset[tuple[str, str]], float | None]()
+        if groups:
+            self.size((None,) * len(groups))
+
+    def size(self, case: Case) -> float | None:
+        """Largest oscillation [rad] of a case; None where it has none."""
+        changes: dict[str, str] = {}
+        for group, share in zip(self.groups, case, strict=True):
+            texts = {} if share is None else {name: _times(t, group.factor(share)) for name, t in group.names.items()}
+            changes |= {name: text for name, text in texts.items() if text != _times(group.names[name], 1.0)}
+        key = frozenset(changes.items())
+        if key not in self.computed:
+            self.computed[key] = None
+            try:
+                variant = replaced(self.project, changes, retune=True) if changes else self.project
+                for torque in self.torques or (None,):
+                    found, turns = self.solve(_under(variant, torque))
+                    self.computed[key] = max(self.computed[key] or 0.0, float(found.oscillation[found.top]))
+                    for at, values in _stretches(found, self.omega * turns):
+                        self.low[at], self.high[at] = (
+                            np.minimum(self.low[at], values),
+                            np.maximum(self.high[at], values),
+                        )
+            except (ValueError, SolveError) as error:
+                self.lost[f"One variant cannot be computed: {error}"] = None
+                return None
+        size = self.computed[key]
+        if size is not None:
+            self.sizes[case] = size
+        return size
+
+    def inner(self, i: int, case: Case, shares: tuple[float, ...]) -> float:
+        """Share of the range of group i with the largest oscillation, the others as in a case.
+
+        A resonance that passes the speeds with the number has its largest within the range: around the largest that is
+        known, the range is halved until its neighbours are nearly as large. Where the ends are the largest of few, they
+        are taken.
+        """
+        known = {x: self.size(_with(case, i, x)) or 0.0 for x in (0.0, 1.0, *shares)}
+        for _ in range(HALVINGS):
+            at = sorted(known, key=lambda x: -known[x])[0]
+            if at in (0.0, 1.0) and not self.groups[i].shifts:
+                break
+            xs = sorted(known)
+            k = xs.index(at)
+            beside = [x for x in (*xs[max(k - 1, 0) : k], *xs[k + 1 : k + 2]) if known[x] < (1.0 - FLAT) * known[at]]
+            if not beside:
+                break
+            known |= {x: self.size(_with(case, i, x)) or 0.0 for x in (0.5 * (at + x) for x in beside)}
+        return max(known, key=lambda x: known[x])
+
+
+def _with(case: Case, i: int, share: float | None) -> Case:
+    return (*case[:i], share, *case[i + 1 :])
 
 
 def _torques(project: Project, solve: Solve) -> tuple[float, ...]:
@@ -203,20 +272,45 @@ def _as_a_file(project: Project) -> Project:
 
 
 def _ends(sizes: dict[Case, float], cases: Iterable[Case]) -> tuple[float, float]:
-    """Least and largest of the sizes that some cases have."""
-    known = [sizes[case] for case in cases if case in sizes]
+    """Least and largest of the sizes of some cases."""
+    known = [sizes[case] for case in cases]
     return (min(known), max(known)) if known else (nan, nan)
 
 
-def _assumed(project: Project) -> Iterator[tuple[str, str, dict[str, tuple[str, str, str]]]]:
-    """Numbers that are assumed together: what they are, the text of the first, and of each its text and its ends."""
+class Group(NamedTuple):
+    """Numbers that are assumed together: their key in `RANGES`, what they are, and the text of each by its name."""
+
+    key: str
+    names: dict[str, str]
+
+    @property
+    def what(self) -> str:
+        """What they are, in words."""
+        return WHAT[self.key]
+
+    @property
+    def shifts(self) -> bool:
+        """Whether they shift resonances: the largest oscillation may lie anywhere in their range."""
+        return self.key not in ("damping.", "excitation.")
+
+    def factor(self, share: float) -> float:
+        """Factor at a share of the range."""
+        low, high = RANGES[self.key]
+        return float(low * (high / low) ** share)
+
+
+def _assumed(project: Project) -> Iterator[Group]:
+    """Numbers that are assumed, by those that are changed together."""
     texts = {one.name: one.value for one in project.sources if one.word == ASSUMED}
-    for group, factors in RANGES.items():
-        names = [name for name in texts if name.startswith(group) and _counts(group, name) and quantity(texts[name])[0]]
+    for key in RANGES:
+        names = [name for name in texts if name.startswith(key) and _counts(key, name) and quantity(texts[name])[0]]
         if names:
-            low, high = factors
-            ends = {n: (_times(texts[n], 1.0), _times(texts[n], low), _times(texts[n], high)) for n in names}
-            yield WHAT[group], sign(texts[names[0]].replace("^", "**")), ends
+            yield Group(key, {name: texts[name] for name in names})
+
+
+def _listed(group: Group, factor: float) -> str:
+    """The numbers of a group times a factor, each that differs once."""
+    return listed(dict.fromkeys(sign(_times(t, factor).replace("^", "**")) for t in group.names.values()))
 
 
 def _counts(group: str, name: str) -> bool:
