@@ -71,7 +71,7 @@ def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hyst
 
 
 @pytest.mark.parametrize(("size", "covered", "said"), [
-    (1e-3, True, "within the limit"), (1e-3, False, "at some speeds none is"), (1e-1, False, "above the limit"),
+    (1e-3, True, "within the limit"), (1e-3, False, "the drive leaves them"), (1e-1, False, "above the limit"),
 ])  # fmt: skip
 def test_a_limit_is_met_only_where_a_stable_motion_is_known_at_every_speed(drive, size, covered, said):
     drive.write_text(PROJECT + "limit: {oscillation: 1 deg}\n", encoding="utf-8")

@@ -135,7 +135,7 @@ def _oscillation(view: View) -> Sentence:
     text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), place, against)
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
         text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
-    if said := out_of_reach(avoid.limit, avoid.slow):
+    if said := out_of_reach(avoid.limit, avoid.slow, view.project.train):
         text += "; " + said
     text = text + ", and the motion jumps" if analysis.jumping else text
     return text + "; at some speeds the motion is not stable, and the drive leaves it" if avoid.unstable else text
@@ -279,7 +279,7 @@ def _requirement(view: View) -> str:
     text = "The oscillation of the {} must stay within {} at {}." + " The limit is assumed." * assumed
     speeds = Speed(*view.analysis.speeds, digits=5, between=" to ")
     said = Sentence(text, view.analysis.drive.name, Angle(view.project.limit), speeds)
-    below = "" if (avoid := view.analysis.avoid) is None else out_of_reach(avoid.limit, avoid.slow)
+    below = "" if (avoid := view.analysis.avoid) is None else out_of_reach(avoid.limit, avoid.slow, view.project.train)
     return said + f" {below[0].upper()}{below[1:]}." if below else said
 
 

@@ -22,6 +22,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
 from ...drive.run import DriveRun
 from ...drive.two_turns import is_beating
+from ...model.train.drive_train import DriveTrain
 from .resonances import OperatingPoint
 
 HALF_POWER = sqrt(0.5)
@@ -228,14 +229,27 @@ def quasi_static(system: Any, point: OperatingPoint) -> float:
     return float(largest_of_samples((turns[worst] - means[worst])[None])[0])
 
 
-def out_of_reach(limit: float | None, slow: float) -> str:
-    """That a limit of the oscillation [rad] is below that of slow rotation [rad], in one sentence; empty where not."""
+def out_of_reach(limit: float | None, slow: float, train: DriveTrain | None = None) -> str:
+    """That a limit of the oscillation [rad] is below that of slow rotation [rad], in one sentence; empty where not.
+
+    A loop on an encoder of the load takes that oscillation away at speeds that it follows.
+    """
     if limit is None or limit >= slow:
         return ""
+    if sees_load(train):
+        return (
+            f"the limit of {limit / ARCSEC:.4g} arcsec is below the error of the gear in slow rotation, "
+            f"{slow / ARCSEC:.4g} arcsec: it can be met where the loop on the load's encoder takes that away"
+        )
     return (
         f"the limit of {limit / ARCSEC:.4g} arcsec is below the error of quasi-static rotation, {slow / ARCSEC:.4g} "
         "arcsec: it can be met above the resonances only"
     )
+
+
+def sees_load(train: DriveTrain | None) -> bool:
+    """Whether a loop of the motor has an encoder on the load."""
+    return train is not None and hasattr(train.motor.control, "at_load")
 
 
 def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = NARROW) -> tuple[Speeds, ...]:

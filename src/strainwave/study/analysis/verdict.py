@@ -24,7 +24,7 @@ from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findin
 from ...drive.postures import titled
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
-from .avoid import Avoid, Motions, Speeds, between, merged, out_of_reach, speeds_to_avoid
+from .avoid import Avoid, Motions, Speeds, between, merged, out_of_reach, sees_load, speeds_to_avoid
 from .knobs import Knob, Subject
 from .load_cases import LoadCase
 from .remedies import MARGIN, Allowance, Remedy, Trial, at_worst, every_knob, under
@@ -178,6 +178,10 @@ class Judged(NamedTuple):
         Whether the curve goes through the whole range.
     leaves : str
         Where the motion is not stable, a sentence; empty where it is everywhere.
+    below : str
+        That the limit is below the oscillation of slow rotation, a sentence; empty where not.
+    fails : bool
+        Whether the drive fails by that.
     """
 
     verdict: Verdict
@@ -189,6 +193,8 @@ class Judged(NamedTuple):
     jumps: bool = False
     whole: bool = True
     leaves: str = ""
+    below: str = ""
+    fails: bool = False
 
     @property
     def covered(self) -> bool:
@@ -199,10 +205,10 @@ class Judged(NamedTuple):
     def failures(self) -> tuple[str, ...]:
         """Limits of the gear and of the motor by which the drive fails, a limit out of reach, and jumps."""
         jumps = ["The motion jumps on a slow run-up or run-down."] if self.jumps else []
-        fault = [self.verdict.fault] if self.verdict.fault else []
+        below = [self.below] if self.fails else []
         return (
-            *fault,
-            *self._below(True),
+            *filter(None, [self.verdict.fault]),
+            *below,
             *jumps,
             *filter(None, [self.leaves]),
             *(finding.sentence for finding in gravest(self.findings) if finding.fails),
@@ -211,13 +217,8 @@ class Judged(NamedTuple):
     @property
     def remarks(self) -> tuple[str, ...]:
         """What is beyond a limit and no failure."""
-        return (*self._below(False), *(finding.sentence for finding in gravest(self.findings) if not finding.fails))
-
-    def _below(self, failing: bool) -> tuple[str, ...]:
-        if self.avoid is None or failing != (self.verdict.answer is not Answer.ALL_RIGHT):
-            return ()
-        said = out_of_reach(self.avoid.limit, self.avoid.slow)
-        return (f"{said[0].upper()}{said[1:]}.",) if said else ()
+        below = [self.below] if self.below and not self.fails else []
+        return (*below, *(finding.sentence for finding in gravest(self.findings) if not finding.fails))
 
 
 def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
@@ -258,7 +259,10 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     jumps = project.limit is not None and response.sweep is not None and bool(response.sweep.jumping)
     passes = passes if loads[0] == loads[1] or not passes else None
     leaves = "" if avoid is None else _left(project, avoid.unstable)
-    return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found, leaves)
+    said = "" if avoid is None else out_of_reach(avoid.limit, avoid.slow, project.train)
+    below = f"{said[0].upper()}{said[1:]}." if said else ""
+    fails = bool(below) and verdict.answer is not Answer.ALL_RIGHT and not sees_load(project.train)
+    return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found, leaves, below, fails)
 
 
 def _left(project: Project, bands: Sequence[Speeds]) -> str:

@@ -373,7 +373,7 @@ def _remarks(
     if idle := sorted({line.order for line in lines} - met):
         listing = ", ".join(in_turns(order, cases[0].whole) for order in idle)
         remarks.append(f"orders that meet no resonance in this range: {listing}")
-    if below := out_of_reach(rules.limit, max(loaded.quasi_static for loaded in by_load)):
+    if below := out_of_reach(rules.limit, max(loaded.quasi_static for loaded in by_load), cases[0].train):
         remarks.append(below)
     if any(loaded.loose for loaded in by_load):
         remarks.append("some trajectories settled on motions not followed; speeds beside them count as they do")
