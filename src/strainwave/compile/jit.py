@@ -106,8 +106,11 @@ def light_as_python() -> Iterator[None]:
 
 
 def load() -> None:
-    """Load Numba, so that light kernels are machine code from the first: for a process that runs many."""
-    if enabled():
+    """Load Numba, so that kernels are machine code from the first: where many run, or no last bit may depend on before.
+
+    Inside `light_as_python` nothing is loaded.
+    """
+    if enabled() and not _all_light.get():
         _numba()
 
 
@@ -116,17 +119,18 @@ def run(function: Callable[..., Any], *args: Any, light: bool | None = None, aft
 
     A `light` job, which takes a fraction of a second in NumPy, runs as Python the first times in a process that has not
     loaded Numba: loading it takes longer. Where `light` is False it does so inside `light_as_python` alone. One that
-    pays only where it is run often is Python the first `after` times with models of these classes, and always where it
-    cannot be compiled. The results agree to rounding. If a user's class uses something that compiled code does not
-    know, the sentence of the TypeError says what.
+    pays only where it is run often is Python there the first `after` times with models of these classes, and always
+    where it cannot be compiled. The results agree to rounding. If a user's class uses something that compiled code does
+    not know, the sentence of the TypeError says what.
     """
-    as_light = light is not None and "numba" not in sys.modules
+    loaded = "numba" in sys.modules
+    as_light = light is not None and not loaded
     as_light = as_light and (_all_light.get() or bool(light and next(_light_runs) < LIGHT_RUNS))
     things = tuple(arg.thing if isinstance(arg, ByAddress) else arg for arg in args)
     if not enabled() or as_light:
         return function(*things)
     classes = classes_of(things) if after else ()
-    if after and _runs[function, classes] < after:
+    if after and _runs[function, classes] < (0 if loaded else after):
         _runs[function, classes] += 1
         return function(*things)
     _numba()

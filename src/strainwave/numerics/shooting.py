@@ -19,6 +19,7 @@ from ..base.law import breakpoints_of, is_spring, torsion
 from ..base.protocols import DECAYS, END, Balance, System, has_jacobian, omega_of, with_parts
 from ..base.quantities import Reals, States, number, numbers, positive_count, reals, shown
 from ..base.results import Floats, Orbit, SolveError, Status, Trajectory
+from ..compile.jit import load
 from ..compile.tree import leaf_of
 from .balance.choice import balance_of
 from .balance.harmonics import grown, most_harmonics, starting_harmonics
@@ -282,6 +283,7 @@ def find_orbit(
     ----------
     Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
     """
+    load()
     system = periodic("find_orbit", with_parts("find_orbit", system, "rhs"), period)
     h, most = starting_harmonics(system, harmonics, period), most_harmonics(system)
     omega = float(omega_of(system))

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ..base.quantities import checked, replace
 from ..base.results import Floats
+from ..compile.jit import load
 from ..compile.lanes import LANES
 from ..numerics.ensemble.request import LaneError, check_lanes
 from .sampling import by_path
@@ -112,6 +113,7 @@ def compute(job: Job, first: int, values: Mapping[str, Floats], stopped: Callabl
     stopped : callable
         Asked between points; once it says yes, KeyboardInterrupt is raised.
     """
+    load()  # no last bit depends on what this process did before
     count = len(next(iter(values.values())))
     apart = by_path(job.system, values)
     pieces = _whole(job, first, apart) if job.whole_chunks else _one_by_one(job, first, apart)
