@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from scipy.special import ellipk
+from scipy.optimize import brentq
+from scipy.special import ellipk, ellipkm1
 
 import strainwave as sw
 
@@ -79,3 +80,34 @@ def test_inside_a_gap_nothing_vibrates_whatever_the_order_of_amplitudes():
     assert first.amplitude.tolist() == last.amplitude.tolist() == [2e-3]
     assert first.omega.tolist() == last.omega.tolist()
     assert first.status == last.status == sw.Status.NO_CONVERGENCE
+
+
+def separatrix(amplitude):
+    """Frequency and peak of x'' + x - x^3 = 0: x = A sn, A^2 = 2m/(1+m), Omega = pi/(2 K sqrt(1+m)).
+
+    Its first harmonic is 2 pi A sqrt(q)/(sqrt(m) K (1 - q)), q the nome (Byrd & Friedman 1971, 908.01).
+    """
+
+    def of(exponent):
+        d = 10.0**-exponent
+        m, K = 1.0 - d, ellipkm1(d)
+        q, A = math.exp(-math.pi * ellipk(d) / K), math.sqrt(2.0 * m / (1.0 + m))
+        first = 2.0 * math.pi * A * math.sqrt(q) / (math.sqrt(m) * K * (1.0 - q))
+        return first, math.pi / (2.0 * K * math.sqrt(1.0 + m)), A
+
+    return of(brentq(lambda u: of(u)[0] - amplitude, 1e-3, 300.0))[1:]
+
+
+@pytest.mark.parametrize("amplitudes", [(1.15,), (1.05, 1.15, 1.2, 1.25)])
+def test_the_backbone_of_a_softening_spring_goes_on_to_its_separatrix(amplitudes):
+    system = sw.Oscillator(1.0, 0.0, sw.Cubic(1.0, -1.0), sw.Harmonic(0.0), 1.0)
+    found = sw.numerics.backbone(system, amplitudes)
+    exact = np.array([separatrix(a) for a in amplitudes]).T
+    assert np.array([found.omega, found.peak]) == pytest.approx(exact, rel=1e-8)
+
+
+def test_an_amplitude_that_is_not_found_is_told_without_a_reason():
+    system = sw.Oscillator(1.0, 0.0, sw.Cubic(1.0, -1.0), sw.Harmonic(0.0), 1.0)
+    found = sw.numerics.backbone(system, (0.5, 1.3))  # beyond 4/pi there is none
+    assert (len(found.omega), found.status) == (1, sw.Status.NO_CONVERGENCE)
+    assert found.message.startswith("Newton's method found no free vibration of amplitude(1) 1.3 rad")

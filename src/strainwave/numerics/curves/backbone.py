@@ -26,6 +26,9 @@ from ..balance.second_order import second_order
 from ..balance.truncation import FREE, Tail
 from ..stability.second_order import displacement_peaks
 
+FIRST, LEAST_STEP = 0.1, 1e-4  # of an amplitude: where steps to it begin, and the least of them
+NEAR = 0.1  # relative: frequencies further from where a step leads are those of another motion
+
 
 @dataclass(frozen=True, eq=False)
 class Backbone:
@@ -114,7 +117,8 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
         points = np.array([z for z in solutions if z is not None]).reshape(-1, 2 * h + 2)
         last = points[:, max(1, h - 1) : h + 1]
         tails = np.linalg.norm(last, axis=1) / sizes[solved]
-        return (h, solved, points, tails), float(np.max(tails, initial=0.0))
+        worst = float(np.max(tails, initial=0.0)) if solved.all() else np.inf  # near a separatrix many are needed
+        return (h, solved, points, tails), worst
 
     h, solved, points, tails = grown(freed, h, MOST_HARMONICS if harmonics is None else h, FREE)
     tail = float(np.max(tails, initial=0.0))
@@ -123,7 +127,10 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     if not np.all(solved):
         missing = ", ".join(f"{a:.4g}" for a in sizes[~solved][:4])
         status = Status.NO_CONVERGENCE
-        message = f"no free vibration of amplitude(1) {missing} rad found; a law needs a restoring torque there"
+        message = (
+            f"Newton's method found no free vibration of amplitude(1) {missing} rad; take smaller amplitudes or more "
+            "harmonics"
+        )
     if len(points):
         speed = float(points[np.argmax(tails), -1])
         status, message = Tail(tail, tail, speed, h).verdict(status, message, "omega", speed)
@@ -131,20 +138,49 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
 
 
 def _along(problem: Balance, amplitudes: Floats) -> list[Floats | None]:
-    """Solution (coefficients in blocks, omega) for every amplitude, each from the next larger or from one harmonic."""
+    """Solution (coefficients in blocks, omega) for every amplitude, each from the next smaller.
+
+    Those left, as about a gap, are from the next larger or from one harmonic.
+    """
     solutions: list[Floats | None] = [None] * len(amplitudes)
+    upwards = np.argsort(amplitudes, kind="stable")
     before: Floats | None = None
-    for i in np.argsort(-amplitudes, kind="stable"):
-        a = amplitudes[i]
-        point = None
-        if before is not None:
-            guess = before.copy()
-            guess[1:-1] *= a / before[1]
-            point = _free(problem, guess)
-        if point is None:
-            point = _free(problem, _one_harmonic(problem, float(a)))
-        solutions[i] = before = point
+    for i in upwards:
+        a = float(amplitudes[i])
+        start = _free(problem, _one_harmonic(problem, FIRST * a)) if before is None else before
+        solutions[i] = None if start is None else _climbed(problem, start, a)
+        before = before if solutions[i] is None else solutions[i]
+    top, before = before, None
+    for i in upwards[::-1]:
+        a = float(amplitudes[i])
+        if solutions[i] is None and (top is None or a < top[1]):
+            point = None
+            if before is not None:
+                guess = before.copy()
+                guess[1:-1] *= a / before[1]
+                point = _free(problem, guess)
+            solutions[i] = _free(problem, _one_harmonic(problem, a)) if point is None else point
+        before = before if solutions[i] is None else solutions[i]
     return solutions
+
+
+def _climbed(problem: Balance, point: Floats, a: float) -> Floats | None:
+    """Solution of an amplitude from that of a smaller one, by steps along the line through the last two."""
+    before, step = None, a - point[1]
+    while point[1] < a:
+        step = min(step, a - point[1])
+        slope = np.append(0.0, point[1:] / point[1]) if before is None else (point - before) / (point[1] - before[1])
+        slope[-1] *= before is not None
+        guess = point + step * slope
+        guess[1] = min(a, point[1] + step)
+        found = _free(problem, guess)
+        if found is None or abs(found[-1] - guess[-1]) > NEAR * point[-1]:
+            step *= 0.5
+            if step < LEAST_STEP * a:
+                return None
+            continue
+        before, point, step = point, found, 1.5 * step
+    return point
 
 
 def _one_harmonic(problem: Any, a: float) -> Floats:
