@@ -1,7 +1,11 @@
 """Sweeps of any parameter: folds where the frequency curve has them, zero load, kinematic error, bad input."""
 
+import math
+
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import strainwave as sw
 
@@ -140,3 +144,31 @@ def test_no_fold_is_missed_where_a_motion_reaches_a_corner_of_the_law(points):
     system = sw.Oscillator(J, 0.06 * np.sqrt(J * law.K1), law, sw.Harmonic(0.0), 100.0, error)
     curve = sw.frequency_response(system, (400.0 * np.pi / 30.0, 1500.0 * np.pi / 30.0), harmonics=16, points=points)
     assert [fold.omega for fold in curve.folds] == pytest.approx([148.178377660, 142.312007789], rel=1e-6)
+
+
+def unstable_rest(omega, damping=0.01, depth=0.06):
+    """Least multiplier over two turns, less 1, of x'' + c x' + (1 + depth cos(omega t)) x = 0 (Floquet, by SciPy)."""
+
+    def rates(t, y):
+        return y[1], -damping * y[1] - (1.0 + depth * math.cos(omega * t)) * y[0]
+
+    turn = 2.0 * math.pi / omega
+    columns = [solve_ivp(rates, (0.0, turn), y, "DOP853", rtol=1e-12, atol=1e-14).y[:, -1] for y in np.eye(2)]
+    return float(np.sum(np.diag(columns))) + 1.0 + math.exp(-damping * turn)  # of a multiplier -1
+
+
+def test_a_branch_born_from_rest_has_no_folds_and_ends_where_it_is_born():
+    ripple = sw.gears.Variation((sw.gears.Ripple(1, 0.06),))
+    system = sw.gears.VaryingOscillator(
+        1.0, sw.gears.GearDamping(0.01), sw.Cubic(1.0, 1.0), sw.Harmonic(0.0), 2.0, variation=ripple
+    )
+    x, v = sw.simulate(system, (0.1, 0.0), np.linspace(0.0, 400.0 * np.pi, 401)).y[:, -1]
+    orbit = sw.find_orbit(system, period=2, guess=np.array([[0.0, 0.0], [x, v], [v, -x]]))
+    branch = sw.numerics.parameter_response(system, "omega", (1.9, 2.3), start=orbit)
+    assert branch.folds == []
+    birth = brentq(unstable_rest, 1.96, 1.99, xtol=1e-12)
+    assert np.min(branch.values) == pytest.approx(birth, rel=1e-7)
+    assert branch.message.startswith("is born at omega = 1.97158")
+    assert np.max(branch.values) == 2.3
+    steps = np.diff(branch.values)
+    assert np.all(steps > 0.0) or np.all(steps < 0.0)

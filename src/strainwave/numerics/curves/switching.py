@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import END, FOLD, STEP, Balance, with_parts
+from ...base.protocols import Balance, with_parts
 from ...base.quantities import checked, interval, replace
 from ...base.results import Branch, Floats, Orbit, SolveError
 from ...compile.tree import leaf_of
@@ -23,10 +23,9 @@ from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.trace import Trace, describe, trace
 from ..stability.second_order import corrected
+from .parameter_response import until_return
 
 DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
-
-UPRIGHT = 0.05  # of the largest departure from the old branch: below this a turn is that of the crossing
 
 
 def switch_branch(
@@ -104,7 +103,7 @@ def switch_branch(
                 "that it lies on"
             )
         curve = trace(problem, first, 1.0 if first[-1] > value else -1.0, lo, hi, 4.0 / points)
-        curve, returned = _until_return(curve, departure)
+        curve, returned = until_return(curve, np.abs(departure) > 1e-6 * np.max(np.abs(departure)))
         tail = tail_along(problem, curve.points, aim)
         return (problem, curve, tail, returned), tail.worst
 
@@ -132,20 +131,3 @@ def _departure(problem: Balance, point: Floats, stretch: int) -> tuple[Floats | 
         if first is not None and first[n] != point[n] and np.linalg.norm(first - point) < 10.0 * share * size:
             return first, direction
     return None, direction
-
-
-def _until_return(curve: Trace, direction: Floats) -> tuple[Trace, bool]:
-    """The branch up to where it meets the one it left: there its departure from that branch changes sign.
-
-    Next to both meeting points the branch stands upright, a fold of the crossing itself: no fold is marked there.
-    """
-    part = curve.points[:, np.abs(direction) > 1e-6 * np.max(np.abs(direction))]
-    flips = np.flatnonzero(np.sum(part[1:] * part[:-1], axis=1) < 0.0)
-    size = np.linalg.norm(part, axis=1)
-    last = int(flips[0]) if len(flips) else len(part) - 1
-    while len(flips) and last > 0 and size[last] < 1e-4 * np.max(size):
-        last -= 1
-    arc = slice(0, last + 1)
-    upright = (curve.labels[arc] == FOLD) & (size[arc] < UPRIGHT * np.max(size[arc]))
-    labels = np.where(upright, STEP, curve.labels[arc])
-    return Trace(curve.points[arc], labels, END if len(flips) else curve.outcome), len(flips) > 0

@@ -29,9 +29,8 @@ from ...numerics.balance.rates import SAME
 from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import CURVE, Tail, tail_along
 from ...numerics.continuation.trace import Trace, describe, solve
-from ...numerics.curves.parameter_response import both_ways
+from ...numerics.curves.parameter_response import UPRIGHT, both_ways
 from ...numerics.curves.response import frequency_response
-from ...numerics.curves.switching import UPRIGHT
 from ...theory.slow_flow.setting import SUBHARMONIC, Resonance
 from .isola_seeds import free_seeds, slow_seeds, speeds, table_of
 
