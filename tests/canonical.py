@@ -86,6 +86,7 @@ SMOOTH = {name for name in LAWS if name not in ("PiecewiseLinear", "Backlash", "
 DISSIPATIVE = {
     "Viscous": sw.laws.Viscous(0.05, warming=20.0, load=3.0, per_torque=0.02),
     "Coulomb": sw.laws.Coulomb(0.02, 0.05),
+    "ContactDamping": sw.laws.ContactDamping(0.2, 0.1, 0.05),
     "QuadraticDamping": sw.laws.QuadraticDamping(0.3),
     "Stribeck": sw.laws.Stribeck(0.02, 0.03, 0.3, 0.05),
     "LuGre": sw.laws.LuGre(3.0, 0.1, 0.1, 0.03, 0.05, 0.3),

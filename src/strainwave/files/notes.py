@@ -25,6 +25,8 @@ from ..drive.reductions import error_slope
 from ..model.gears.gear import NUMBERS, Gear
 from ..model.gears.limits import RATCHETING
 from ..model.laws.friction import NO_FRICTION
+from ..model.laws.hysteresis import Parallel
+from ..model.laws.springs import Backlash, Play
 from ..model.orders import without_teeth
 from ..model.train.controls import USUAL, CascadeLoop, PositionLoop, SpeedLoop, core_of
 from ..model.train.filters import NotchFilter, apart
@@ -54,6 +56,7 @@ def notes(project: Project, by_bandwidth: bool) -> Iterator[str]:
     yield from _doubts(project)
     yield from _loop(project, by_bandwidth)
     yield from _slipping(project)
+    yield from _gap(project)
     if (gear := project.gear) is None:
         return
     yield from gear.doubts_about(*(name for name in NUMBERS if name != "mass"))
@@ -106,6 +109,17 @@ def load_remark(project: Project) -> tuple[str, ...]:
         f"The curve is for a load torque of {project.mean_load_torque:.4g} N*m, of the range from {low:.4g} to "
         f"{high:.4g} N*m that gravity or the file gives; an analysis follows the range.",
     )
+
+
+def _gap(project: Project) -> Iterator[str]:
+    """Where the damping of a drive with backlash acts."""
+    law = project.drive.law
+    law = law.first if isinstance(law, Parallel) else law
+    if isinstance(law, Backlash | Play) and project.drive.B > 0.0:
+        yield (
+            "The damping acts across the gear, in its gap too; 'hysteresis: {type: contact_damping, ...}' with "
+            "'damping: {B: 0 N*m*s/rad}' acts in contact alone"
+        )
 
 
 def _slipping(project: Project) -> Iterator[str]:

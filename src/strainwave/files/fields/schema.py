@@ -141,7 +141,7 @@ class GearKind(Kind):
 
 
 class BacklashSpec(Group):
-    """Backlash in series with the law of the gear."""
+    """Backlash in series with the law of the gear; damping acts in the gap too."""
 
     half_gap: float = needed(ANGLE, "10 arcsec", "Half of the backlash, on the output side.")
 

@@ -12,6 +12,7 @@ from .measured import Tabulated as Tabulated
 from .measured import tabulated as tabulated
 from .hysteresis import BoucWen as BoucWen
 from .hysteresis import Parallel as Parallel
+from .friction import ContactDamping as ContactDamping
 from .friction import Coulomb as Coulomb
 from .friction import LuGre as LuGre
 from .friction import QuadraticDamping as QuadraticDamping

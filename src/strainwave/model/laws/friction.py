@@ -7,9 +7,10 @@ angle and speed. Torques are in N*m, speeds in rad/s, both of the shaft that the
 
 from typing import Annotated, Any, NamedTuple
 
-from ...base.quantities import AngularSpeed, Damping, Ratio, Reals, States, Torque, TorsionalStiffness, number
+from ...base.quantities import Angle, AngularSpeed, Damping, Ratio, Reals, States, Torque, TorsionalStiffness, number
 from ...compile.jit import kernel
 from ...compile.maths import exp, sqrt
+from .springs import outside
 
 PerKelvin = Annotated[float, "1/K"]
 PerTorque = Annotated[float, "1/(N*m)"]
@@ -133,6 +134,37 @@ class QuadraticDamping(NamedTuple):
     def check(self) -> None:
         """Refuse damping that drives (ValueError)."""
         _not_negative(self, "D")
+
+
+class ContactDamping(NamedTuple):
+    """Damping in contact alone: T = B v min((|x| - half_gap)/rise, 1) for |x| > half_gap, 0 within.
+
+    It stands beside a `Backlash` or a `Play` of that gap, whose drive has B = 0: that B acts across the gap too. The
+    contact takes hold over a torsion `rise` beyond the gap. Odd; C0.
+    """
+
+    B: Damping
+    half_gap: Angle
+    rise: Angle
+
+    def torque(self, x: Reals, v: Reals) -> Any:
+        """Torque [N*m] at torsion x [rad] and its rate v [rad/s]."""
+        share: Any = abs(outside(x, self.half_gap)) / self.rise
+        return self.B * v * 0.5 * (share + 1.0 - abs(share - 1.0))
+
+    def stiffness(self, x: Reals) -> Any:
+        """No stiffness: 0."""
+        return 0.0 * x
+
+    def breakpoints(self) -> tuple[float, ...]:
+        """Torsions [rad] at the edges of the gap, and where the damping is whole."""
+        whole = self.half_gap + self.rise
+        return (-whole, -self.half_gap, self.half_gap, whole)
+
+    def check(self) -> None:
+        """Refuse damping that drives, a negative gap and a rise that is not positive (ValueError)."""
+        _not_negative(self, "B", "half_gap")
+        positive(self, "rise")
 
 
 class Stribeck(NamedTuple):

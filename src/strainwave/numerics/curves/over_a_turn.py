@@ -79,14 +79,14 @@ def repeats(problem: FirstOrder, top: int) -> int:
     """How often in a turn, at most `top` times, everything that acts on a system repeats."""
     angles = 2.0 * np.pi * np.arange(LOOKED_AT) / LOOKED_AT
     moving = problem.sizes[:, None] * np.cos(1.0 + np.arange(len(problem.sizes))[:, None] + angles)
-    alike = set(range(1, top + 1))
+    alike = set(range(2, top + 1))
     for y in (0.0 * moving, moving):
         here = rates_at(problem.system, angles, y)
         least = SAME * np.max(np.abs(here), axis=1, keepdims=True)
         for g in sorted(alike):
             if np.any(np.abs(rates_at(problem.system, angles + 2.0 * np.pi / g, y) - here) > least):
                 alike.remove(g)
-    return max(alike)
+    return max(alike, default=1)
 
 
 def _whole(problem: FirstOrder, curve: Trace, g: int) -> tuple[FirstOrder, Trace]:
