@@ -32,7 +32,7 @@ gear: SHG-32-100
 motor:
   inertia: 4.5 kg*cm^2
   loop: {type: speed, bandwidth: 40 Hz, damping: 1, lag: 0.5 ms}
-  drag: {type: coulomb, T_c: 0.10 N*m, width: 2 rad/s}
+  drag: {type: coulomb, T_c: 0.10 N*m}
 load:
   inertia: 5 kg*m^2
   drag: {type: angle_torque, amplitude: 110 N*m}

@@ -166,7 +166,9 @@ TRAINS = {
         REFERENCES["SpeedProfile"],
     ),
     "position loop": PLAIN_TRAIN._replace(
-        motor=sw.train.Motor(0.2, EXCITATIONS["Harmonics"], DISSIPATIVE["Stribeck"], sw.train.PositionLoop(2.0, 0.3)),
+        motor=sw.train.Motor(
+            0.2, EXCITATIONS["Harmonics"], sw.laws.Stribeck(0.02, 0.03, 0.3), sw.train.PositionLoop(2.0, 0.3)
+        ),
         reference=REFERENCES["SpeedProfile"],
     ),
     "commanded": PLAIN_TRAIN._replace(motor=sw.train.Motor(0.2, control=Commanded())),

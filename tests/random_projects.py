@@ -21,7 +21,7 @@ MOTORS = {
     "held": "mode: held",
     "position": "loop: {{type: position, bandwidth: {hertz:.4g} Hz, damping: {zeta:.3g}}}",
     "speed": "loop: {{type: speed, bandwidth: {hertz:.4g} Hz, damping: {zeta:.3g}, lag: 0.3 ms}}, "
-    "drag: {{type: coulomb, T_c: {T_c:.4g} N*m, width: 2 rad/s}}",
+    "drag: {{type: coulomb, T_c: {T_c:.4g} N*m}}",
 }
 LOADS = {
     "plain": "",

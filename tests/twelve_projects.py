@@ -28,7 +28,7 @@ LAGGED_SPEED_LOOP = """\
 motor:
   inertia: 4.5 kg*cm^2
   loop: {type: speed_loop, K_p: 0.5 N*m*s/rad, K_i: 20 N*m/rad, lag: 0.5 ms}
-  drag: {type: coulomb, T_c: 0.05 N*m, width: 1 rad/s}
+  drag: {type: coulomb, T_c: 0.05 N*m}
 """
 POSITION_LOOP = """\
 motor: {inertia: 4.5 kg*cm^2, loop: {type: position_loop, K_p: 60 N*m/rad, K_d: 0.5 N*m*s/rad}}

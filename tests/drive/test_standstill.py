@@ -74,8 +74,8 @@ def test_gravity_of_an_angle_sags_by_what_it_takes_at_every_angle():
 @pytest.mark.parametrize(
     ("motor", "load", "T_m", "T_l"),
     [
-        (sw.laws.Coulomb(0.05, 1e-2), sw.laws.Coulomb(8.0, 1e-4), 0.05, 8.0),
-        (sw.Parallel(sw.laws.Viscous(1e-4), sw.laws.Stribeck(0.05, 0.08, 0.5, 1e-2)), sw.Linear(0.0), 0.08, 0.0),
+        (sw.laws.Coulomb(0.05), sw.laws.Coulomb(8.0), 0.05, 8.0),
+        (sw.Parallel(sw.laws.Viscous(1e-4), sw.laws.Stribeck(0.05, 0.08, 0.5)), sw.Linear(0.0), 0.08, 0.0),
         (sw.Linear(0.0), sw.laws.LuGre(1e5, 10.0, 1.0, 5.0, 6.0, 1e-2), 0.0, 6.0),
     ],
 )
@@ -121,7 +121,7 @@ def hunted(control, dry, end, lag=0.0):
 @pytest.mark.parametrize(("K_v", "T_n", "v_s", "lag"), [(20.0, 0.05, 0.02, 0.0), (15.0, 0.06, 0.01, 5e-4)])
 def test_hunting_has_the_period_and_size_of_a_long_integration(K_v, T_n, v_s, lag):
     control = sw.train.CascadeLoop(K_v, (J_M + J_L / N**2) * BANDWIDTH, T_n)
-    dry = sw.laws.Stribeck(0.05, 0.1, v_s, 1e-3)
+    dry = sw.laws.Stribeck(0.05, 0.1, v_s)
     found = sw.study.standstill(elbow(around(control, lag, ()), dry))
     period, size = hunted(control, dry, 20.0, lag)
     assert found.hunts
@@ -133,7 +133,7 @@ def test_hunting_has_the_period_and_size_of_a_long_integration(K_v, T_n, v_s, la
 
 def test_friction_that_does_not_fall_with_the_speed_lets_an_integrator_come_to_rest():
     """Bisoffi, Da Lio, Teel & Zaccarian 2018, IEEE Trans. Automatic Control 63(8), 2654-2661."""
-    found = sw.study.standstill(elbow(loop("cascade"), sw.laws.Coulomb(0.05, 1e-2), gear=sw.Linear(5e4)))
+    found = sw.study.standstill(elbow(loop("cascade"), sw.laws.Coulomb(0.05), gear=sw.Linear(5e4)))
     assert not found.hunts
     assert "No hunting was found" in str(found)
 
@@ -153,14 +153,14 @@ def test_a_motor_without_a_loop_is_refused(control):
     ],
 )
 def test_a_drive_that_no_loop_holds_or_without_a_mean_torque_has_no_standstill(control, torque):
-    train = elbow(control, load=sw.laws.Coulomb(5.0, 1e-3), gear=sw.Linear(5e4))
+    train = elbow(control, load=sw.laws.Coulomb(5.0), gear=sw.Linear(5e4))
     assert standing(train._replace(load=train.load._replace(excitation=torque))) is None
 
 
 PROJECT = """
 gear: SHG-32-100
 motor: {inertia: 4.5 kg*cm^2, loop: {type: cascade, bandwidth: 40 Hz},
-  drag: {type: coulomb, T_c: 0.05 N*m, width: 0.01 rad/s}}
+  drag: {type: coulomb, T_c: 0.05 N*m}}
 load: {inertia: 5 kg*m^2}
 damping: {ratio: 3 %}
 speed: {from: 40 rad/s, to: 60 rad/s, shaft: motor}

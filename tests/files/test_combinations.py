@@ -24,7 +24,7 @@ from strainwave.files.reading import ProjectError, from_text
 SCRIPT = Path(__file__).parent.parent / "typed_code.py"
 KNOWN = {name: law for name, law in (LAWS | DISSIPATIVE).items() if type(law) in law_types().values()}
 FRICTION = {name: law for name, law in DISSIPATIVE.items() if depends(law) > 1 and not isinstance(law, sw.Parallel)}
-LUGRE, GRAVITY = DISSIPATIVE["LuGre"], sw.train.AngleTorque(0.3)
+DRY, LUGRE, GRAVITY = sw.laws.Coulomb(0.02), DISSIPATIVE["LuGre"], sw.train.AngleTorque(0.3)
 RIPPLES = "stiffness: {ripples: [{order: 2, depth: 12 %}]}\n"
 TRAIN = {
     "law": (LAWS["Cubic"], LAWS["PiecewiseLinear"], DISSIPATIVE["Parallel, nested"]),
@@ -37,8 +37,8 @@ TRAIN = {
         "loop: {type: cascade, K_v: 2 1/s, K_p: 0.3 N*m*s/rad, T_n: 0.5 s, "
         "filters: [{type: notch, frequency: 9 Hz, width: 3 Hz}]}",
     ),
-    "motor_drag": (None, DISSIPATIVE["Coulomb"], sw.Parallel(GRAVITY, LUGRE)),
-    "load_drag": (DISSIPATIVE["Coulomb"], GRAVITY, LUGRE),
+    "motor_drag": (None, DRY, sw.Parallel(GRAVITY, LUGRE)),
+    "load_drag": (DRY, GRAVITY, LUGRE),
     "coupling": (None, LAWS["Linear"], DISSIPATIVE["Parallel, nested"]),
     "error": (True, False),
 }

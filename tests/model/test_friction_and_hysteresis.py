@@ -137,7 +137,7 @@ BOUC_WEN, LUGRE = sw.BoucWen(1.0, 0.3, 0.4), sw.laws.LuGre(3.0, 0.1, 0.1, 0.03, 
         (LUGRE._replace(sigma_0=0.0), r"LuGre\.sigma_0 is 0; it must be positive"),
         (LUGRE._replace(sigma_1=-1.0), r"LuGre\.sigma_1 is -1; it must not be negative"),
         (sw.laws.Coulomb(-1.0, 0.1), r"Coulomb\.T_c is -1; it must not be negative"),
-        (sw.laws.Coulomb(1.0, 0.0), r"Coulomb\.width is 0; it must be positive"),
+        (sw.laws.Coulomb(1.0, -0.1), r"Coulomb\.width is -0\.1; it must not be negative"),
         (sw.laws.Stribeck(1.0, 2.0, 0.1, 0.2), r"the width must be smaller, or the break-away torque is never seen"),
         (sw.laws.Viscous(-1.0), r"Viscous\.B is -1; it must not be negative"),
         (

@@ -61,7 +61,9 @@ class System(Protocol):
     It may also have `state_names()` (two states otherwise), `orders()` (of the base angle: none known otherwise),
     `jacobian(phase, y)`, `torsion(phase, y)` (the first state otherwise) and `breakpoints()` of it, `kinks(phase, y)`,
     `sizes()` of its states, `watched(phase, y)` (beside the states, for extremes), `prepared()`, its form for many
-    steps, and `linear_part()`, a `LinearPart` (None where it has none): what is linear around its laws.
+    steps, and `linear_part()`, a `LinearPart` (None where it has none): what is linear around its laws. Integration
+    stops where one of its `guards(phase, y)` becomes negative, and goes on with the system and the state that
+    `slipping(phase, y)` gives.
     """
 
     def rhs(self, phase: Any, y: Any) -> Any:

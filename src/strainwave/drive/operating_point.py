@@ -10,6 +10,7 @@ from ..base.quantities import SMALLEST, number, numbers
 from ..base.results import Floats, SolveError
 from ..base.sentences import Sentence, Speed
 from ..model.excitation import Harmonic, NoError
+from ..model.laws.dry import sliding
 from ..model.laws.springs import Polynomial
 from ..model.train.controls import Held
 from ..model.train.drive_train import DriveTrain
@@ -65,7 +66,7 @@ def operating_state(
     if not isinstance(near, tuple) or near:
         near = tuple(numbers("near", near, count=1 + states_of(train.law)).tolist())
     error = NoError() if speed else train.error
-    held = train._replace(error=error, reference=Steady(), omega=speed)
+    held = sliding(train._replace(error=error, reference=Steady(), omega=speed), speed)
     if train.motor.free:
         state = operating_state(held.with_motor(control=HELD), speed, near=near, angle=angle)
         return np.concatenate([state[:2], np.zeros(2), state[2:]])

@@ -235,8 +235,9 @@ def _peaks(train: DriveTrain, run: Trajectory, states: int) -> Any:
     if run.largest is not None:
         first = np.abs(np.array(Metered(train).watched(train.omega * run.t[0], tuple(run.y[:states, 0])), float))
         return np.maximum(first, np.max(run.largest[-len(first) :], axis=1)).tolist()
-    every = watched_ends(Metered(train), run, np.arange(len(run.t) - 1))
-    return [largest_between(np.diff(run.t), *ends) for ends in every]
+    steps = np.flatnonzero(np.diff(run.t))  # not those between two samples at once, where a shaft begins to stick
+    every = watched_ends(Metered(train), run, steps)
+    return [largest_between(np.diff(run.t)[steps], *ends) for ends in every]
 
 
 def waiting(train: DriveTrain, t: float) -> Floats:

@@ -15,6 +15,7 @@ from ..base.records import Along, Labelled, Result
 from ..base.results import Floats
 from ..base.sentences import on_screen
 from ..model.excitation import Harmonic, NoError
+from ..model.laws.dry import sliding
 from ..model.train.controls import motor_states
 from ..model.train.drive_train import DriveTrain, coupling_twist
 from ..model.train.motion import AtRest, Steady
@@ -142,7 +143,7 @@ def state_space(train: DriveTrain, *, at: ArrayLike | None = None, speed: float 
     names = train.state_names()
     state = np.zeros(len(names)) if at is None else numbers("at", at, count=len(names))
     speed = number("speed", speed)
-    plain = undriven(train)._replace(omega=1.0)
+    plain = sliding(undriven(train)._replace(omega=1.0), speed)
     turning = plain._replace(reference=Steady(), omega=speed) if speed else plain
     inputs = ("load torque",) if train.motor.held else ("motor torque", "load torque")
     rest = driven(turning, "motor", Harmonic(0.0))

@@ -13,6 +13,7 @@ from ..base.protocols import joint_orders, lacking, need, scaled
 from ..base.quantities import SMALLEST, Angle, AngularSpeed, Damping, Inertia, Ratio, Reals, States, shown
 from ..compile.maths import cos, exp, sin
 from .excitation import NoError, _refuse_high, scaled_torque
+from .laws.dry import refuse_dry
 from .laws.friction import Kelvin, PerKelvin, refuse_heat
 from .laws.hysteresis import scaled_law
 
@@ -83,6 +84,7 @@ class Oscillator(NamedTuple):
         need("Oscillator.excitation", self.excitation, "torque(angle)")
         need("Oscillator.error", self.error, "value(angle)", "slope(angle)")
         check_law("Oscillator.law", self.law)
+        refuse_dry("Oscillator.law", self.law)
 
 
 class FreeOfError(NamedTuple):

@@ -38,6 +38,7 @@ class SystemAt(NamedTuple):
     rates_at: int
     torsion_at: int
     watched_at: int
+    guards_at: int
 
 
 class SeveralAt(NamedTuple):
@@ -59,8 +60,8 @@ class Tupled(NamedTuple):
         return answer(self.rates_at, self.words, phase, y)
 
 
-def system_by_address(system: Any, states: int, *, torsion: bool = False) -> ByAddress:
-    """A system of so many states for kernels; with its `torsion`, where these look for switches."""
+def system_by_address(system: Any, states: int, *, torsion: bool = False, guards: int = 0) -> ByAddress:
+    """A system of so many states for kernels; with its `torsion` and its guards, where these look for switches."""
 
     def addressed(words: Callable[[Any], int]) -> SystemAt:
         seen = len(system.watched(0.0, (0.0,) * states)) if has(system, "watched") else 0
@@ -69,6 +70,7 @@ def system_by_address(system: Any, states: int, *, torsion: bool = False) -> ByA
             rates_entry(system, states),
             entry(_torsion, system, float, states) if torsion else 0,
             entry(_watched, system, float, states, seen) if seen else 0,
+            entry(_guards, system, float, states, guards) if guards else 0,
         )
 
     return ByAddress(system, addressed)
@@ -101,6 +103,10 @@ def _torsion(model: Any, phase: float, y: States) -> Any:
 
 def _watched(model: Any, phase: float, y: States, out: Any) -> None:
     put_at(out, at(model).watched(phase, at(y)))
+
+
+def _guards(model: Any, phase: float, y: States, out: Any) -> None:
+    put_at(out, at(model).guards(phase, at(y)))
 
 
 def _corners(model: Any, phase: float, y: States, out: Any) -> None:
@@ -148,6 +154,16 @@ def watched(system: Any, phase: float, y: Floats, out: Floats) -> None:
     """Write what a system has watched in the states y (states,), if anything."""
     if has(system, "watched"):
         out[:] = system.watched(phase, tuple(y.tolist()))
+
+
+def _guards_loops(system: Any, phase: float, y: Floats, out: Floats) -> None:
+    call(system.guards_at, system.words, (phase, pointer(y), pointer(out)))
+
+
+@kernel_as(_guards_loops, inline=True)
+def guards(system: Any, phase: float, y: Floats, out: Floats) -> None:
+    """Write the `guards` of a system in the states y (states,)."""
+    out[:] = system.guards(phase, tuple(y.tolist()))
 
 
 def _corner_distances_loops(system: Any, phase: float, y: Floats, out: Floats) -> None:

@@ -26,7 +26,7 @@ MOTOR_DRAG = ("inertia: 5 kg*cm^2", "inertia: 5 kg*cm^2, drag: {type: viscous, B
 GRAVITY = ("inertia: 1 kg*m^2", "inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: 40 N*m}")
 FRICTION = (
     "inertia: 1 kg*m^2",
-    "inertia: 1 kg*m^2, drag: {type: coulomb, T_c: 4 N*m, width: 0.1 rad/s}",
+    "inertia: 1 kg*m^2, drag: {type: coulomb, T_c: 4 N*m}",
 )
 COUPLING = (
     "inertia: 1 kg*m^2",
@@ -130,7 +130,7 @@ def test_a_free_motor_with_friction_behind_it_is_refused_by_the_analysis_too(wri
     assert (result.exit_code, result.stdout) == (1, "")
     assert "an analysis is about the error equation, which leaves out the load's drag" in result.stderr
     drive = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5))
-    train = drive.train(load_drag=sw.laws.Coulomb(4.0, 0.1))
+    train = drive.train(load_drag=sw.laws.Coulomb(4.0))
     with pytest.raises(ValueError, match=r"leaves out the load's drag"):
         project_of(drive, (90.0, 100.0), motor="free", train=train).analyze()
 

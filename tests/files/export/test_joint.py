@@ -9,7 +9,7 @@ import strainwave as sw
 DRIVE = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=40.0, law=sw.Cubic(1e5, 6.9e4))
 TRAIN = DRIVE.train(
     kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)),
-    motor_drag=sw.Parallel(sw.laws.Coulomb(0.03, 0.05), sw.laws.Viscous(2e-4)),
+    motor_drag=sw.Parallel(sw.laws.Coulomb(0.03), sw.laws.Viscous(2e-4)),
     load_drag=sw.Parallel(sw.laws.LuGre(300.0, 1.0, 0.7, 2.0, 3.0, 0.1), sw.train.AngleTorque(12.0)),
     friction=sw.laws.LoadFriction(0.08),
     control=sw.train.PositionLoop(40.0, 0.4),

@@ -30,12 +30,12 @@ CASES = {
     "friction": GEAR.train(
         control=sw.train.SpeedLoop(0.5, 20.0),
         kinematic_error=LINES,
-        load_drag=sw.Parallel(sw.train.AngleTorque(12.0, phase=0.4), sw.laws.Stribeck(2.0, 3.0, 0.1, 0.02)),
+        load_drag=sw.Parallel(sw.train.AngleTorque(12.0, phase=0.4), sw.laws.Stribeck(2.0, 3.0, 0.1)),
         motor_drag=sw.laws.Viscous(1e-3, warming=10.0),
     ),
     "coupling": GEAR.train(kinematic_error=LINES)._replace(
         load=sw.train.Elastic(
-            0.4, 3.0, sw.Play(1e-5, sw.Cubic(3e5, 1e4)), sw.train.Load(0.9, drag=sw.laws.Coulomb(1.0, 0.01))
+            0.4, 3.0, sw.Play(1e-5, sw.Cubic(3e5, 1e4)), sw.train.Load(0.9, drag=sw.laws.Coulomb(1.0))
         )
     ),
 }

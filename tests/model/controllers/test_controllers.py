@@ -162,7 +162,7 @@ def test_the_observer_finds_a_constant_torque_with_its_bandwidth():
 def test_the_inverse_keeps_the_load_on_course():
     """With the motion and torque of the inverse, the train's own equations accelerate neither load nor deviation."""
     train = OPEN._replace(
-        motor=OPEN.motor._replace(drag=sw.laws.Coulomb(0.02, 0.5)), error=sw.KinematicError((sw.Line(2, 1e-4, 0.7),)),
+        motor=OPEN.motor._replace(drag=sw.laws.Coulomb(0.02)), error=sw.KinematicError((sw.Line(2, 1e-4, 0.7),)),
         load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-70.0), sw.laws.Viscous(3.0)), omega=80.0,
     )  # fmt: skip
     angle, h = 2.3, 1e-5
@@ -210,7 +210,7 @@ def test_compiled_noise_is_that_of_python():
 
 
 def test_a_load_with_several_drags_has_an_inverse_and_one_with_memory_none():
-    load = OPEN.load._replace(drag=sw.Parallel(sw.laws.Viscous(0.5), sw.laws.Coulomb(2.0, 0.1)))
+    load = OPEN.load._replace(drag=sw.Parallel(sw.laws.Viscous(0.5), sw.laws.Coulomb(2.0)))
     checked(sw.controllers.InverseDynamics(PD, OPEN._replace(load=load)))
     load = OPEN.load._replace(drag=sw.BoucWen(1e5, 0.3, 1e-4))
     with pytest.raises(ValueError, match="couplings or laws with memory"):

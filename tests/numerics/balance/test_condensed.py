@@ -240,7 +240,7 @@ def test_a_control_with_states_of_its_own_is_condensed_with_the_rest():
         train(Saturated(30.0, 0.5, 1.0)),
         train(LOOP, sw.Parallel(CUBIC, sw.BoucWen(1e4, 0.0, 1e-4))),
         train(LOOP, coupling=sw.Parallel(CUBIC, sw.BoucWen(1e4, 0.0, 1e-4))),
-        train(LOOP)._replace(motor=sw.train.Motor(4.5e-4, drag=sw.laws.Coulomb(0.1, 0.05), control=LOOP)),
+        train(LOOP)._replace(motor=sw.train.Motor(4.5e-4, drag=sw.laws.Coulomb(0.1), control=LOOP)),
         train(LOOP)._replace(load=sw.train.Load(1.2, drag=sw.train.AngleTorque(3.0))),
         train(sw.train.Free()),  # nothing says how much torque keeps its speed
     ],

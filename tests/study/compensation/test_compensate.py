@@ -36,7 +36,7 @@ def test_with_a_load_encoder_twenty_decibels_at_every_speed():
     assert all(one.torque.peak < 3.0 for row in bench.results for one in row)
 
 
-FRICTION = sw.laws.Coulomb(1.0, 0.1)
+FRICTION = sw.laws.Coulomb(1.0)
 
 
 def lifted(mean):
@@ -142,7 +142,7 @@ def test_a_wrong_sign_trips_the_guard_and_the_plain_loop_is_left():
 @compiled
 def test_repetitive_control_learns_every_order():
     error = sw.KinematicError((sw.Line(2, 23.0 * ARCSEC), sw.Line(4, 5.0 * ARCSEC, 0.7)))
-    motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05, 1.0))  # the machine code of the mirrored drive
+    motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05))  # the machine code of the mirrored drive
     drive = LINEAR._replace(error=error, motor=motor)
     found = sw.compensate(drive, "repetitive", speed=15.0, sampling=SAMPLING, robust=False)
     assert np.all(found.amplitude_after < 0.2 * found.amplitude_before)
@@ -197,7 +197,7 @@ def turning(sign, uneven):
     lines = (sw.Line(2, 23.0 * ARCSEC, 0.3), sw.Line(3, 6.0 * ARCSEC, 1.0))[: 1 + uneven]
     if sign < 0:  # the error of the mirror image is -e(-theta)
         lines = tuple(line._replace(phase=math.pi - line.phase) for line in lines)
-    motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05, 1.0)) if uneven else DRIVE.motor
+    motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05)) if uneven else DRIVE.motor
     return DRIVE._replace(
         error=sw.KinematicError(lines), motor=motor, load=sw.train.Load(10.0, sw.Harmonic(0.0, mean=sign * 9.0))
     )
@@ -275,7 +275,7 @@ def test_a_drive_with_gravity_hysteresis_and_friction():
     """Not the ideal case: the linear inverse still takes most of it away, and the nonlinear one is refused."""
     law = sw.Parallel(sw.BoucWen(4e4, 0.0, 8e-5), sw.Linear(8e4))
     load = sw.train.Load(10.0, drag=sw.train.AngleTorque(40.0))
-    motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05, 1.0))
+    motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05))
     drive = DRIVE._replace(law=law, load=load, motor=motor)
     found = sw.compensate(drive, "inverse", speed=20.0, sampling=SAMPLING, robust=False)
     assert found.amplitude_after[0] < 0.1 * found.amplitude_before[0]

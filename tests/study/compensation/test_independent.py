@@ -26,7 +26,7 @@ TRAIN = sw.Drive(
     kinematic_error=sw.KinematicError(tuple(sw.Line(*line) for line in LINES)),
     control=sw.train.from_bandwidth(100.0, 1e-4, 0.7),
     load_drag=sw.train.AngleTorque(GRAVITY),
-    motor_drag=sw.laws.Coulomb(0.02, 1.0),
+    motor_drag=sw.laws.Coulomb(0.02),
     omega=SPEED,
 )  # fmt: skip
 SAMPLING = sw.controllers.Sampling(PERIOD, DELAY, LIMIT, motor_quantum=QUANTUM)

@@ -23,7 +23,7 @@ from .kinds import BANDWIDTH, Items, Kind, Place, Quantity, Row, Schema, Word, W
 from .rows import LAW, TYPE, Fields, Group, Typed, field, group_text, name_of, needed, read_group, rows_of, schema_of
 
 EXAMPLE_HYSTERESIS = "{type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}"
-EXAMPLE_DRAG = "{type: coulomb, T_c: 0.05 N*m, width: 1 rad/s}"
+EXAMPLE_DRAG = "{type: coulomb, T_c: 0.05 N*m}"
 EXAMPLE_LOOP = "{type: cascade, bandwidth: 30 Hz, damping: 0.7}"
 
 
@@ -38,13 +38,17 @@ def _parts(law: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
 
 def _not_of_a_shaft(law: Law) -> Iterator[Wrong]:
     for keys, part in _parts(law):
+        if not getattr(part, "width", 1.0):
+            yield Wrong((*keys, "width"), "is missing: across the gear the sign of friction is smoothed over a speed")
         if isinstance(part, AngleTorque):
             yield Wrong(keys, "AngleTorque follows the angle of a shaft; write it as drag under motor or load")
 
 
 def _drag(law: Law) -> Iterator[Wrong]:
-    """What does not oppose a shaft: a spring."""
+    """What does not oppose a shaft: a spring, and dry friction that creeps."""
     for keys, part in _parts(law):
+        if getattr(part, "width", 0.0):
+            yield Wrong((*keys, "width"), "is no field here: dry friction of a shaft sticks; leave it out")
         if depends(part) == 1 and not isinstance(part, AngleTorque):
             remedy = "write friction, or angle_torque for gravity"
             yield Wrong(keys, f"{type(part).__name__} is a spring, which ties a shaft to the ground; {remedy}")

@@ -11,7 +11,7 @@ SENTENCES = {
     "T2": "Torque up to which K2 holds.",
     "half_gap": "Half of the backlash.",
     "law": "Law in series with the gap.",
-    "width": "Speed over which the sign is smoothed.",
+    "width": "Across the gear alone: speed over which the sign is smoothed.",
     "RoundedPiecewiseLinear.width": "Torsion over which a corner is rounded.",
     "points": "Pairs of torsion and torque.",
     "B": "Damping coefficient.",

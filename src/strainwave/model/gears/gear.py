@@ -23,7 +23,6 @@ from .fits import LawFit, fit_odd
 REACH = 1.5  # times T2: up to where the fits go
 
 RUNNING = 2000.0 * RPM  # input speed [rad/s] at which catalogues give efficiency and running torque
-CREEP = 1.0  # rad/s of the motor, 10 rpm: over which the sign of dry friction is smoothed
 
 
 def load_friction(efficiency: float, torque: float, ratio: float, running_torque: float = 0.0) -> LoadFriction:
@@ -89,7 +88,7 @@ def no_load_drag(running_torque: float, starting_torque: float, speed: float = R
             f"running_torque is {running:g} and starting_torque {starting:g} N*m; dry and viscous friction together "
             "need at least as much at speed, give a Stribeck law as drag"
         )
-    return Parallel(Coulomb(starting, CREEP), Viscous((running - starting) / running_speed))
+    return Parallel(Coulomb(starting), Viscous((running - starting) / running_speed))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,13 +17,14 @@ PerTorque = Annotated[float, "1/(N*m)"]
 Kelvin = Annotated[float, "K"]
 QuadraticCoefficient = Annotated[float, "N*m*s**2/rad**2"]
 
+TINY = 1e-300  # rad^2/s^2
 HOTTEST = 20.0  # exponent of the viscosity: 570 K for oil
 
 
 @kernel
 def smooth_sign(v: Reals, width: Reals) -> Any:
-    """Sign of v, smoothed: v/sqrt(v^2 + width^2)."""
-    return v / sqrt(v * v + width * width)
+    """Sign of v, smoothed: v/sqrt(v^2 + width^2); without a width its sign, 0 at rest."""
+    return v / sqrt(v * v + width * width + TINY)
 
 
 @kernel
@@ -95,27 +96,31 @@ class Viscous(NamedTuple):
 
 
 class Coulomb(NamedTuple):
-    """Dry friction T = T_c v/sqrt(v^2 + width^2): T_c sign v, smoothed over the speed `width`.
+    """Dry friction T = T_c sign v, at rest whatever up to T_c holds the shaft.
 
-    At v = width it is 71 % of T_c, at 10 widths 99.5 %. It does not stick: under a torque below T_c it creeps, with at
-    most the speed `width` up to 0.71 T_c; take the width well below the speeds that matter, or `LuGre`. Analytic, odd.
+    Beside the spring of a gear, between two shafts, it is T_c v/sqrt(v^2 + width^2), smoothed over the speed `width`:
+    at v = width it is 71 % of T_c, at 10 widths 99.5 %, and under a torque below T_c it creeps; take a width well below
+    the speeds that matter, or `LuGre`. A shaft has no width. Odd.
     """
 
     T_c: Torque
-    width: AngularSpeed
+    width: AngularSpeed = 0.0
 
     def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] at the speed v [rad/s]."""
         return self.T_c * smooth_sign(v, self.width)
+
+    def sliding(self, v: Reals) -> Any:
+        """Torque [N*m] against a slip at the speed v [rad/s]; at 0 that which begins it."""
+        return self.T_c + 0.0 * v
 
     def stiffness(self, x: Reals) -> Any:
         """No stiffness: 0."""
         return 0.0 * x
 
     def check(self) -> None:
-        """Refuse friction that drives, and no width (ValueError)."""
-        _not_negative(self, "T_c")
-        positive(self, "width")
+        """Refuse friction that drives, and a negative width (ValueError)."""
+        _not_negative(self, "T_c", "width")
 
 
 class QuadraticDamping(NamedTuple):
@@ -170,8 +175,8 @@ class ContactDamping(NamedTuple):
 class Stribeck(NamedTuple):
     """Dry friction that falls from T_s to T_c as the surfaces part: T = s(v) (T_c + (T_s - T_c) exp(-(v/v_s)^2)).
 
-    s(v) = v/sqrt(v^2 + width^2) smooths the sign, as in `Coulomb`, so that the peak is a little below T_s. The falling
-    part is negative damping: it can keep a stick-slip motion going. Analytic, odd.
+    s(v) is the sign of v, on a shaft that sticks, or smoothed over a `width` between shafts, as in `Coulomb`. The
+    falling part is negative damping: it can keep a stick-slip motion going. Odd.
 
     Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), 1083-1138 (survey, with the Stribeck curve).
     """
@@ -179,11 +184,15 @@ class Stribeck(NamedTuple):
     T_c: Torque
     T_s: Torque
     v_s: AngularSpeed
-    width: AngularSpeed
+    width: AngularSpeed = 0.0
 
     def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] at the speed v [rad/s]."""
-        return smooth_sign(v, self.width) * sliding_friction(v, self.T_c, self.T_s, self.v_s)
+        return smooth_sign(v, self.width) * self.sliding(v)
+
+    def sliding(self, v: Reals) -> Any:
+        """Torque [N*m] against a slip at the speed v [rad/s]; at 0 that which begins it."""
+        return sliding_friction(v, self.T_c, self.T_s, self.v_s)
 
     def stiffness(self, x: Reals) -> Any:
         """No stiffness: 0."""
@@ -192,7 +201,7 @@ class Stribeck(NamedTuple):
     def check(self) -> None:
         """Refuse a break-away torque below the sliding one, and a width that hides the fall (ValueError)."""
         _rising(self)
-        positive(self, "width")
+        _not_negative(self, "width")
         if not self.width < self.v_s:
             raise ValueError(
                 f"Stribeck.width is {self.width:g} rad/s and v_s {self.v_s:g} rad/s; the width must be smaller, or the "

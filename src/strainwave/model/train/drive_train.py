@@ -26,6 +26,7 @@ from ...base.protocols import Control, joint_orders, need
 from ...base.quantities import SMALLEST, AngularSpeed, Damping, Ratio, Reals, States
 from ...compile.jit import chosen, kernel
 from ..excitation import NoError
+from ..laws.dry import REST, Dry, dry, guards_of, moved, refuse_dry, sign_at, stuck
 from ..laws.friction import NO_FRICTION
 from .controls import controlled, motor_states, off_reference
 from .linear_part import linear_part
@@ -68,7 +69,8 @@ def motor_acceleration(train: Any, phase: Reals, y: States, motor: States, react
     omega, motion = train.omega, train.reference
     reference = omega * motion.slope(phase), omega * omega * motion.curvature(phase), motion.value(phase)
     z = motor_states(control, y)[1]
-    return controlled(control, train.motor.J, torque, excitation, reference, seen_deviation(control, train, y), z)
+    seen, J = seen_deviation(control, train, y), moved(drag, train.motor.J)
+    return controlled(control, J, torque, excitation, reference, seen, z)
 
 
 @chosen
@@ -134,6 +136,35 @@ class DriveTrain(NamedTuple):
         law = z_rate_of(self.law, gear[0], gear[1], share(self.law, z))
         drag = z_rate_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
         return (y[1], fast / self.N - slow, *own, *law, *drag, *of_load)
+
+    def pulls(self, phase: Reals, y: States) -> Any:
+        """Speed [rad/s] of motor and of load, each with the torque [N*m] on it if it sticks."""
+        motor, _, output, _, of_motor, torque, (fast, _, _) = forces(self, phase, y)
+        load = self.load.pull(phase, output, rest(self.motor.drag, of_motor), torque)
+        return (motor[1], moved(self.motor.drag, self.motor.J) * fast), load
+
+    def guards(self, phase: Reals, y: States) -> Any:
+        """What stays positive while each shaft with dry friction slides as it does, or sticks: see `slipping`."""
+        motor, load = self.pulls(phase, y)
+        return guards_of(self.motor.drag, *motor) + guards_of(self.load.end().drag, *load)
+
+    def slipping(self, phase: float, y: States) -> tuple["DriveTrain", States]:
+        """The train as its shafts slide or stick from a state on, and that state, those at rest exactly so."""
+        drags = self.motor.drag if self.motor.held else dry(self.motor.drag), dry(self.load.end().drag)
+        if not any(isinstance(drag, Dry) for drag in drags):
+            return self, y
+        at_rest = self.with_motor(drag=stuck(drags[0])).with_load(drag=stuck(drags[1]))
+        state, signed, turning = list(y), list(drags), self.omega * self.reference.slope(phase)
+        for i, (drag, (v, pull)) in enumerate(zip(drags, at_rest.pulls(phase, y), strict=True)):
+            if isinstance(drag, Dry):
+                own = (self.motor.drag, self.load.end().drag)[i]
+                rests = own.sign * v <= 0.0 if isinstance(own, Dry) else abs(v) <= REST * (1.0 + abs(turning))
+                signed[i] = Dry(drag.drag, sign_at(drag, v, pull, rests))
+                if rests and i == 0:
+                    state[3], state[1] = state[3] - v, state[1] - v / self.N
+                elif rests:
+                    state[(0, *self.twists())[-1] + 1] += v
+        return self.with_motor(drag=signed[0]).with_load(drag=signed[1]), tuple(state)
 
     def with_motor(self, **changes: Any) -> "DriveTrain":
         """The same with other fields of its motor."""
@@ -278,3 +309,4 @@ class DriveTrain(NamedTuple):
         ):
             need(f"DriveTrain.{name}", getattr(self, name), method)
         check_law("DriveTrain.law", self.law)
+        refuse_dry("DriveTrain.law", self.law)

@@ -13,6 +13,7 @@ from ...base.law import check_law, energy_of, heat_of, kinks_of, rest, share, st
 from ...base.protocols import lacking, need
 from ...base.quantities import SMALLEST, Damping, Inertia, Reals, States, shown
 from ..excitation import Harmonic
+from ..laws.dry import moved, refuse_dry, refuse_smooth
 from ..laws.springs import Linear
 from .controls import FREE, Free, Held
 
@@ -62,7 +63,13 @@ class Load(NamedTuple):
         angle, speed = motion
         z = share(self.drag, states)
         drag = torque_of(self.drag, angle, speed, z)
-        return (torque + self.excitation.torque(phase) - drag) / self.J, z_rate_of(self.drag, angle, speed, z)
+        pull = torque + self.excitation.torque(phase) - drag
+        return pull / moved(self.drag, self.J), z_rate_of(self.drag, angle, speed, z)
+
+    def pull(self, phase: Any, motion: Any, states: Any, torque: Any) -> Any:
+        """Speed [rad/s] of the load, and the torque [N*m] on it."""
+        drag = torque_of(self.drag, motion[0], motion[1], share(self.drag, states))
+        return motion[1], torque + self.excitation.torque(phase) - drag
 
     def twist(self, states: States) -> Any:
         """Twist [rad] of all couplings together and its rate; from the rates of the states, their rates."""
@@ -127,6 +134,12 @@ class Elastic(NamedTuple):
         there, rates = self.load.rates(phase, behind, rest(self.law, z), passed)
         return here, (speed, here - there, *z_rate_of(self.law, twist, speed, own), *rates)
 
+    def pull(self, phase: Any, motion: Any, states: Any, torque: Any) -> Any:
+        """Speed [rad/s] of the load, and the torque [N*m] on it."""
+        twist, speed, z = states[0], states[1], states[2:]
+        passed = torque_of(self.law, twist, speed, share(self.law, z)) + self.B * speed
+        return self.load.pull(phase, (motion[0] - twist, motion[1] - speed), rest(self.law, z), passed)
+
     def twist(self, states: States) -> Any:
         """Twist [rad] of all couplings together and its rate; from the rates of the states, their rates."""
         twist, rate = self.load.twist(rest(self.law, states[2:]))
@@ -180,6 +193,7 @@ class Elastic(NamedTuple):
         refuse_driving(self)
         need("Elastic.law", self.law, "torque")
         check_law("Elastic.law", self.law)
+        refuse_dry("Elastic.law", self.law)
         check_load("Elastic.load", self.load)
 
 
@@ -209,3 +223,4 @@ def _check_shaft(shaft: Any) -> None:
     need(f"{name}.excitation", shaft.excitation, "torque(angle)")
     need(f"{name}.drag", shaft.drag, "torque")
     check_law(f"{name}.drag", shaft.drag)
+    refuse_smooth(f"{name}.drag", shaft.drag)

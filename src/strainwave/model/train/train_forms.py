@@ -131,6 +131,15 @@ class Metered(NamedTuple):
         """Torsions [rad] where the gear's law is not smooth."""
         return self.train.breakpoints()
 
+    def guards(self, phase: Reals, y: States) -> Any:
+        """What stays positive while the shafts of the train slide as they do, or stick."""
+        return self.train.guards(phase, y)
+
+    def slipping(self, phase: float, y: States) -> Any:
+        """The same as its shafts slide or stick from a state on, and that state."""
+        train, state = self.train.slipping(phase, y)
+        return self._replace(train=train), state
+
     def state_names(self) -> tuple[str, ...]:
         """Names of the train's states, then of the powers that are integrated."""
         return self.train.state_names() + self.train.power_names()
@@ -202,6 +211,16 @@ class AtLoad(NamedTuple):
     def kinks(self, phase: Reals, y: States) -> Any:
         """What vanishes where its laws are not smooth, as of the train itself."""
         return turning(self).kinks(phase, own_state(self, y))
+
+    def guards(self, phase: Reals, y: States) -> Any:
+        """What stays positive while the shafts of the train slide as they do, or stick."""
+        return turning(self).guards(phase, own_state(self, y))
+
+    def slipping(self, phase: float, y: States) -> Any:
+        """The same as its shafts slide or stick from a state on, and that state."""
+        train, state = turning(self).slipping(phase, own_state(self, y))
+        twist, rate = behind_gear(train, state)
+        return self._replace(train=train), (state[0] + twist, state[1] + rate, *state[2:])
 
     def orders(self) -> tuple[float, ...]:
         """Orders of the torques and of the kinematic error."""

@@ -10,7 +10,7 @@ from typing import Any
 from ...base.protocols import System
 from ...base.results import Floats
 from ...compile.jit import kernel, routine
-from ..addressed import rates, torsion
+from ..addressed import guards, rates, torsion
 from .attempts import (
     BEFORE,
     BOUND,
@@ -38,7 +38,7 @@ from .attempts import (
 )
 from .steps import error_square, slope_weights, weighted
 
-DONE, DIVERGED, PAUSED = 0, 1, 2
+DONE, DIVERGED, PAUSED, STOPPED = 0, 1, 2, 3
 LEAST = math.log(1e-4)  # the step control remembers no smaller error than this
 FAR = 32.0  # beyond so many times the last step the calm one is found anew
 
@@ -49,7 +49,7 @@ APART = 0.125  # at most from a look or a stage to the next
 STAGES = 0.25  # of a calm step: the stages alone of a step up to there are no farther apart
 MISSED = 100.0  # by how many tolerances the system may differ there from the interpolant
 
-SCAN = 4  # places inside a step where the torsion is compared with the breakpoints
+SCAN = 4  # places inside a step where the torsion is compared with the breakpoints, and the guards with 0
 
 
 @routine
@@ -122,6 +122,36 @@ def step_onto(
         rate = torsion_rate(system, omega, t + h, w, Y1)
         back = gap / rate if abs(gap) < 0.1 * h * abs(rate) else 0.0
     return abs(gap) <= 1e-3 * abs(away), h, square
+
+
+@routine
+def is_past(system: Any, omega: float, t: float, s: float, h: float, w: Any, guard: Any) -> bool:
+    """Whether a guard is negative at the fraction s of a step of h from t."""
+    look(w, s, h)
+    values = row(guard, 0)
+    guards(system, omega * (t + s * h), row(w, INSIDE), values)
+    least = values[0]
+    for j in range(1, length(guard)):
+        least = min(least, values[j])
+    return bool(least < 0.0)
+
+
+@routine
+def first_stop(system: Any, omega: float, t: float, h: float, w: Any, guard: Any) -> float:
+    """First fraction of the step at which a guard is negative; 2 where none is."""
+    low = 0.0
+    for i in range(1, SCAN + 1):
+        high = i / SCAN
+        if is_past(system, omega, t, high, h, w, guard):
+            for _ in range(40):
+                s = 0.5 * (low + high)
+                if is_past(system, omega, t, s, h, w, guard):
+                    high = s
+                else:
+                    low = s
+            return high
+        low = high
+    return 2.0
 
 
 @routine
@@ -248,20 +278,21 @@ def store_inside(
 @kernel
 def adaptive(
     pair: Any, order: int, stable: float, looks: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float,
-    h: float, longest: float, span: float, rtol: float, atol: float, kinks: Any, kink: int, samples: Any, filled: int,
-    budget: int, most: Floats, watch: Floats, table: Floats,
+    h: float, longest: float, span: float, rtol: float, atol: float, kinks: Any, kink: int, guard: Any, samples: Any,
+    filled: int, budget: int, most: Floats, watch: Floats, table: Floats,
 ) -> Any:  # fmt: skip
     """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them.
 
-    The state is in the workspace. No step is longer than `longest`. `span` is the length of the whole integration.
+    The state is in the workspace. No step is longer than `longest`. `span` is the length of the whole integration. It
+    stops where a guard becomes negative; `guard` has places for them.
     """
     w, look_at, kinks_at, samples_at = rows(workspace), rows(looks), rows(kinks), rows(samples)
-    most_at, seen_at, table_at = rows(most), rows(watch), rows(table)
+    most_at, seen_at, table_at, guard_at = rows(most), rows(watch), rows(table), rows(guard)
     power, recording, kinked = 1.0 / order, length(samples_at) == 0, length(kinks_at) > 0
     rates(system, omega * t, row(w, Y), row(w, K))
     if kinked:
         set_sides(system, omega, t, w, kinks_at, kink)
-    status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST
+    status, steps, rejected, switches, old, guarded = PAUSED, 0, 0, 0, LEAST, length(guard_at) > 0
     calm = calm_to = calm_step(stable, system, omega, t, w, Y, span)
     between = True  # look between the stages of this step too
     if h <= 0.0:
@@ -278,6 +309,13 @@ def adaptive(
             if kink >= 0:
                 met, h, square = step_onto(pair, system, omega, t, s * h, rtol, atol, w, row(kinks_at, 0)[kink], t_end)
                 last, kink = False, kink if met else -1
+        stops = False
+        if guarded and square >= 0.0:
+            s = first_stop(system, omega, t, h, w, guard_at)
+            stops = s <= 1.0
+            if s < 1.0:
+                h, last, kink = s * h, False, -1
+                square = attempt(pair, omega * t, omega * h, h, rtol, atol, w)
         good = 0.0 <= square <= 1.0
         if not good or (between and not undisturbed(look_at, system, omega, t, h, w, rtol, atol)):
             rejected += 1
@@ -305,7 +343,9 @@ def adaptive(
             filled += 1
         w, t, h = turned(w), t1, h_next
         steps += 1
-        if t >= t_end:
+        if stops:
+            status = STOPPED
+        elif t >= t_end:
             status = DONE
         elif kinked:
             set_sides(system, omega, t, w, kinks_at, kink)

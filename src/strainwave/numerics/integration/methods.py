@@ -14,14 +14,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.law import breakpoints_of
+from ...base.law import breakpoints_of, has
 from ...base.protocols import Scheme, System, has_jacobian, lacking, omega_of, orders_of
 from ...base.quantities import States, number, positive_count, shown
 from ...base.results import Floats, Status, Trajectory
 from ...compile.jit import run
 from ..addressed import system_by_address
 from .attempts import K, Y, attempts_by_address, steps_by_address, workspace
-from .marches import DIVERGED, DONE, PAUSED, adaptive, fixed
+from .marches import DIVERGED, DONE, PAUSED, STOPPED, adaptive, fixed
 from .steps import ORDER, Classical, EighthOrder
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
@@ -30,7 +30,7 @@ HOPELESS = 10  # times as many steps, by what the start tells, are not begun
 STABLE = 3.3  # length of the real interval of stability of Dormand & Prince 5(4) (Hairer & Wanner II, sec. IV.2)
 LOOKS = np.array([[0.1, 0.425, 0.55, 0.675]])  # fractions of its step where its stages are more than 1/8 of it apart
 NEAR, ROUNDS = 1e-7, 6  # size of the differences next to states of size 1; rounds of the power iteration
-ENDED = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS}
+ENDED = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS, STOPPED: Status.TOO_MANY_STEPS}
 
 log = logging.getLogger(__name__)
 
@@ -172,25 +172,37 @@ class Dopri5:
             return record.trajectory(Status.TOO_MANY_STEPS, 0)
         limits = longest, span, float(self.rtol), float(self.atol)
         t, h, kink, w = spans[0][0], 0.0, -1, workspace(y)
-        attempts = attempts_by_address(system, len(y), len(breakpoints) > 0)
-        by_address = system_by_address(system, len(y), torsion=len(breakpoints) > 0)
+        guard = np.zeros((1, len(guards_of(system, omega * t, y))))
+
+        def addressed() -> tuple[Any, Any]:
+            kinked = len(breakpoints) > 0
+            whole = system_by_address(system, len(y), torsion=kinked, guards=guard.shape[1])
+            return attempts_by_address(system, len(y), kinked), whole
+
+        attempts, by_address = addressed()
         steps, rejected, switches, status = 0, 0, 0, DONE
         try:
             for begin, end in spans:
+                status = PAUSED
                 if begin > t:
                     t, w[Y], w[K] = across(system, omega, t, tuple(w[Y].tolist()), begin)
+                    status = STOPPED if guard.size else PAUSED
                     record.go_on(t, w[Y], w[K])
-                status = PAUSED
-                while status == PAUSED and steps + rejected < self.max_steps:
+                while status in (PAUSED, STOPPED) and t < end and steps + rejected < self.max_steps:
+                    if status == STOPPED:
+                        system, w[Y], w[K] = slipping(system, omega * t, tuple(w[Y].tolist()))
+                        record.go_on(t, w[Y], w[K])
+                        (attempts, by_address), h, kink = addressed(), 0.0, -1
                     budget = record.room(min(BUDGET, self.max_steps - steps - rejected))
                     t, h, kink, filled, status, new, bad, crossed = run(
                         adaptive, attempts, ORDER, STABLE, LOOKS, by_address, omega, t, w, end, h, *limits, kinks, kink,
-                        record.samples, record.filled, budget, *record.buffers(),
+                        guard, record.samples, record.filled, budget, *record.buffers(),
                     )  # fmt: skip
                     record.keep(filled, t)
                     steps, rejected, switches = steps + new, rejected + bad, switches + crossed
-                if status != DONE:
+                if t < end:
                     break
+                status = DONE
         except KeyboardInterrupt:
             return record.trajectory(Status.INTERRUPTED, steps, rejected, switches)
         return record.trajectory(ENDED[status], steps, rejected, switches)
@@ -230,6 +242,9 @@ class FixedStep:
     def trajectory(self, system: Any, y: Any, rate: Any, times: Floats, spans: Any) -> Trajectory:
         """Trajectory over the stretches `spans` from the state y, recorded at the times or, if two, at every step."""
         omega, (t, _), steps, status = float(omega_of(system)), spans[0], 0, DONE
+        if len(guards_of(system, omega * t, y)):
+            name = type(self).__name__
+            raise ValueError(f"{name} has equal steps, and dry friction ends some; integrate with Dopri5(...)")
         record, w = Record(system, times, spans, y, rate, True, True), workspace(y)
         scheme = steps_by_address(self.scheme, system, len(y))
         by_address = system_by_address(system, len(y))
@@ -310,6 +325,18 @@ def checked(method: Any) -> Method:
     if not isinstance(method, Method):
         raise TypeError(f"method is {shown(method)}; it must be Dopri5(...), Rk4(...) or Dop8(...)")
     return method
+
+
+def slipping(system: Any, phase: float, y: Any) -> tuple[Any, Any, Any]:
+    """The system as its shafts slide or stick from a state on, that state and its rates."""
+    if has(system, "slipping"):
+        system, y = system.slipping(phase, y)
+    return system, y, tuple(float(rate) for rate in system.rhs(phase, y))
+
+
+def guards_of(system: Any, phase: float, y: Any) -> Any:
+    """Guards of a system in a state: none of one that does not say."""
+    return system.guards(phase, y) if has(system, "guards") else ()
 
 
 def _grid(times: Floats, spans: Any, h: float) -> Floats:

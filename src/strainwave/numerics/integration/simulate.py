@@ -14,7 +14,7 @@ from ...base.protocols import System, names_of, omega_of, with_parts
 from ...base.quantities import reals, shown
 from ...base.results import Floats, Trajectory
 from .attempts import BOUND
-from .methods import Dopri5, Method, checked
+from .methods import Dopri5, Method, checked, slipping
 
 METHOD = Dopri5()
 NEXT = 16.0  # distance to a corner on either side, in units of the rounding of times
@@ -67,6 +67,7 @@ def simulate(system: System, y0: ArrayLike, t: float | ArrayLike, *, method: Met
         )
     spans = stretches(system, omega, float(times[0]), float(times[-1]))
     y, rate = _start(system, spans[0][0], y0)
+    system, y, rate = slipping(system, omega * spans[0][0], y)
     with np.errstate(all="ignore"):  # the status tells of an overflow, also where nothing is compiled
         return method.trajectory(system, y, rate, times, spans)
 

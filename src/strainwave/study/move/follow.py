@@ -164,6 +164,15 @@ class Watched(NamedTuple):
         """Torsions [rad] where the gear's law is not smooth."""
         return tuple(self.train.breakpoints())
 
+    def guards(self, phase: Any, y: Any) -> Any:
+        """What stays positive while the shafts of the train slide as they do, or stick."""
+        return self.train.guards(phase, y)
+
+    def slipping(self, phase: float, y: Any) -> Any:
+        """The same as its shafts slide or stick from a state on, and that state."""
+        train, state = self.train.slipping(phase, y)
+        return self._replace(train=train), state
+
     def state_names(self) -> tuple[str, ...]:
         """Names of the train's states, then of what is integrated."""
         return (*self.train.state_names(), *self.train.power_names(), *MEANS)
@@ -200,7 +209,7 @@ class Followed:
     @property
     def steps(self) -> NDArray[np.int64]:
         """Numbers of the samples from which a step leads to the next one."""
-        return np.flatnonzero(np.diff(self.segment) == 0)
+        return np.flatnonzero((np.diff(self.segment) == 0) & (np.diff(self.t) > 0.0))
 
     def seen(self) -> tuple[Floats, Floats, Floats, Floats]:
         """What `Watched` watches, at the samples (n,)."""

@@ -17,8 +17,6 @@ from ...model.train.drive_train import DriveTrain, seen_deviation
 from ...model.train.filters import Filtered, MixedEncoders, PositionIntegral, apart
 from ...model.train.motion import polygon
 
-SLOW = 1e-3  # times the speed at which surfaces part: dry friction has its sign from there on
-
 
 class Servo(NamedTuple):
     """A loop whose motor gives a torque of at most `most`, and that is given a share `speed` of its reference's speed.
@@ -195,7 +193,7 @@ def settled(law: Law) -> Any:
     if isinstance(law, Parallel):
         return Parallel(settled(law.first), settled(law.second))
     if isinstance(law, LuGre):
-        return Parallel(Stribeck(law.T_c, law.T_s, law.v_s, SLOW * law.v_s), Viscous(law.sigma_2))
+        return Parallel(Stribeck(law.T_c, law.T_s, law.v_s), Viscous(law.sigma_2))
     return law
 
 
