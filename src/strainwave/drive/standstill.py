@@ -1,23 +1,20 @@
 """Where a drive train rests under its mean torques, with dry friction and an integrating loop, and whether it hunts."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
-from math import inf, nan, pi
-from typing import Any, NamedTuple
+from math import nan, pi
+from typing import Any
 
 import numpy as np
 
 from ..base.facts import Fact
 from ..base.law import states_of, torque_of
-from ..base.quantities import AngularSpeed, Torque
 from ..base.records import Result
-from ..base.results import Floats, SolveError
+from ..base.results import SolveError
 from ..base.sentences import number
 from ..base.units import ARCSEC
 from ..model.excitation import NoError
-from ..model.laws.friction import Coulomb, LuGre, Stribeck, Viscous, sliding_friction
-from ..model.laws.hysteresis import Parallel
+from ..model.laws.dry import REST, breakaway, settled
 from ..model.train.controls import CascadeLoop, core_of, off_reference
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import AtRest
@@ -29,26 +26,12 @@ from .run import holds_its_place
 from .state_space import state_space
 from .train_curve import torques_of_angle, without_gravity
 
-SAMPLES = 2000  # of a stretch of time, between which the end of a slip or a stick is found
-HEAVY = 1e12  # times its inertia: a motor that sticks
 SLIPS, SAME = 80, 1e-4  # slips that are followed, and relative difference of two turns of a cycle
-LONGEST = 26  # doublings of a stretch after which a stick has no end
+LONGEST = 26  # doublings of a stretch without a slip after which there is none
 FADES = 0.5  # of a slip half of them before: smaller ones may end
 SMALL = 1e-3  # of the largest slip: smaller ones are none
 INTEGRATED = 1e-9  # rad for 1 N*m: deviation of a motor that an integrator holds
 METHOD = Dopri5(rtol=1e-8)
-
-
-class Slip(NamedTuple):
-    """Dry friction of a shaft that slides one way: negative torques of one that slides backward."""
-
-    T_c: Torque
-    T_s: Torque
-    v_s: AngularSpeed
-
-    def torque(self, x: Any, v: Any) -> Any:  # noqa: ARG002
-        """Torque [N*m] at the speed v [rad/s], whose sign does not count."""
-        return sliding_friction(v, self.T_c, self.T_s, self.v_s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,16 +96,15 @@ class Standstill(Result):
         )
 
     def _hunting(self) -> str:
-        alone = ", without the dry friction of the load" if self.load_friction else ""
         if not self.hunts and self.slips >= SLIPS:
-            return f"After {SLIPS} slips{alone} the motor still sticks and slips; whether it ends was not found."
+            return f"After {SLIPS} slips the motor still sticks and slips; whether it ends was not found."
         if not self.hunts:
-            return f"No hunting was found{alone}: after a kick the motor comes to rest in {self.slips} slips."
+            return f"No hunting was found: after a kick the motor comes to rest in {self.slips} slips."
         period = f"a period of {self.period:.4g} s"
         if not self.regular:
             period = f"no fixed period, {self.period:.4g} s in the mean"
         size = f"±{self.size / ARCSEC:.4g} arcsec (output)"
-        return f"It hunts{alone}: the integrator makes the motor stick and slip by up to {size}, with {period}."
+        return f"It hunts: the integrator makes the motor stick and slip by up to {size}, with {period}."
 
 
 DRY = "; dry friction: {:.3g} N·m (motor), {:.3g} N·m (load)"
@@ -138,10 +120,10 @@ def standstill(project: Any) -> Standstill:
 
     Dry friction of a shaft holds it anywhere within its break-away torque: rest is a set, whose ends have the friction
     with either sign. With an integrator and friction on the motor sticks and slips follow each other: the motor rests
-    until the integrator breaks it away, slides against `Coulomb`, `Stribeck` or `LuGre` friction without its smoothed
-    sign, and sticks again. They are integrated from a kick until they repeat, which is hunting, or end. The dry
-    friction of the load, and gravity of an angle, are left out there; friction of the meshing is left out of all. A
-    gear with hysteresis is where a slow load from rest brings it.
+    until the integrator breaks it away, slides, and sticks again; bristles (`LuGre`) count as the dry friction that
+    they are at steady speeds. The slips are integrated from a kick until they repeat, which is hunting, or end; gravity of
+    an angle is left out there, friction of the meshing of all. A gear with hysteresis is where a slow load from rest
+    brings it.
 
     Parameters
     ----------
@@ -169,6 +151,7 @@ def standstill(project: Any) -> Standstill:
     mean, (least, most) = train.load.end().excitation.mean, torques_of_angle(train.load.end().drag)
     low, high = getattr(project, "mean_range", None) or (mean, mean)
     train = without_gravity(train)._replace(error=NoError(), reference=AtRest(), omega=1.0)
+    train = train.with_motor(drag=settled(train.motor.drag)).with_load(drag=settled(train.load.end().drag))
     if not _is_held(train):
         raise ValueError("the motor has no loop that holds its angle; give it a position loop or a cascade")
     frictions = breakaway(train.motor.drag), breakaway(train.load.end().drag)
@@ -186,7 +169,7 @@ def standstill(project: Any) -> Standstill:
 def standing(project: Any) -> Standstill | None:
     """Standstill of a drive with dry friction on its shafts or a cascade; None of others, and where none is found."""
     train = train_of(project, "standstill")[1]
-    dry = breakaway(train.motor.drag) + breakaway(train.load.end().drag)
+    dry = breakaway(settled(train.motor.drag)) + breakaway(settled(train.load.end().drag))
     if not (dry or isinstance(core_of(train.motor.control), CascadeLoop)) or not _is_held(train):
         return None
     if not (repeats(train.motor.excitation) and repeats(train.load.end().excitation)):
@@ -202,92 +185,42 @@ def _is_held(train: DriveTrain) -> bool:
     return not (train.motor.free or train.motor.held) and holds_its_place(train.motor)
 
 
-def breakaway(law: Any) -> float:
-    """Largest torque [N*m] of the dry friction in the law of a shaft."""
-    if isinstance(law, Parallel):
-        return breakaway(law.first) + breakaway(law.second)
-    return float(law.T_c if isinstance(law, Coulomb) else law.T_s if isinstance(law, Stribeck | LuGre) else 0.0)
-
-
-def one_way(law: Any, sign: float) -> Any:
-    """The law of a shaft that slides one way, of the sign 1 or -1; of the sign 0 without its dry friction."""
-    if isinstance(law, Parallel):
-        return Parallel(one_way(law.first, sign), one_way(law.second, sign))
-    if isinstance(law, Coulomb):
-        return Slip(sign * law.T_c, sign * law.T_c, 1.0)
-    if isinstance(law, Stribeck):
-        return Slip(sign * law.T_c, sign * law.T_s, law.v_s)
-    if isinstance(law, LuGre):
-        return Parallel(Slip(sign * law.T_c, sign * law.T_s, law.v_s), Viscous(law.sigma_2))
-    return law
-
-
-def _sliding(train: DriveTrain, sign: float) -> DriveTrain:
-    """The train whose motor slides one way, and whose load has no dry friction."""
-    drags = one_way(train.motor.drag, sign), one_way(train.load.end().drag, 0.0)
-    return train.with_motor(drag=drags[0]).with_load(drag=drags[1])
-
-
 def _rest(train: DriveTrain, pushes: tuple[float, ...]) -> tuple[float, float]:
     """Deviation of the motor over N and pointing error [rad] with torques [N*m] for friction of motor and load."""
-    plain = _sliding(train, 0.0)
-    torques = map(with_more, (plain.motor.excitation, plain.load.end().excitation), pushes)
-    state = operating_state(plain.with_motor(excitation=next(torques)).with_load(excitation=next(torques)), 0.0)
-    return float(off_reference(plain.motor.control, state)[0] / train.N), float(train.pointing_error(state))
+    torques = map(with_more, (train.motor.excitation, train.load.end().excitation), pushes)
+    state = operating_state(train.with_motor(excitation=next(torques)).with_load(excitation=next(torques)), 0.0)
+    return float(off_reference(train.motor.control, state)[0] / train.N), float(train.pointing_error(state))
 
 
 def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     """Period [s] and size [rad, output side] of hunting, whether it is regular, and the slips that were followed."""
-    plain, T, J = _sliding(train, 0.0), breakaway(train.motor.drag), train.motor.J
-    stuck = plain.with_motor(J=HEAVY * J)
-    state = operating_state(plain, 0.0)
-    span = 2.0 * pi / float(np.max(np.abs(state_space(plain, at=state).poles)))
-
-    def pull(y: Any) -> Floats:
-        return np.asarray(stuck.rhs(0.0, tuple(y))[3]) * (HEAVY * J)
-
-    def spare(y: Floats) -> Floats:
-        return np.abs(pull(y)) - T
-
-    def back(y: Floats) -> Floats:
-        return np.asarray(-sign * y[3])
-
-    core, middle = core_of(train.motor.control), float(state[2])
+    state = operating_state(train, 0.0)
+    span = 2.0 * pi / float(np.max(np.abs(state_space(train, at=state).poles)))
+    core, T = core_of(train.motor.control), breakaway(train.motor.drag)
     state[2] += 2.0 * T / torque_of(core, 1.0, 0.0, (0.0,) * states_of(core))  # its torque is twice what breaks it away
-    time, places, times = 0.0, [float(state[2]) - middle], [0.0]
-    for slips in range(1, SLIPS + 1):
-        passed, state = _until(stuck, state, span, spare)
-        if passed == inf:
-            return nan, nan, False, slips - 1
-        sign = float(np.sign(pull(state)))
-        lasted, state = _until(_sliding(train, sign), state, span, back)
-        state[3], time = 0.0, time + passed + lasted
-        places, times = [*places, float(state[2]) - middle], [*times, time]
-        ways = np.abs(np.diff(places))
-        if np.max(ways[-4:]) < SMALL * np.max(ways):
-            return nan, nan, False, slips
-        if slips > 5 and np.allclose(ways[-4:], ways[-1], rtol=SAME) and places[-1] * places[-2] < 0.0:
-            return times[-1] - times[-3], float(ways[-1]) / (2.0 * train.N), True, slips
-    last, moments = np.array(places[SLIPS // 2 :]), np.array(times[SLIPS // 2 :])
-    turns = moments[1:][last[1:] * last[:-1] < 0.0]
-    if len(turns) < 2 or ways[-1] < FADES * ways[SLIPS // 2]:
-        return nan, nan, False, SLIPS
-    return 2.0 * float(np.mean(np.diff(turns))), float(np.ptp(last)) / (2.0 * train.N), False, SLIPS
-
-
-def _until(system: DriveTrain, state: Floats, span: float, excess: Callable[[Floats], Floats]) -> tuple[float, Floats]:
-    """Time [s] until something crosses 0 upward, and the state then; infinite where it does not."""
-    time = 0.0
-    for _ in range(LONGEST):
-        run = simulate(system, state, np.linspace(0.0, span, SAMPLES), method=METHOD)
+    t, angle, moves, still = np.zeros(1), state[2:3], np.zeros(1, bool), 0
+    while still < LONGEST:
+        run = simulate(train, state, (t[-1], t[-1] + span * 2**still), method=METHOD)
         if not run.status:
             raise SolveError(f"the motion between two stops was not found: {run.status.name}")
-        value = excess(run.y)
-        if time == 0.0 and value[0] > 0.0:
-            return 0.0, state
-        i = int(np.argmax(value[1:] >= 0.0))
-        if value[i + 1] >= 0.0:
-            share = value[i] / min(value[i] - value[i + 1], -1e-300)
-            return time + float(run.t[i] + share * (run.t[1] - run.t[0])), run.y[:, i : i + 2] @ [1.0 - share, share]
-        time, span, state = time + span, 2.0 * span, run.y[:, -1]
-    return inf, state
+        state, slides = run.y[:, -1], np.abs(run.y[3]) > REST
+        t, angle, moves = np.append(t, run.t), np.append(angle, run.y[2]), np.append(moves, slides)
+        still += not np.any(slides)
+        ends = np.flatnonzero(moves[:-1] & ~moves[1:]) + 1
+        places, times = np.append(angle[0], angle[ends]), np.append(0.0, t[ends])
+        ways, slips = np.abs(np.diff(places)), len(ends)
+        if slips and np.max(ways[-4:]) < SMALL * np.max(ways):
+            return nan, nan, False, slips
+        turns = np.diff(places[-3:])
+        if slips > 5 and np.allclose(ways[-4:], ways[-1], rtol=SAME) and turns[0] * turns[1] < 0.0:
+            return float(times[-1] - times[-3]), float(ways[-1]) / (2.0 * train.N), True, slips
+        if slips >= SLIPS:
+            break
+    else:
+        return nan, nan, False, slips
+    last, moments = places[SLIPS // 2 :], times[SLIPS // 2 :]
+    middle = 0.5 * (np.max(last) + np.min(last))
+    turns = moments[1:][(last[1:] - middle) * (last[:-1] - middle) < 0.0]
+    if len(turns) < 2 or ways[-1] < FADES * ways[SLIPS // 2]:
+        return nan, nan, False, slips
+    return 2.0 * float(np.mean(np.diff(turns))), float(np.ptp(last)) / (2.0 * train.N), False, slips

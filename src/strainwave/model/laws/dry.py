@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from ...base.law import class_of, energy_of, has, losses_of, rest, share, torque_of, z_rate_of
 from ...base.quantities import Ratio, Reals, States
 from ...compile.jit import chosen
-from .friction import Coulomb, Stribeck
+from .friction import Coulomb, LuGre, Stribeck, Viscous
 from .hysteresis import Parallel
 
 STUCK = 2.0**60  # times its inertia: a shaft that sticks
@@ -155,6 +155,15 @@ def smooth(law: Any) -> Any:
     if isinstance(law, Parallel):
         return Parallel(smooth(law.first), smooth(law.second))
     return Coulomb(0.0) if isinstance(law, Coulomb | Stribeck) else law
+
+
+def settled(law: Any) -> Any:
+    """A drag as it is at steady speeds: bristles that slip (LuGre) are dry friction beside a viscous one."""
+    if isinstance(law, Parallel):
+        return Parallel(settled(law.first), settled(law.second))
+    if isinstance(law, LuGre):
+        return Parallel(Stribeck(law.T_c, law.T_s, law.v_s), Viscous(law.sigma_2))
+    return law
 
 
 def refuse_smooth(where: str, drag: Any) -> None:

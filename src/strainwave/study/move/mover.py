@@ -32,10 +32,10 @@ from ...drive.project import train_of
 from ...drive.run import holds_its_place
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding
+from ...model.laws.dry import breakaway, settled
 from ...model.train.drive_train import DriveTrain
 from ...numerics.operating_point import loaded_state
 from .follow import Path
-from .servo import settled
 
 LINES_LEFT_OUT = (
     "The torques have their means; their lines, which follow an angle at constant speed, are left out of a move."
@@ -205,10 +205,10 @@ class Mover:
 
     @property
     def remembers(self) -> bool:
-        """Whether where it comes to rest depends on how it got there: a law or a drag has internal states."""
-        end = self.train.load.end()
-        laws = (self.train.law, self.train.motor.drag, end.drag, *self.train.load.couplings())
-        return any(states_of(law) for law in laws)
+        """Whether where it rests depends on how it got there: a law or a drag has internal states or dry friction."""
+        drags = self.train.motor.drag, self.train.load.end().drag
+        laws = (self.train.law, *drags, *self.train.load.couplings())
+        return any(states_of(law) for law in laws) or any(map(breakaway, drags))
 
 
 def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payload: Payload | None) -> Mover:

@@ -10,8 +10,7 @@ from ...base.quantities import LARGEST, AngularSpeed, Inertia, Rate, Ratio, Torq
 from ...compile.elementwise import larger, select, smaller
 from ...compile.jit import chosen
 from ...drive.asked import PEAK, Feedforward, MotorLimits
-from ...model.laws.friction import LuGre, Stribeck, Viscous
-from ...model.laws.hysteresis import Parallel
+from ...model.laws.dry import settled
 from ...model.train.controls import FREE, CascadeLoop, Lagged, core_of, inertia_of, motor_states, states_inside
 from ...model.train.drive_train import DriveTrain, seen_deviation
 from ...model.train.filters import Filtered, MixedEncoders, PositionIntegral, apart
@@ -186,15 +185,6 @@ def steady_drag(law: Law, angle: Any, speed: Any) -> Any:
         return torque_of(law, angle, speed, zeros)
 
     return without
-
-
-def settled(law: Law) -> Any:
-    """A drag as it is at steady speeds: bristles that slip (LuGre) are dry friction beside a viscous one."""
-    if isinstance(law, Parallel):
-        return Parallel(settled(law.first), settled(law.second))
-    if isinstance(law, LuGre):
-        return Parallel(Stribeck(law.T_c, law.T_s, law.v_s), Viscous(law.sigma_2))
-    return law
 
 
 def servo_train(train: DriveTrain, limits: MotorLimits, holding: float, shares: Feedforward) -> DriveTrain:
