@@ -70,12 +70,11 @@ def main() -> None:
         ours = thread_time() - begin
         t, error = own_move(drive, angle, time)
         own, edge = settled(t, error, move.rest_error, time)
-        print(
-            f"{i:3} {'cascade' if drive.T_n else 'position':8} settling {move.settling_time} s, own {own:.6f}"
-            f"{' edge' if edge else ''}; end {move.pointing_error[-1] / ARCSEC:.4f} arcsec, own {error[-1] / ARCSEC:.4f}; "
-            f"peak {move.peak_error / ARCSEC:.3f}, own {np.max(np.abs(error)) / ARCSEC:.3f}; {ours:.2f} s",
-            flush=True,
-        )
+        kind, ends = "cascade" if drive.T_n else "position", (move.pointing_error[-1], error[-1])
+        peaks, apart = (move.peak_error, np.max(np.abs(error))), " edge" if edge else ""
+        print(f"{i:3} {kind:8} settling {move.settling_time} s, own {own:.6f}{apart};", end=" ")
+        print(f"at the end {ends[0] / ARCSEC:.4f} arcsec, own {ends[1] / ARCSEC:.4f};", end=" ")
+        print(f"largest {peaks[0] / ARCSEC:.3f}, own {peaks[1] / ARCSEC:.3f}; {ours:.2f} s", flush=True)
 
 
 if __name__ == "__main__":

@@ -127,9 +127,8 @@ class DryInertias(NamedTuple):
             return spare
 
         guards = [guard(0, self.motor), guard(1, self.load)]
-        return solve_ivp(
-            rates, (t, end), y, "DOP853", rtol=rtol, atol=1e-13, events=guards, max_step=2e-3, dense_output=True
-        )
+        options = {"rtol": rtol, "atol": 1e-13, "events": guards, "max_step": 2e-3, "dense_output": True}
+        return solve_ivp(rates, (t, end), y, "DOP853", **options)
 
 
 def drawn(draw):

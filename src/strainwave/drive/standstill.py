@@ -120,10 +120,9 @@ def standstill(project: Any) -> Standstill:
 
     Dry friction of a shaft holds it anywhere within its break-away torque: rest is a set, whose ends have the friction
     with either sign. With an integrator and friction on the motor sticks and slips follow each other: the motor rests
-    until the integrator breaks it away, slides, and sticks again; bristles (`LuGre`) count as the dry friction that
-    they are at steady speeds. The slips are integrated from a kick until they repeat, which is hunting, or end; gravity of
-    an angle is left out there, friction of the meshing of all. A gear with hysteresis is where a slow load from rest
-    brings it.
+    until the integrator breaks it away, slides, and sticks again. They are integrated from a kick until they repeat,
+    which is hunting, or end; bristles (`LuGre`) count as the dry friction that they are at steady speeds. Gravity of an
+    angle is left out there, friction of the meshing of all. A gear with hysteresis is where a slow load brings it.
 
     Parameters
     ----------
