@@ -1,0 +1,102 @@
+"""Shafts with dry friction slide and stick: closed forms, and event-located integration of equations by hand."""
+
+import random
+
+import numpy as np
+import pytest
+from dry_inertias import ARCSEC, DryInertias, Friction, drawn
+
+import strainwave as sw
+
+NO_GEAR, J_M, J_L, N = sw.Linear(0.0), 2e-4, 1.5, 100.0
+
+
+def apart(motor, load, excitation=None):
+    """Motor and load that no gear ties together."""
+    shafts = sw.train.Motor(J_M, drag=motor), sw.train.Load(J_L, drag=load)
+    if excitation is not None:
+        shafts = shafts[0]._replace(excitation=excitation), shafts[1]
+    return sw.train.DriveTrain(shafts[0], N, 0.0, NO_GEAR, shafts[1], reference=sw.train.AtRest())
+
+
+def test_a_sliding_shaft_stops_after_its_speed_over_its_deceleration_and_stays():
+    T_m, T_l, v_m, v_l = 0.05, 2.0, 40.0, -0.8
+    run = sw.drive_run(
+        apart(sw.laws.Coulomb(T_m), sw.laws.Coulomb(T_l)), [0.0, v_m / N - v_l, 0.0, v_m], np.linspace(0.0, 2.0, 401)
+    )
+    turned = run.trajectory.y[2, -1], run.trajectory.y[2, -1] / N - run.trajectory.y[0, -1]
+    assert turned == pytest.approx((0.5 * J_M * v_m**2 / T_m, -0.5 * J_L * v_l**2 / T_l), rel=1e-9)
+    for speed, end in ((run.motor_speed, v_m * J_M / T_m), (run.load_speed, -v_l * J_L / T_l)):
+        assert np.max(np.abs(speed[run.trajectory.t > end])) < 1e-11
+        assert np.all(np.abs(speed[run.trajectory.t < end]) > 0.0)
+    assert run.work["motor drag"][-1] == pytest.approx(0.5 * J_M * v_m**2, rel=1e-9)
+    assert run.imbalance < 1e-9
+
+
+def test_a_torque_below_the_break_away_moves_nothing_and_one_above_it_moves_by_the_excess():
+    stribeck = sw.laws.Stribeck(0.05, 0.08, 1.0)
+    still = sw.drive_run(apart(stribeck, NO_GEAR, sw.Harmonic(0.079)), None, np.linspace(0.0, 3.0, 50))
+    assert np.max(np.abs(still.motor_speed)) < 1e-12
+    mean = sw.Harmonic(0.0, mean=0.081)
+    moved = sw.drive_run(apart(sw.laws.Coulomb(0.08), NO_GEAR, mean), None, np.linspace(0.0, 3.0, 50))
+    assert moved.motor_speed[-1] == pytest.approx(0.001 / J_M * 3.0, rel=1e-6)
+
+
+@pytest.mark.compiled
+def test_a_load_behind_a_coupling_sticks_until_the_coupling_has_wound_up():
+    # The gear's output is moved by a ramp of a held motor; the load breaks away at T_s, and the coupling has T_s/K.
+    K, T_s, speed = 2e3, 5.0, 0.02
+    load = sw.train.Elastic(0.1, 8.0, sw.Linear(K), sw.train.Load(J_L, drag=sw.laws.Stribeck(4.0, T_s, 0.05)))
+    motor = sw.train.Motor(J_M, control=sw.train.Held())
+    train = sw.train.DriveTrain(motor, N, 300.0, sw.Linear(1e6), load, omega=speed * N)
+    run = sw.drive_run(train, [0.0, 0.0, 0.0, speed], np.linspace(0.0, 0.25, 2001))
+    first = np.flatnonzero(np.abs(run.load_speed) > 1e-9)[0]
+    passed = K * run.trajectory.y[2] + 8.0 * run.trajectory.y[3]
+    assert passed[first] == pytest.approx(T_s, rel=2e-3)
+    assert np.max(passed[:first]) <= T_s * (1.0 + 1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [3, 5])
+def test_moves_with_dry_friction_agree_with_an_integration_that_locates_every_stop(seed):
+    draw = random.Random(seed)
+    drive, angle, time = drawn(draw), draw.uniform(0.3, 1.0), 0.4
+    train = drive.train()
+    found = sw.move(train, sw.Trapezoid(angle, time), tail=0.4)
+    start = drive.own(train, sw.drive_run(train, None, 1e-9).trajectory.y[:, 0])
+    t, error = own_move(drive, start, angle, time)
+    assert found.pointing_error[-1] == pytest.approx(error[-1], abs=0.01 * ARCSEC)
+    assert found.peak_error == pytest.approx(np.max(np.abs(error)), rel=1e-4)
+    assert np.interp(t, found.time, found.pointing_error) == pytest.approx(error, abs=2e-3 * found.peak_error)
+
+
+def own_move(drive, start, angle, time):
+    """Times and pointing errors of a trapezoid and 0.4 s of rest."""
+    ramp, top = time / 3.0, 1.5 * angle / time * drive.N
+    segments, at, speed, begin = [], 0.0, 0.0, 0.0
+    for length, rate in ((ramp, top / ramp), (ramp, 0.0), (ramp, -top / ramp), (0.4, 0.0)):
+
+        def reference(t, begin=begin, at=at, speed=speed, rate=rate):
+            h = t - begin
+            return at + h * (speed + 0.5 * h * rate), speed + h * rate
+
+        segments.append((begin, begin + length, reference))
+        begin += length
+        at, speed = reference(begin)
+    t, y, asked = drive.run(start, segments)
+    return t, asked / drive.N - y[2]
+
+
+def test_friction_of_a_shaft_has_no_width_and_that_across_a_gear_needs_one():
+    train = DryInertias(
+        J_M, J_L, N, 1e4, 1.0, Friction(0.1, 0.1, 1.0), Friction(1.0, 1.0, 1.0), 0.0, 0.0, ((1, 1.0),), 10.0, 0.1, None
+    ).train()
+    with pytest.raises(ValueError, match=r"Motor\.drag is a Coulomb with a width of 0\.5 rad/s; dry friction"):
+        sw.drive_run(train.with_motor(drag=sw.laws.Coulomb(0.1, 0.5)), None, 0.1)
+    rough = sw.Parallel(sw.Linear(1e4), sw.laws.Coulomb(1.0))
+    with pytest.raises(ValueError, match=r"DriveTrain\.law has a Coulomb without a width; between two shafts"):
+        sw.drive_run(train._replace(law=rough), None, 0.1)
+    with pytest.raises(ValueError, match=r"Oscillator\.law has a Coulomb without a width"):
+        sw.simulate(sw.Oscillator(1.0, 0.1, rough, sw.Harmonic(0.1), 1.0), (0.0, 0.0), 1.0)
+    with pytest.raises(ValueError, match=r"Rk4 has equal steps, and dry friction ends some; integrate with Dopri5"):
+        sw.drive_run(train, None, 0.1, method=sw.Rk4())
