@@ -63,7 +63,8 @@ class DryInertias(NamedTuple):
         drag = sw.Parallel(sw.train.AngleTorque(self.gravity, 1, self.phase), self.load.law())
         return sw.train.DriveTrain(
             sw.train.Motor(self.J_m, drag=self.motor.law(), control=control), self.N, self.B, sw.Linear(self.K),
-            sw.train.Load(self.J_l, drag=drag), error=error, reference=reference or sw.train.AtRest(),
+            sw.train.Load(self.J_l, drag=drag), error=error,
+            reference=sw.train.AtRest() if reference is None else reference,
         )  # fmt: skip
 
     def own(self, train, y):

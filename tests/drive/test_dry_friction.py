@@ -7,6 +7,7 @@ import pytest
 from dry_inertias import ARCSEC, DryInertias, Friction, drawn
 
 import strainwave as sw
+from strainwave.drive.stick_slip import in_time
 
 NO_GEAR, J_M, J_L, N = sw.Linear(0.0), 2e-4, 1.5, 100.0
 
@@ -70,6 +71,60 @@ def test_moves_with_dry_friction_agree_with_an_integration_that_locates_every_st
     assert np.interp(t, found.time, found.pointing_error) == pytest.approx(error, abs=2e-3 * found.peak_error)
 
 
+STICKY = DryInertias(
+    2.5e-4, 18.0, N, 4e4, 30.0, Friction(0.05, 0.12, 0.05), Friction(2.0, 2.0, 1.0), 0.0, 0.0, ((2, 1e-9),), 8.0, 0.1,
+    0.06,
+)  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_slow_axis_sticks_and_slips_with_the_period_and_the_size_of_an_own_integration():
+    speed, end = 0.02, 16.0
+    train = STICKY.train(sw.train.Steady())._replace(omega=speed)
+    run = sw.drive_run(train, [0.0, 0.0, 0.0, -speed, 0.0], end)  # from rest
+    t, y, asked = STICKY.run(np.zeros(5), [(0.0, end, lambda t: (speed * t, speed))])
+    own = asked / N - y[2]
+    releases = [
+        times[1:][(np.abs(v[:-1]) < 1e-9) & (np.abs(v[1:]) >= 1e-9)]
+        for times, v in ((run.trajectory.t, run.motor_speed), (t, y[1]))
+    ]
+    assert len(releases[1]) > 10
+    assert np.diff(releases[0]) == pytest.approx(np.diff(releases[1]), rel=1e-4)
+    late = run.trajectory.t > 0.5 * end
+    assert np.ptp(run.pointing[late]) == pytest.approx(np.ptp(own[t > 0.5 * end]), rel=1e-3)
+    assert in_time(train, speed).oscillation == pytest.approx(0.5 * np.ptp(own[t > 0.5 * end]), rel=0.01)
+
+
+SLOW = """\
+title: telescope
+gear: CSF-32-100
+motor:
+  inertia: 2.5 kg*cm^2
+  loop: {type: cascade, K_v: 8 1/s, K_p: 0.1 N*m*s/rad, T_n: 60 ms}
+  drag: {type: stribeck, T_c: 0.05 N*m, T_s: 0.12 N*m, v_s: 0.02 rad/s}
+load: {inertia: 18 kg*m^2}
+damping: {ratio: 2 %}
+speed: {from: 0.1 rpm, to: 3 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 8 arcsec}]}
+limit: {oscillation: 20 arcsec}
+"""
+
+
+@pytest.mark.slow
+def test_a_slow_range_has_its_stick_slip_and_says_so(tmp_path):
+    (tmp_path / "slow.yaml").write_text(SLOW)
+    project = sw.read_project(tmp_path / "slow.yaml")
+    found = project.response()
+    slow = found.omega < 3.0 * 0.02
+    assert np.min(found.oscillation[slow]) > 25.0 * ARCSEC > 9.0 * ARCSEC > np.max(found.oscillation[~slow])
+    assert "a shaft may stick, and its friction falls so fast that the loop is unstable" in str(found.message)
+    assert found.motor_torque[np.argmax(found.omega)] == pytest.approx(0.05, abs=2e-3)
+    with pytest.raises(
+        sw.files.ProjectError, match=r"motor\.drag\.width: is no field here: dry friction of a shaft sticks"
+    ):
+        sw.files.project_of(SLOW.replace("v_s: 0.02 rad/s", "v_s: 0.02 rad/s, width: 0.001 rad/s"))
+
+
 def own_move(drive, start, angle, time):
     """Times and pointing errors of a trapezoid and 0.4 s of rest."""
     ramp, top = time / 3.0, 1.5 * angle / time * drive.N
@@ -91,7 +146,7 @@ def test_friction_of_a_shaft_has_no_width_and_that_across_a_gear_needs_one():
     train = DryInertias(
         J_M, J_L, N, 1e4, 1.0, Friction(0.1, 0.1, 1.0), Friction(1.0, 1.0, 1.0), 0.0, 0.0, ((1, 1.0),), 10.0, 0.1, None
     ).train()
-    with pytest.raises(ValueError, match=r"Motor\.drag is a Coulomb with a width of 0\.5 rad/s; dry friction"):
+    with pytest.raises(ValueError, match=r"Motor\.drag has dry friction with a width of 0\.5 rad/s; that of a shaft"):
         sw.drive_run(train.with_motor(drag=sw.laws.Coulomb(0.1, 0.5)), None, 0.1)
     rough = sw.Parallel(sw.Linear(1e4), sw.laws.Coulomb(1.0))
     with pytest.raises(ValueError, match=r"DriveTrain\.law has a Coulomb without a width; between two shafts"):

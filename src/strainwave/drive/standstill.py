@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from itertools import product
-from math import nan, pi
+from math import isnan, nan, pi
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from ..base.law import states_of, torque_of
 from ..base.records import Result
 from ..base.results import SolveError
 from ..base.sentences import number
-from ..base.units import ARCSEC
+from ..base.units import ARCSEC, HERTZ
 from ..model.excitation import NoError
 from ..model.laws.dry import REST, breakaway, settled
 from ..model.train.controls import CascadeLoop, core_of, off_reference
@@ -30,6 +30,8 @@ SLIPS, SAME = 80, 1e-4  # slips that are followed, and relative difference of tw
 LONGEST = 26  # doublings of a stretch without a slip after which there is none
 FADES = 0.5  # of a slip half of them before: smaller ones may end
 SMALL = 1e-3  # of the largest slip: smaller ones are none
+HEAVY = 1e12  # times its inertia: a shaft that sticks
+STANDS = 1e-5  # of the largest pole: a smaller one is no motion
 INTEGRATED = 1e-9  # rad for 1 N*m: deviation of a motor that an integrator holds
 METHOD = Dopri5(rtol=1e-8)
 
@@ -57,6 +59,9 @@ class Standstill(Result):
         Whether every cycle of hunting is like the one before.
     slips : int
         Slips that were followed until they repeated or ended.
+    stuck : (float, float)
+        Lowest natural frequency [rad/s] of the load on the gear while the motor sticks, and of the motor with its loop
+        on the gear while the load sticks; nan for a shaft without dry friction, and where nothing vibrates.
     """
 
     sag: tuple[float, float]
@@ -69,6 +74,7 @@ class Standstill(Result):
     size: float
     regular: bool
     slips: int
+    stuck: tuple[float, float] = (nan, nan)
 
     @property
     def hunts(self) -> bool:
@@ -81,7 +87,9 @@ class Standstill(Result):
         return (
             Fact("standstill.sag_arcsec", self.sag), Fact("standstill.pointing_error_arcsec", self.error),
             Fact("standstill.integrates", self.integrates),
-            Fact("standstill.hunting", hunting if self.hunts else None), Fact("", self.sentences(), "{}"),
+            Fact("standstill.hunting", hunting if self.hunts else None),
+            Fact("standstill.stuck_hz", tuple(None if isnan(w) else w / HERTZ for w in self.stuck)),
+            Fact("", self.sentences(), "{}"),
         )  # fmt: skip
 
     def sentences(self) -> tuple[str, ...]:
@@ -92,10 +100,12 @@ class Standstill(Result):
         under = "" if low == high else f" under {low} to {high} N·m on the load"
         return (
             f"At standstill{under} {place}{dry}.",
-            *([self._hunting()] if self.integrates and self.motor_friction else []),
+            *([self.hunting()] if self.integrates and self.motor_friction else []),
+            *(said.format(w / HERTZ) for said, w in zip(STUCK, self.stuck, strict=True) if not isnan(w)),
         )
 
-    def _hunting(self) -> str:
+    def hunting(self) -> str:
+        """Whether it hunts, how far and with which period."""
         if not self.hunts and self.slips >= SLIPS:
             return f"After {SLIPS} slips the motor still sticks and slips; whether it ends was not found."
         if not self.hunts:
@@ -107,6 +117,10 @@ class Standstill(Result):
         return f"It hunts: the integrator makes the motor stick and slip by up to {size}, with {period}."
 
 
+STUCK = (
+    "While the motor sticks, the load vibrates on the gear at {:.4g} Hz.",
+    "While the load sticks, the motor with its loop vibrates on the gear at {:.4g} Hz.",
+)
 DRY = "; dry friction: {:.3g} N·m (motor), {:.3g} N·m (load)"
 
 
@@ -162,7 +176,16 @@ def standstill(project: Any) -> Standstill:
     sag, error = [(min(column), max(column)) for column in zip(*corners, strict=True)]
     integrates = bool(np.ptp([_rest(train, (torque, 0.0))[0] for torque in (0.0, 1.0)]) < INTEGRATED)
     period, size, regular, slips = _hunting(train) if integrates and frictions[0] else (nan, nan, False, 0)
-    return Standstill(sag, error, loads, *frictions, integrates, period, size, regular, slips)
+    shafts = train.with_motor(J=HEAVY * train.motor.J), train.with_load(J=HEAVY * train.load.end().J)
+    stuck = [_vibration(held) if T else nan for held, T in zip(shafts, frictions, strict=True)]
+    return Standstill(sag, error, loads, *frictions, integrates, period, size, regular, slips, (stuck[0], stuck[1]))
+
+
+def _vibration(train: DriveTrain) -> float:
+    """Lowest natural frequency [rad/s] of a train about its rest without dry friction; nan where nothing vibrates."""
+    poles = state_space(train, at=operating_state(train, 0.0)).poles
+    size = np.abs(poles[(poles.imag > 0.0) & (np.abs(poles) > STANDS * np.max(np.abs(poles)))])
+    return float(np.min(size, initial=np.inf)) if len(size) else nan
 
 
 def standing(project: Any) -> Standstill | None:

@@ -4,6 +4,7 @@ Gravity follows the load's angle, which turns N times slower than the motor: to 
 another one at every angle (quasi-static). Its own stiffness is left out: that of a gear is hundreds of times larger.
 """
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from ..base.series import largest_of_samples, oscillation
 from ..model.error_spectrum import extremes
 from ..model.excitation import Harmonics, shortest
 from ..model.gears.limits import cubic_means
+from ..model.laws.dry import is_dry, sliding
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.measured import RoundedPiecewiseLinear
 from ..model.laws.springs import PiecewiseLinear
@@ -34,6 +36,7 @@ from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
 from .reductions import left_out
 from .response import FEWEST, PER_HARMONIC, TurnResponse, gear_torque, sizes_of, sweep_on, turn_response
+from .stick_slip import slides, with_slips
 
 ROUNDED = 0.25  # of the widest corners that do not meet: sizes within 0.5 % of an integration with true corners
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
@@ -98,8 +101,8 @@ def refuse_free(train: DriveTrain) -> None:
 
 
 def at_load(train: DriveTrain) -> AtLoad:
-    """The train without gravity, in coordinates of the load."""
-    return AtLoad(without_gravity(train), train.omega)
+    """The train without gravity, whose shafts slide forward, in coordinates of the load."""
+    return AtLoad(sliding(without_gravity(train), 1.0), train.omega)
 
 
 def largest_oscillation(
@@ -188,10 +191,14 @@ def of_train(system: AtLoad, found: TurnResponse, without_angle: bool = False) -
     there = tuple(state @ synthesis(h, samples))
     train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
     torque, motor = torques(train, angles, there)
-    return DriveResponse(
+    response = DriveResponse(
         curve, sweep_on(curve), displacement_peaks(state[0]), largest_of_samples(torque), cubic_means(torque),
         not system.train.motor.free, without_angle, **sizes_of(motor),
     )  # fmt: skip
+    if train.motor.free or not is_dry(system.train) or np.all(keep := slides(train, angles, there)):
+        return response
+    response = with_slips(response, system.train, keep)
+    return replace(response, sweep=sweep_on(response.curve))
 
 
 def torques(train: Any, angles: Floats, y: tuple[Any, ...]) -> tuple[Floats, Floats]:

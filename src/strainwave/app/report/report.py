@@ -338,7 +338,7 @@ def drive_columns(speeds: Speeds, drive: DriveResponse) -> list[tuple[str, Float
         f"oscillation_of_{error}_rad": drive.oscillation, f"peak_{error}_rad": drive.peak,
         "peak_x_across_gear_rad": drive.across, "peak_torque_in_gear_Nm": drive.torque,
     }  # fmt: skip
-    if drive.curve.envelope is not None:
+    if drive.curve.beat is not None and drive.curve.envelope is not None:
         sizes[f"smallest_oscillation_of_{error}_rad"] = drive.curve.envelope[:, 1]
     sizes_of_motor = {"peak": drive.motor_torque, "rms": drive.motor_rms}
     motor = [(f"{name}_torque_of_motor_Nm", size) for name, size in sizes_of_motor.items() if size is not None]

@@ -7,7 +7,7 @@ import math
 from typing import Any
 
 from ...base.sentences import Angle, Sentence, Speed, listed
-from ...base.units import RPM
+from ...base.units import ARCSEC, RPM
 from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits
 from ...files.fields.groups import MEASURED
 from ...model.gears.limits import RATED, Finding, gravest
@@ -70,6 +70,13 @@ def share(view: View) -> float | None:
 
 
 def _headline(view: View, verdict: Verdict) -> str:
+    """Pass or fail, by how much or why, and whether the drive hunts."""
+    resting = None if view.analysis.train is None else view.analysis.train.resting
+    hunts = f"; it hunts at rest by ±{number(resting.size / ARCSEC, 3)} arcsec" if resting and resting.hunts else ""
+    return _passes(view, verdict) + hunts
+
+
+def _passes(view: View, verdict: Verdict) -> str:
     """Pass or fail, by how much or why."""
     if verdict.fault:
         return f"Fail at every speed; {_begun(verdict.fault)}"

@@ -29,7 +29,7 @@ from ...model.train.drive_train import DriveTrain
 from ...numerics.integration.methods import FixedStep
 from .c_code import CCode, Parameters, as_name, c_name, function, guarded, opening, struct, text_of, with_parameters
 from .fmu import child, element, write_fmu, written
-from .plant import plant_code, plant_of
+from .plant import creep_of, plant_code, plant_of
 from .traced import Recording, literal
 
 SMALL = "1e-09"  # kg*m^2 of the rotor's body: its inertia is the armature of its joint, and MuJoCo refuses 0
@@ -298,6 +298,7 @@ def export(
         remarks += [f"it takes steps of {plant.step:.6g} s, chosen for the fastest motion of this train", STIFFER]
     if getattr(source, "loaded_error", None) is not None:
         remarks.append(FORWARD)
+    remarks += creep_of(plant.train)
     if to == "c":
         plant_code(plant, name).write(path)
     elif not write_fmu(plant, path, name, int(to[-1])):

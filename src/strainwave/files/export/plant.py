@@ -18,6 +18,7 @@ from ...base.law import breakpoints_of
 from ...base.protocols import Law, with_parts
 from ...base.quantities import checked, number, numbers, shown
 from ...drive.state_space import state_space
+from ...model.laws.dry import SMOOTHED, law_width, smoothed
 from ...model.train.controls import FREE
 from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import AtRest
@@ -123,7 +124,7 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
     method = Dop8() if method is None else method
     if not isinstance(method, FixedStep):
         raise TypeError(f"method is {shown(method)}; C code takes fixed steps: give Rk4() or Dop8()")
-    train = train._replace(motor=train.motor._replace(control=FREE), reference=AtRest(), omega=1.0)
+    train = smoothed(train._replace(motor=train.motor._replace(control=FREE), reference=AtRest(), omega=1.0))
     states = len(train.state_names())
     begun = (0.0,) * states if start is None else tuple(numbers("start", start, count=states).tolist())
     fastest = _fastest(train)
@@ -166,6 +167,14 @@ class Stepped:
         return self.recording.called("rates(p, c, in, {0}, {1})", y, self.count)
 
 
+def creep_of(train: DriveTrain) -> list[str]:
+    """A sentence on the dry friction of the shafts in code of equal steps, if there is any."""
+    if not any(law_width(drag) for drag in (train.motor.drag, train.load.end().drag)):
+        return []
+    width = f"{SMOOTHED:g} rad/s of the motor and {SMOOTHED / train.N:.3g} rad/s of the load"
+    return [f"dry friction is smoothed below {width}, where the shafts creep and do not stick"]
+
+
 def plant_code(plant: Plant, name: str) -> CCode:
     """C code of a plant.
 
@@ -182,6 +191,7 @@ def plant_code(plant: Plant, name: str) -> CCode:
         f"Where a state is too stiff for a step, it is taken in equal parts, at most {MOST_PARTS}.",
         "The control loop of the train is left out: its torque is the input motor_torque.",
         "It computes what Python does, to the last bits where products and sums are not fused (-ffp-contract=off).",
+        *(f"{fact[0].upper()}{fact[1:]}." for fact in creep_of(plant.train)),
     ]
     top = opening(name, "motor, strain wave gear and load under torques on both shafts.", facts, plant.train)
     numbers, bodies = with_parameters(plant.train, lambda numbers: (numbers, _recorded(plant, numbers)))

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from ...base.law import class_of, energy_of, has, losses_of, rest, share, torque_of, z_rate_of
 from ...base.quantities import Ratio, Reals, States
+from ...compile.elementwise import select
 from ...compile.jit import chosen
 from .friction import Coulomb, LuGre, Stribeck, Viscous
 from .hysteresis import Parallel
@@ -17,6 +18,7 @@ from .hysteresis import Parallel
 STUCK = 2.0**60  # times its inertia: a shaft that sticks
 REST = 1e-9  # rad/s for 1 rad/s of the motor: a slower shaft is at rest
 CREEP = 1e-11  # rad/s beyond rest at which a slip ends, far above the rounding of speeds
+SMOOTHED = 0.1  # rad/s of the motor, 1 rpm: below it dry friction creeps where steps are equal
 SPARE = 1e-9  # of the break-away torque by which it is exceeded when a slip begins
 
 
@@ -87,7 +89,7 @@ def _of_both(law: Any) -> Any:
 
 
 def _at_rest(law: Any) -> Any:
-    return law.sliding(0.0)
+    return select(law.width == 0.0, law.sliding(0.0), 0.0)
 
 
 def _none(law: Any) -> Any:
@@ -134,6 +136,11 @@ def stuck(law: Any) -> Any:
     return Dry(law.drag, 0.0) if isinstance(law, Dry) else law
 
 
+def parted(law: Any) -> float:
+    """Speed [rad/s] above which a shaft of a drag only slides: three times that by which its friction has fallen."""
+    return max(3.0 * part.v_s if isinstance(part, Stribeck) else 0.0 for part in _parts(law))
+
+
 def sign_at(law: Any, v: float, pull: float, rests: bool) -> float:
     """Sign of a slip at a speed [rad/s], or from rest under a pull [N*m], where it has none within the break-away."""
     if rests and abs(pull) <= breakaway(law):
@@ -150,11 +157,30 @@ def sliding(train: Any, speed: float) -> Any:
     return train.with_motor(drag=slides(train.motor.drag)).with_load(drag=slides(train.load.end().drag))
 
 
+def is_dry(train: Any) -> bool:
+    """Whether there is dry friction on a shaft of a train."""
+    return bool(breakaway(train.motor.drag) or breakaway(train.load.end().drag))
+
+
 def smooth(law: Any) -> Any:
     """A drag without its dry friction."""
     if isinstance(law, Parallel):
         return Parallel(smooth(law.first), smooth(law.second))
-    return Coulomb(0.0) if isinstance(law, Coulomb | Stribeck) else law
+    return Coulomb(0.0) if breakaway(law) else law
+
+
+def smoothed(train: Any) -> Any:
+    """A drive train for equal steps: dry friction of its shafts creeps below `SMOOTHED`, that of the load over N."""
+
+    def creeping(law: Any, width: float) -> Any:
+        if isinstance(law, Parallel):
+            return Parallel(creeping(law.first, width), creeping(law.second, width))
+        if isinstance(law, Stribeck):
+            width = min(width, 0.1 * law.v_s)
+        return law._replace(width=width) if isinstance(law, Coulomb | Stribeck) else law
+
+    motor, load = creeping(train.motor.drag, SMOOTHED), creeping(train.load.end().drag, SMOOTHED / train.N)
+    return train.with_motor(drag=motor).with_load(drag=load)
 
 
 def settled(law: Any) -> Any:
@@ -166,14 +192,18 @@ def settled(law: Any) -> Any:
     return law
 
 
+def law_width(drag: Any) -> float:
+    """Largest width [rad/s] of the friction in a drag, 0 of one that sticks or has none."""
+    return max(getattr(part, "width", 0.0) for part in _parts(drag))
+
+
 def refuse_smooth(where: str, drag: Any) -> None:
     """Refuse the drag of a shaft with friction that creeps (ValueError): `where` names it."""
-    for part in _parts(drag):
-        if getattr(part, "width", 0.0):
-            raise ValueError(
-                f"{where} is a {type(part).__name__} with a width of {part.width:g} rad/s; dry friction of a shaft "
-                "sticks and has no width: leave it out"
-            )
+    if width := law_width(drag):
+        raise ValueError(
+            f"{where} has dry friction with a width of {width:g} rad/s; that of a shaft sticks and has no width: leave "
+            "it out"
+        )
 
 
 def refuse_dry(where: str, law: Any) -> None:
@@ -187,7 +217,9 @@ def refuse_dry(where: str, law: Any) -> None:
 
 
 def _parts(law: Any) -> Iterator[Any]:
-    if isinstance(law, Parallel):
+    if isinstance(law, Dry):
+        yield from _parts(law.drag)
+    elif isinstance(law, Parallel):
         yield from (*_parts(law.first), *_parts(law.second))
     else:
         yield law

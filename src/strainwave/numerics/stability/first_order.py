@@ -243,11 +243,12 @@ def multipliers_of(flow: Floats) -> NDArray[np.complex128]:
 def tests_of(multipliers: NDArray[np.complex128]) -> dict[int, Floats]:
     """What changes sign at a period doubling, a fold or branch point, and a Neimark-Sacker point."""
     pairs = list(combinations(range(multipliers.shape[1]), 2))
-    torus = np.prod([multipliers[:, i] * multipliers[:, j] - 1.0 for i, j in pairs], axis=0).real if pairs else None
-    found = {
-        DOUBLING: np.prod(1.0 + multipliers, axis=1).real,
-        BRANCH_POINT: np.prod(1.0 - multipliers, axis=1).real,
-    }
+    with np.errstate(over="ignore", invalid="ignore"):  # of a turn that is long beside what grows in it
+        torus = np.prod([multipliers[:, i] * multipliers[:, j] - 1.0 for i, j in pairs], axis=0).real if pairs else None
+        found = {
+            DOUBLING: np.prod(1.0 + multipliers, axis=1).real,
+            BRANCH_POINT: np.prod(1.0 - multipliers, axis=1).real,
+        }
     return found if torus is None else found | {NEIMARK_SACKER: torus}
 
 

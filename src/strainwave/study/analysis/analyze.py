@@ -297,7 +297,9 @@ def _whole_train(
     )  # fmt: skip
     progress("standstill", 0.88)
     resting = standing(project)
-    return study if resting is None else replace(study, remarks=(*study.remarks, *resting.sentences()))
+    if resting is None:
+        return study
+    return replace(study, resting=resting, remarks=(*study.remarks, *resting.sentences()))
 
 
 def _with_gravity(

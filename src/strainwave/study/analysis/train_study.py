@@ -20,6 +20,7 @@ from ...drive.operating_point import operating_state, with_mean_torques
 from ...drive.reductions import Reductions, compare_with_train
 from ...drive.response import damping_of
 from ...drive.run import DriveRun, drive_run
+from ...drive.standstill import Standstill
 from ...drive.two_turns import drive_curve
 from ...model.excitation import mean_torque
 from ...model.gears.gear import Gear
@@ -156,6 +157,8 @@ class TrainStudy:
     gravity : (float, float) or None
         Speed [rad/s] and size [rad] of the largest oscillation about the slow mean with gravity exactly in the motion,
         where `curve` leaves it out; None where it is not computed.
+    resting : Standstill or None
+        Where it rests, and whether it hunts.
     """
 
     train: DriveTrain
@@ -171,6 +174,7 @@ class TrainStudy:
     motions: tuple[DriveMotion | None, ...]
     remarks: tuple[str, ...]
     gravity: tuple[float, float] | None = None
+    resting: Standstill | None = None
 
     @property
     def run_alone(self) -> Ramp | None:

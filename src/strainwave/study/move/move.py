@@ -21,9 +21,11 @@ from ...base.units import ARCSEC, RPM
 from ...drive.asked import PEAK, Feedforward, MotorLimits, Payload, Task
 from ...drive.project import Project
 from ...drive.run import INPUTS, waiting
+from ...drive.standstill import standing
 from ...drive.state_space import state_space
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, bearing_life, check_limits
+from ...model.laws.dry import is_dry
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
@@ -212,6 +214,8 @@ def move(
         plain = Quintic.through(smooth.t, *smooth.pointing(), smooth.steps)
         t = whole.dense(WITHIN)
         passed = tuple(passes(crossed, mover.train, path, t, whole.at(t) - plain.at(t)))
+    if is_dry(mover.train) and (resting := standing(project)) and resting.hunts:
+        mover = replace(mover, remarks=(*mover.remarks, f"At rest: {resting.hunting()}"))
     found = _result(mover, path, run, window, spans, passed, [*_rests(mover, path, run, decay, method)])
     return replace(found, fault=_fault(project, task.payload if payload is None else payload))
 

@@ -1,0 +1,112 @@
+"""Steady motions at speeds at which dry friction lets a shaft stick or slip: by integration in time.
+
+Where both shafts keep turning one way, well above the speed by which friction has fallen, it is a constant torque, and
+the balance of a motion that repeats with every turn holds. Elsewhere the drive is integrated.
+"""
+
+import logging
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.results import Branch, Floats
+from ..base.sentences import Sentence, Speed
+from ..model.laws.dry import parted
+from ..model.train.drive_train import DriveTrain
+from ..numerics.integration.methods import Dopri5
+from ..numerics.integration.simulate import simulate
+from .drive_response import DriveResponse
+from .operating_point import operating_state
+from .state_space import state_space
+
+SPEEDS = 9  # that are integrated, evenly over the logarithm
+SETTLED = 30.0  # time constants of the slowest motion, and a turn of the motor, before the turn in which sizes count
+METHOD = Dopri5(rtol=1e-7, atol=1e-11, max_steps=2_000_000)
+SLOWEST = 1e-9  # of the largest pole: a smaller one is no motion
+
+log = logging.getLogger(__name__)
+
+
+class Sizes(NamedTuple):
+    """Largest sizes of a motion in time.
+
+    Oscillation and size of the error [rad], size of the error across the gear [rad], of the torque in the gear and its
+    cubic mean, of that of the motor, its mean and its rms [N*m].
+    """
+
+    oscillation: float
+    peak: float
+    across: float
+    torque: float
+    mean_torque: float
+    motor_torque: float
+    motor_mean: float
+    motor_rms: float
+
+
+def slides(train: DriveTrain, angles: Floats, y: Any) -> NDArray[np.bool_]:
+    """Whether the shafts of a train with dry friction only slide, in states (states, n, samples) over whole turns."""
+    motor, load = train.motor_speed(angles, y), train.load_speed(angles, y)
+    drags = train.motor.drag, train.load.end().drag
+    enough = [np.min(v + 0.0 * y[0], axis=-1) > parted(drag) for v, drag in zip((motor, load), drags, strict=True)]
+    if train.motor.held:
+        return np.asarray(enough[1])
+    return np.asarray(enough[0] & enough[1])
+
+
+def with_slips(response: DriveResponse, train: DriveTrain, keep: NDArray[np.bool_]) -> DriveResponse:
+    """The response with sizes by integration where its motions are not to `keep`, in points of a curve in arc order."""
+    curve = response.curve
+    low, high = float(np.min(curve.omega[~keep])), float(np.max(curve.omega[~keep]))
+    speeds = np.geomspace(low, high, SPEEDS) if high > low else np.array([low])
+    rows = []
+    for i, speed in enumerate(speeds.tolist()):
+        log.info("stick and slip at %.4g rad/s, %d of %d", speed, i + 1, len(speeds))
+        rows.append(in_time(train, speed))
+    table = np.array(rows).T
+
+    def mixed(name: str, whole: Any) -> Any:
+        own = np.interp(np.log(curve.omega), np.log(speeds), table[Sizes._fields.index(name)])
+        return None if whole is None else np.where(keep, whole, own)
+
+    oscillation = mixed("oscillation", curve.oscillation)
+    falls = state_space(train, at=operating_state(train, low), speed=low)
+    why = "" if falls.stable else ", and its friction falls so fast that the loop is unstable"
+    said = Sentence(
+        "from {} to {} a shaft may stick{}: sizes there are those of an integration in time at {} speeds",
+        Speed(low), Speed(high), why, len(speeds),
+    )  # fmt: skip
+    sized: Branch = replace(
+        curve, peak=mixed("peak", curve.peak), envelope=np.column_stack([oscillation, oscillation]),
+        stable=curve.stable | ~keep, folds=[fold for fold in curve.folds if not low <= fold.omega <= high],
+        message=Sentence("{}; {}", curve.message, said),
+    )  # fmt: skip
+    others = {name: mixed(name, getattr(response, name)) for name in Sizes._fields[2:]}
+    return replace(response, curve=sized, **others)
+
+
+def in_time(train: DriveTrain, speed: float) -> Sizes:
+    """Sizes of the motion of a train at a speed [rad/s] of its motor, as it begins from rest."""
+    moving, state = train._replace(omega=speed), operating_state(train, 0.0)
+    poles = state_space(train, at=state).poles
+    if not train.motor.held:
+        state[3] = -speed  # behind its reference
+    decays = -poles.real[poles.real < -SLOWEST * np.max(np.abs(poles))]
+    turn = 2.0 * math.pi / speed
+    run = simulate(moving, state, (0.0, SETTLED / float(np.min(decays)) + 2.0 * turn), method=METHOD)
+    use = run.t >= run.t[-1] - min(turn, 0.5 * run.t[-1])
+    t, y, phase = run.t[use], tuple(run.y[:, use]), speed * run.t[use]
+    error, torque, motor = moving.pointing_error(y), moving.torque(phase, y), moving.motor_torque(phase, y)
+    error, torque, motor = (np.asarray(value + 0.0 * t) for value in (error, torque, motor))
+
+    def mean(value: Floats) -> float:
+        return float(np.trapezoid(value, t) / (t[-1] - t[0]))
+
+    off, size = np.abs(error - mean(error)), np.abs(torque)
+    return Sizes(
+        float(np.max(off)), float(np.max(np.abs(error))), float(np.max(np.abs(y[0]))), float(np.max(size)),
+        math.cbrt(mean(size**3)), float(np.max(np.abs(motor))), mean(motor), math.sqrt(mean(motor * motor)),
+    )  # fmt: skip
