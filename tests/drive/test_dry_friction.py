@@ -8,6 +8,7 @@ from dry_inertias import ARCSEC, DryInertias, Friction, drawn
 
 import strainwave as sw
 from strainwave.drive.stick_slip import in_time
+from strainwave.files.reading import ProjectError, from_text
 
 NO_GEAR, J_M, J_L, N = sw.Linear(0.0), 2e-4, 1.5, 100.0
 
@@ -119,10 +120,8 @@ def test_a_slow_range_has_its_stick_slip_and_says_so(tmp_path):
     assert np.min(found.oscillation[slow]) > 25.0 * ARCSEC > 9.0 * ARCSEC > np.max(found.oscillation[~slow])
     assert "a shaft may stick, and its friction falls so fast that the loop is unstable" in str(found.message)
     assert found.motor_torque[np.argmax(found.omega)] == pytest.approx(0.05, abs=2e-3)
-    with pytest.raises(
-        sw.files.ProjectError, match=r"motor\.drag\.width: is no field here: dry friction of a shaft sticks"
-    ):
-        sw.files.project_of(SLOW.replace("v_s: 0.02 rad/s", "v_s: 0.02 rad/s, width: 0.001 rad/s"))
+    with pytest.raises(ProjectError, match=r"motor\.drag\.width: is no field here: dry friction of a shaft sticks"):
+        from_text(SLOW.replace("v_s: 0.02 rad/s", "v_s: 0.02 rad/s, width: 0.001 rad/s"), tmp_path / "wide.yaml")
 
 
 def own_move(drive, start, angle, time):
