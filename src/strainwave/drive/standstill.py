@@ -167,7 +167,7 @@ def standstill(project: Any) -> Standstill:
     train = train.with_motor(drag=settled(train.motor.drag)).with_load(drag=settled(train.load.end().drag))
     if not _is_held(train):
         raise ValueError("the motor has no loop that holds its angle; give it a position loop or a cascade")
-    frictions = breakaway(train.motor.drag), breakaway(train.load.end().drag)
+    frictions = float(breakaway(train.motor.drag)), float(breakaway(train.load.end().drag))
     loads = low + least, high + most
     corners = [
         _rest(train, (push, drag + load - mean))

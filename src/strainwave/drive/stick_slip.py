@@ -22,8 +22,8 @@ from .drive_response import DriveResponse
 from .operating_point import operating_state
 from .state_space import state_space
 
-SPEEDS = 9  # that are integrated, evenly over the logarithm
-SETTLED = 30.0  # time constants of the slowest motion, and a turn of the motor, before the turn in which sizes count
+SPEEDS = 7  # that are integrated, evenly over the logarithm
+SETTLED, LONGEST = 80.0, 240.0  # time constants of the slowest motion before, and at most in which sizes count
 METHOD = Dopri5(rtol=1e-7, atol=1e-11, max_steps=2_000_000)
 SLOWEST = 1e-9  # of the largest pole: a smaller one is no motion
 
@@ -34,7 +34,8 @@ class Sizes(NamedTuple):
     """Largest sizes of a motion in time.
 
     Oscillation and size of the error [rad], size of the error across the gear [rad], of the torque in the gear and its
-    cubic mean, of that of the motor, its mean and its rms [N*m].
+    cubic mean, of that of the motor, its mean and its rms [N*m]. `part` is 1 where they are of less than a turn; the
+    size of the error is then that about its mean.
     """
 
     oscillation: float
@@ -45,12 +46,13 @@ class Sizes(NamedTuple):
     motor_torque: float
     motor_mean: float
     motor_rms: float
+    part: float
 
 
-def slides(train: DriveTrain, angles: Floats, y: Any) -> NDArray[np.bool_]:
-    """Whether the shafts of a train with dry friction only slide, in states (states, n, samples) over whole turns."""
+def slides(train: Any, rough: DriveTrain, angles: Floats, y: Any) -> NDArray[np.bool_]:
+    """Whether shafts with the dry friction of a `rough` train only slide, in states (states, n, samples) of turns."""
     motor, load = train.motor_speed(angles, y), train.load_speed(angles, y)
-    drags = train.motor.drag, train.load.end().drag
+    drags = rough.motor.drag, rough.load.end().drag
     enough = [np.min(v + 0.0 * y[0], axis=-1) > parted(drag) for v, drag in zip((motor, load), drags, strict=True)]
     if train.motor.held:
         return np.asarray(enough[1])
@@ -66,13 +68,17 @@ def with_slips(response: DriveResponse, train: DriveTrain, keep: NDArray[np.bool
     for i, speed in enumerate(speeds.tolist()):
         log.info("stick and slip at %.4g rad/s, %d of %d", speed, i + 1, len(speeds))
         rows.append(in_time(train, speed))
-    table = np.array(rows).T
+    table, order = np.array(rows).T, np.argsort(curve.omega)
 
-    def mixed(name: str, whole: Any) -> Any:
-        own = np.interp(np.log(curve.omega), np.log(speeds), table[Sizes._fields.index(name)])
-        return None if whole is None else np.where(keep, whole, own)
+    def mixed(name: str, whole: Any, slow: bool = False) -> Any:
+        if whole is None:
+            return None
+        own = table[Sizes._fields.index(name)]
+        if slow:  # what varies over the turn is beside the slips of a part of it
+            own = own + table[-1] * np.interp(speeds, curve.omega[order], whole[order])
+        return np.where(keep, whole, np.interp(np.log(curve.omega), np.log(speeds), own))
 
-    oscillation = mixed("oscillation", curve.oscillation)
+    oscillation = mixed("oscillation", curve.oscillation, True)
     falls = state_space(train, at=operating_state(train, low), speed=low)
     why = "" if falls.stable else ", and its friction falls so fast that the loop is unstable"
     said = Sentence(
@@ -80,11 +86,11 @@ def with_slips(response: DriveResponse, train: DriveTrain, keep: NDArray[np.bool
         Speed(low), Speed(high), why, len(speeds),
     )  # fmt: skip
     sized: Branch = replace(
-        curve, peak=mixed("peak", curve.peak), envelope=np.column_stack([oscillation, oscillation]),
+        curve, peak=mixed("peak", curve.peak, True), envelope=np.column_stack([oscillation, oscillation]),
         stable=curve.stable | ~keep, folds=[fold for fold in curve.folds if not low <= fold.omega <= high],
         message=Sentence("{}; {}", curve.message, said),
     )  # fmt: skip
-    others = {name: mixed(name, getattr(response, name)) for name in Sizes._fields[2:]}
+    others = {name: mixed(name, getattr(response, name)) for name in Sizes._fields[2:-1]}
     return replace(response, curve=sized, **others)
 
 
@@ -95,9 +101,10 @@ def in_time(train: DriveTrain, speed: float) -> Sizes:
     if not train.motor.held:
         state[3] = -speed  # behind its reference
     decays = -poles.real[poles.real < -SLOWEST * np.max(np.abs(poles))]
-    turn = 2.0 * math.pi / speed
-    run = simulate(moving, state, (0.0, SETTLED / float(np.min(decays)) + 2.0 * turn), method=METHOD)
-    use = run.t >= run.t[-1] - min(turn, 0.5 * run.t[-1])
+    turn, slowest = 2.0 * math.pi / speed, 1.0 / float(np.min(decays))
+    length = min(turn, LONGEST * slowest)
+    run = simulate(moving, state, (0.0, SETTLED * slowest + length), method=METHOD)
+    use = run.t >= run.t[-1] - length
     t, y, phase = run.t[use], tuple(run.y[:, use]), speed * run.t[use]
     error, torque, motor = moving.pointing_error(y), moving.torque(phase, y), moving.motor_torque(phase, y)
     error, torque, motor = (np.asarray(value + 0.0 * t) for value in (error, torque, motor))
@@ -105,8 +112,9 @@ def in_time(train: DriveTrain, speed: float) -> Sizes:
     def mean(value: Floats) -> float:
         return float(np.trapezoid(value, t) / (t[-1] - t[0]))
 
-    off, size = np.abs(error - mean(error)), np.abs(torque)
+    off, size, part = np.max(np.abs(error - mean(error))), np.abs(torque), length < turn
     return Sizes(
-        float(np.max(off)), float(np.max(np.abs(error))), float(np.max(np.abs(y[0]))), float(np.max(size)),
+        float(off), float(off if part else np.max(np.abs(error))), float(np.max(np.abs(y[0]))), float(np.max(size)),
         math.cbrt(mean(size**3)), float(np.max(np.abs(motor))), mean(motor), math.sqrt(mean(motor * motor)),
+        float(part),
     )  # fmt: skip

@@ -18,7 +18,7 @@ from ..base.series import largest_of_samples, oscillation
 from ..model.error_spectrum import extremes
 from ..model.excitation import Harmonics, shortest
 from ..model.gears.limits import cubic_means
-from ..model.laws.dry import is_dry, sliding
+from ..model.laws.dry import is_dry, rubbing, smooth
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.measured import RoundedPiecewiseLinear
 from ..model.laws.springs import PiecewiseLinear
@@ -34,6 +34,7 @@ from ..numerics.continuation.trace import Trace, solve, with_crests, with_multip
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
+from .operating_point import with_more
 from .reductions import left_out
 from .response import FEWEST, PER_HARMONIC, TurnResponse, gear_torque, sizes_of, sweep_on, turn_response
 from .stick_slip import slides, with_slips
@@ -76,7 +77,7 @@ def train_curve(
     found = turn_response(system, speeds, points, harmonics, coexisting)
     if not len(found.curve):
         return None
-    response = of_train(system, found, follows_its_angle(train))
+    response = of_train(system, found, follows_its_angle(train), train if is_dry(train) else None)
     return None if response.sweep is None else response  # nothing stable to follow
 
 
@@ -101,8 +102,17 @@ def refuse_free(train: DriveTrain) -> None:
 
 
 def at_load(train: DriveTrain) -> AtLoad:
-    """The train without gravity, whose shafts slide forward, in coordinates of the load."""
-    return AtLoad(sliding(without_gravity(train), 1.0), train.omega)
+    """The train without gravity, whose shafts slide forward, in coordinates of the load.
+
+    Its dry friction is a constant torque beside those of the shafts.
+    """
+    plain, drags = without_gravity(train), (train.motor.drag, train.load.end().drag)
+    if is_dry(train):
+        motor, load = plain.motor, plain.load.end()
+        given = [with_more(shaft.excitation, -rubbing(d)) for shaft, d in zip((motor, load), drags, strict=True)]
+        plain = plain.with_motor(drag=smooth(motor.drag), excitation=given[0])
+        plain = plain.with_load(drag=smooth(load.drag), excitation=given[1])
+    return AtLoad(plain, train.omega)
 
 
 def largest_oscillation(
@@ -179,8 +189,13 @@ def _no_angle(law: Any) -> Any:
     return Parallel(*map(_no_angle, law)) if isinstance(law, Parallel) else law
 
 
-def of_train(system: AtLoad, found: TurnResponse, without_angle: bool = False) -> DriveResponse:
-    """The motions on a curve of a train, with a sweep on it and what they ask of gear and motor."""
+def of_train(
+    system: AtLoad, found: TurnResponse, without_angle: bool = False, rough: DriveTrain | None = None
+) -> DriveResponse:
+    """The motions on a curve of a train, with a sweep on it and what they ask of gear and motor.
+
+    Of a `rough` train the system has the dry friction as a constant torque.
+    """
     problem, points, curve = found
     flow, orbits, times = problem.disturbed(np.ascontiguousarray(points))
     omega, series, turn = orbits[:, -1], flow.series(orbits), 2.0 * np.pi * problem.turns / times
@@ -191,13 +206,14 @@ def of_train(system: AtLoad, found: TurnResponse, without_angle: bool = False) -
     there = tuple(state @ synthesis(h, samples))
     train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
     torque, motor = torques(train, angles, there)
+    motor = motor + (0.0 if rough is None else rubbing(rough.motor.drag))
     response = DriveResponse(
         curve, sweep_on(curve), displacement_peaks(state[0]), largest_of_samples(torque), cubic_means(torque),
         not system.train.motor.free, without_angle, **sizes_of(motor),
     )  # fmt: skip
-    if train.motor.free or not is_dry(system.train) or np.all(keep := slides(train, angles, there)):
+    if rough is None or train.motor.free or np.all(keep := slides(train, rough, angles, there)):
         return response
-    response = with_slips(response, system.train, keep)
+    response = with_slips(response, without_gravity(rough), keep)
     return replace(response, sweep=sweep_on(response.curve))
 
 

@@ -17,11 +17,9 @@ from ...base.law import breakpoints_of, depends, spring_stiffness
 from ...base.results import SolveError
 from ...base.sentences import number
 from ...model.controllers.closed_loop import Sampling
-from ...model.laws.friction import Coulomb, LuGre, Stribeck, Viscous
-from ...model.laws.hysteresis import Parallel
+from ...model.laws.dry import without_dry_friction
 from ...model.train.controls import PositionLoop, SpeedLoop
 from ...model.train.drive_train import DriveTrain
-from ...model.train.shafts import NO_DRAG
 from ...numerics.operating_point import loaded_state
 from ..margins import Margins, loop_of, margins
 from ..operating_point import operating_state
@@ -194,20 +192,6 @@ def _stiffness(train: DriveTrain, torque: float) -> tuple[float, ...]:
         except (ValueError, SolveError, AttributeError):  # a law that cannot carry it, or without a stiffness
             found.append(-torque)
     return tuple(found)
-
-
-def without_dry_friction(train: DriveTrain) -> DriveTrain:
-    """The train with the viscous part alone of the drags of its shafts."""
-    end = train.load.end()
-    return train.with_motor(drag=_sliding(train.motor.drag)).with_load(drag=_sliding(end.drag))
-
-
-def _sliding(law: Any) -> Any:
-    if isinstance(law, Parallel):
-        return Parallel(_sliding(law.first), _sliding(law.second))
-    if isinstance(law, LuGre):
-        return Viscous(law.sigma_2)
-    return NO_DRAG if isinstance(law, Coulomb | Stribeck) else law
 
 
 def worst_margins(project: Any) -> WorstMargins | None:

@@ -14,6 +14,7 @@ from ...compile.elementwise import select
 from ...compile.jit import chosen
 from .friction import Coulomb, LuGre, Stribeck, Viscous
 from .hysteresis import Parallel
+from .springs import Linear
 
 STUCK = 2.0**60  # times its inertia: a shaft that sticks
 REST = 1e-9  # rad/s for 1 rad/s of the motor: a slower shaft is at rest
@@ -136,6 +137,11 @@ def stuck(law: Any) -> Any:
     return Dry(law.drag, 0.0) if isinstance(law, Dry) else law
 
 
+def rubbing(law: Any) -> float:
+    """Torque [N*m] of the dry friction in a drag, well above the speed by which it has fallen."""
+    return float(sum(part.T_c for part in _parts(law) if isinstance(part, Coulomb | Stribeck) and not part.width))
+
+
 def parted(law: Any) -> float:
     """Speed [rad/s] above which a shaft of a drag only slides: three times that by which its friction has fallen."""
     return max(3.0 * part.v_s if isinstance(part, Stribeck) else 0.0 for part in _parts(law))
@@ -166,7 +172,13 @@ def smooth(law: Any) -> Any:
     """A drag without its dry friction."""
     if isinstance(law, Parallel):
         return Parallel(smooth(law.first), smooth(law.second))
-    return Coulomb(0.0) if breakaway(law) else law
+    return Linear(0.0) if breakaway(law) else law
+
+
+def without_dry_friction(train: Any) -> Any:
+    """A drive train without the dry friction of its shafts, bristles included."""
+    motor, load = settled(train.motor.drag), settled(train.load.end().drag)
+    return sliding(train.with_motor(drag=motor).with_load(drag=load), 0.0)
 
 
 def smoothed(train: Any) -> Any:
