@@ -177,13 +177,14 @@ def standstill(project: Any) -> Standstill:
     integrates = bool(np.ptp([_rest(train, (torque, 0.0))[0] for torque in (0.0, 1.0)]) < INTEGRATED)
     period, size, regular, slips = _hunting(train) if integrates and frictions[0] else (nan, nan, False, 0)
     shafts = train.with_motor(J=HEAVY * train.motor.J), train.with_load(J=HEAVY * train.load.end().J)
-    stuck = [_vibration(held) if T else nan for held, T in zip(shafts, frictions, strict=True)]
+    state = operating_state(train, 0.0)
+    stuck = [_vibration(held, state) if T else nan for held, T in zip(shafts, frictions, strict=True)]
     return Standstill(sag, error, loads, *frictions, integrates, period, size, regular, slips, (stuck[0], stuck[1]))
 
 
-def _vibration(train: DriveTrain) -> float:
-    """Lowest natural frequency [rad/s] of a train about its rest without dry friction; nan where nothing vibrates."""
-    poles = state_space(train, at=operating_state(train, 0.0)).poles
+def _vibration(train: DriveTrain, state: Floats) -> float:
+    """Lowest natural frequency [rad/s] of a train about a state, without dry friction; nan where nothing vibrates."""
+    poles = state_space(train, at=state).poles
     size = np.abs(poles[(poles.imag > 0.0) & (np.abs(poles) > STANDS * np.max(np.abs(poles)))])
     return float(np.min(size, initial=np.inf)) if len(size) else nan
 

@@ -26,7 +26,7 @@ MOTOR_DRAG = ("inertia: 5 kg*cm^2", "inertia: 5 kg*cm^2, drag: {type: viscous, B
 GRAVITY = ("inertia: 1 kg*m^2", "inertia: 1 kg*m^2, drag: {type: angle_torque, amplitude: 40 N*m}")
 FRICTION = (
     "inertia: 1 kg*m^2",
-    "inertia: 1 kg*m^2, drag: {type: coulomb, T_c: 4 N*m}",
+    "inertia: 1 kg*m^2, drag: {type: quadratic_damping, D: 4 N*m*s^2/rad^2}",
 )
 COUPLING = (
     "inertia: 1 kg*m^2",

@@ -209,15 +209,6 @@ def law_width(drag: Any) -> float:
     return max(getattr(part, "width", 0.0) for part in _parts(drag))
 
 
-def refuse_smooth(where: str, drag: Any) -> None:
-    """Refuse the drag of a shaft with friction that creeps (ValueError): `where` names it."""
-    if width := law_width(drag):
-        raise ValueError(
-            f"{where} has dry friction with a width of {width:g} rad/s; that of a shaft sticks and has no width: leave "
-            "it out"
-        )
-
-
 def refuse_dry(where: str, law: Any) -> None:
     """Refuse a law between shafts whose friction has no width (ValueError): `where` names it."""
     for part in _parts(law):

@@ -100,7 +100,7 @@ class Coulomb(NamedTuple):
 
     Beside the spring of a gear, between two shafts, it is T_c v/sqrt(v^2 + width^2), smoothed over the speed `width`:
     at v = width it is 71 % of T_c, at 10 widths 99.5 %, and under a torque below T_c it creeps; take a width well below
-    the speeds that matter, or `LuGre`. A shaft has no width. Odd.
+    the speeds that matter, or `LuGre`. Give a shaft none. Odd.
     """
 
     T_c: Torque

@@ -13,7 +13,7 @@ from ...base.law import check_law, energy_of, heat_of, kinks_of, rest, share, st
 from ...base.protocols import lacking, need
 from ...base.quantities import SMALLEST, Damping, Inertia, Reals, States, shown
 from ..excitation import Harmonic
-from ..laws.dry import moved, refuse_dry, refuse_smooth
+from ..laws.dry import moved, refuse_dry
 from ..laws.springs import Linear
 from .controls import FREE, Free, Held
 
@@ -223,4 +223,3 @@ def _check_shaft(shaft: Any) -> None:
     need(f"{name}.excitation", shaft.excitation, "torque(angle)")
     need(f"{name}.drag", shaft.drag, "torque")
     check_law(f"{name}.drag", shaft.drag)
-    refuse_smooth(f"{name}.drag", shaft.drag)
