@@ -10,7 +10,7 @@ import numpy as np
 from ..base.facts import Fact
 from ..base.law import states_of, torque_of
 from ..base.records import Result
-from ..base.results import SolveError
+from ..base.results import Floats, SolveError
 from ..base.sentences import number
 from ..base.units import ARCSEC, HERTZ
 from ..model.excitation import NoError
