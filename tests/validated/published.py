@@ -76,7 +76,7 @@ def ishigami():
     rng = np.random.default_rng(0)
     x = rng.uniform(-np.pi, np.pi, (3, 8000))
     y = np.sin(x[0]) + 7.0 * np.sin(x[1]) ** 2 + 0.1 * x[2] ** 4 * np.sin(x[0])
-    rows = {row.path: row.index for row in ranking(dict(zip("abc", x, strict=True)), y, rng).rows}
+    rows = {row.path: row.index for row in ranking(dict(zip("abc", x, strict=True)), y).rows}
     return [rows[path] for path in "abc"]
 
 

@@ -16,7 +16,6 @@ from scipy.special import ndtr
 
 from ...base.results import Floats
 
-RESAMPLED = 200
 COSINES = 1.3  # times the cube root of the number of drives: functions of an input's share in its regression
 SINGLE = 0.99  # leverage from which a drive alone decides its own fit
 LIKELY = 1.36  # over sqrt(n): distance from the ranks that a known distribution exceeds in 5 % of samples
@@ -31,17 +30,12 @@ class Influence:
     ----------
     path : str
         The parameter.
-    coefficient, coefficient_error : float
-        Standardised regression coefficient and its standard error: by how many standard deviations the output changes
-        with one of the parameter, as far as that is linear.
     index, index_error : float
         First-order index and its standard error. In samples of 32 to 2000, 1.96 of them on both sides hold the index
         of linear functions, products and Ishigami's in 90 to 99 % of samples; in more where it is near 0.
     """
 
     path: str
-    coefficient: float
-    coefficient_error: float
     index: float
     index_error: float
 
@@ -53,35 +47,15 @@ class Influence:
 
 @dataclass(frozen=True)
 class Ranking:
-    """Parameters by their first-order index, and the share of the variance that a linear model explains (R^2)."""
+    """Parameters by their first-order index."""
 
     rows: tuple[Influence, ...]
-    linear_share: float
 
 
-def ranking(inputs: dict[str, Floats], output: Floats, rng: np.random.Generator) -> Ranking:
+def ranking(inputs: dict[str, Floats], output: Floats) -> Ranking:
     """Rank the inputs (n,) by what they contribute to the variance of the output (n,)."""
-    table = np.array(list(inputs.values()))
-    coefficients, linear = _regression(table, output)
-    again = (rng.integers(len(output), size=len(output)) for _ in range(RESAMPLED))
-    errors = np.std([_regression(table[:, some], output[some])[0] for some in again], axis=0, ddof=1)
-    rows = [
-        Influence(path, float(coefficients[i]), float(errors[i]), *_first_order(table[i], output))
-        for i, path in enumerate(inputs)
-    ]
-    return Ranking(tuple(sorted(rows, key=lambda row: -row.index)), linear)
-
-
-def _regression(table: Floats, output: Floats) -> tuple[Floats, float]:
-    spread = float(np.std(output))
-    widths = np.std(table, axis=1, keepdims=True)
-    if not spread > 0.0:
-        return np.zeros(len(table)), 0.0
-    x = (table - np.mean(table, axis=1, keepdims=True)) / np.where(widths > 0.0, widths, 1.0)
-    y = (output - np.mean(output)) / spread
-    coefficients = np.linalg.lstsq(x.T, y, rcond=None)[0]
-    left = y - coefficients @ x
-    return coefficients, float(1.0 - np.mean(left * left))
+    rows = [Influence(path, *_first_order(values, output)) for path, values in inputs.items()]
+    return Ranking(tuple(sorted(rows, key=lambda row: -row.index)))
 
 
 def _first_order(values: Floats, output: Floats) -> tuple[float, float]:

@@ -227,7 +227,7 @@ def exceedance(
     def result() -> Exceedance:
         found, at, low, high = np.array(rows).T
         own = {name: values[: len(rows)] for name, values in factors.items()}
-        rank = None if np.any(np.isnan(found)) else ranking(own, found, np.random.default_rng(seed))
+        rank = None if np.any(np.isnan(found)) else ranking(own, found)
         said = tuning(project, own, retune)
         return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said, torques, project.speeds)
 
