@@ -405,7 +405,7 @@ def test_example_design():
     spectrum = sw.gears.accuracy_spectrum(sw.catalogue.gear("CSG-40-50").accuracy)
     lines = tuple((line.order, line.amplitude * 648_000.0 / math.pi) for line in spectrum.lines)
     joint = TwoInertias(
-        5e-4, best.load_inertia, 50.0, (1e5, 1.4e5, 1.8e5), (54.0, 196.0), best.B, lines, bandwidth=30.0
+        5e-4, best.load_inertia, 50.0, (1e5, 1.4e5, 1.8e5), (54.0, 196.0), best.B, lines, bandwidth=30.0, tuned=0.8
     )
     size = joint.oscillation(best.speed * 30.0 / math.pi, lambda _: best.load_torque, settle=40, turns=42)
     assert number == pytest.approx(size, rel=1e-3)

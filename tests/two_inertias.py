@@ -22,6 +22,7 @@ class TwoInertias(NamedTuple):
     lines: tuple[tuple[int, float], ...]
     bandwidth: float
     loop_damping: float = 0.7
+    tuned: float | None = None  # load that the loop is for, where it is another one
 
     def oscillation(self, rpm, torque_at, settle, turns):
         """Largest distance [arcsec] of the pointing error from its mean over a turn, after so many turns of the motor.
@@ -29,7 +30,11 @@ class TwoInertias(NamedTuple):
         `torque_at` gives the torque [N*m] on the load from the angle [rad] that it has turned. The unknowns are the
         deviations from constant speed, d = theta_m - omega t of the motor and q = theta_l - omega t/N of the load.
         """
-        omega, J, loop = rpm * math.pi / 30.0, self.J_m + self.J_l / self.N**2, 2.0 * math.pi * self.bandwidth
+        omega, J, loop = (
+            rpm * math.pi / 30.0,
+            self.J_m + (self.tuned or self.J_l) / self.N**2,
+            2.0 * math.pi * self.bandwidth,
+        )
         K_p, K_d = J * loop**2, 2.0 * self.loop_damping * J * loop
         (K1, K2, K3), (T1, T2) = self.K, self.T
         u1 = T1 / K1

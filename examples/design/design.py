@@ -37,7 +37,8 @@ def confirmed(candidate):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "design.yaml"
         file.write_text(sw.design_text(ELBOW, candidate))
-        return float(np.max(sw.read_project(file).response().oscillation))
+        drive = sw.read_project(file).under(candidate.load_torque)
+        return float(np.max(drive.response().oscillation))
 
 
 def main():

@@ -12,7 +12,16 @@ from ..model.gears import catalogue
 from ..study.design.result import Candidate
 from ..study.design.specification import DutySegment, Specification
 from .fields.entries import EXAMPLE_LOOP, Loop
-from .fields.groups import CATALOGUE, TORQUE, ErrorLine, ExcitationSpec, LoadTorqueSpec, OrderPair, ascending
+from .fields.groups import (
+    CATALOGUE,
+    TORQUE,
+    ErrorLine,
+    ExcitationSpec,
+    LoadTorqueSpec,
+    OrderPair,
+    TorqueRange,
+    ascending,
+)
 from .fields.kinds import Items, Quantity, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
 from .fields.schema import INERTIA, SPEED, TITLE, DampingSpec, LimitSpec, LoadSpec, MotorSpec, ProjectSpec, SpeedSpec
@@ -199,7 +208,7 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
 
 
 def design_text(specification: Specification, candidate: Candidate) -> str:
-    """Write a design as a project file: its drive under the worst load and the mean torque, through the speeds.
+    """Write a design as a project file: its drive with the worst load, through the speeds and all torques of the duty.
 
     Parameters
     ----------
@@ -221,17 +230,18 @@ def design_text(specification: Specification, candidate: Candidate) -> str:
     spec, c = specification, floated(candidate)
     low, high = spec.speeds
     usual = CATALOGUE if spec.accuracy is None else spec.accuracy
-    error = spec.kinematic_error
+    error, most, tuned = spec.kinematic_error, spec.torques[-1], spec.tuned(c.load_inertia)
+    loop = spec.loop if tuned == c.load_inertia else spec.control(c.motor_inertia + tuned / c.ratio**2)
     file = ProjectSpec(
         title=f"{spec.title}: {c.gear}" if spec.title else c.gear,
         gear=c.gear,
-        motor=MotorSpec(inertia=c.motor_inertia, **({"mode": "held"} if spec.loop is None else {"loop": spec.loop})),
+        motor=MotorSpec(inertia=c.motor_inertia, **({"mode": "held"} if loop is None else {"loop": loop})),
         load=LoadSpec(inertia=c.load_inertia),
         damping=DampingSpec(B=c.B),
         speed=SpeedSpec(**{"from": low, "to": high, "shaft": "load"}),
         excitation=ExcitationSpec(
             **({"accuracy": usual} if error is None else {"kinematic_error": list(map(ErrorLine.of, error.lines))}),
-            load_torque=LoadTorqueSpec(mean=c.load_torque) if c.load_torque else None,
+            load_torque=LoadTorqueSpec(mean=TorqueRange(**{"from": -most, "to": most})) if most else None,
         ),
         limit=LimitSpec(oscillation=spec.limit),
     )

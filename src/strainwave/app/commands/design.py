@@ -1,5 +1,6 @@
 """`strainwave design`: the gears and motors that meet a specification, as numbers, CSV, figure and project files."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -10,7 +11,7 @@ from ...plot.svg import stacked
 from ...study.design.design import design as designed
 from ...study.design.result import Design
 from ..console import Progress, as_csv, finished, reported, slug, write_all
-from .options import file_type, json_option, output_option
+from .options import file_type, json_option, output_option, retune_option
 
 CSV, REJECTED, SVG, JSON = "designs.csv", "rejected.csv", "designs.svg", "design.json"
 MOST_FILES = 10  # project files of the front
@@ -22,10 +23,11 @@ MOST_FILES = 10  # project files of the front
     "Folder for designs.csv, rejected.csv, designs.svg, design.json and the best designs as project files.",
     required=True,
 )
+@retune_option
 @json_option
-def design(specification: Path, output: Path, as_json: bool) -> None:
+def design(specification: Path, output: Path, retune: bool, as_json: bool) -> None:
     """Find gears and motors for the SPECIFICATION of an axis."""
-    request = read_specification(specification)
+    request = replace(read_specification(specification), retune=retune)
     with Progress(request.title) as progress:
         result, stop = finished(lambda: designed(request, progress=progress.show))
         progress.show("writing", 0.98)

@@ -38,6 +38,7 @@ from .result import Sensitivity
 
 FINEST, COARSEST, MOST_SPEEDS = 1e-3, 0.01, 1000  # relative distance of speeds, and most of them
 AMPLITUDES, SMALLEST = 96, 1e-3  # of the table of K(a); of the lines' largest: the first amplitude
+TURNED = 1.0  # rad: more twist is none, where a loop feeds a vibration
 SLOPES = 64  # samples of the slope over a vibration
 TURN, PLACES = 24, 16  # samples per period of the highest line, and speeds where the whole motion is looked at
 
@@ -156,7 +157,7 @@ def _springs(drives: Drives, line: float) -> Springs:
     s = 1j * np.geomspace(low, high * max(k.order for k in drives.error.lines), 64)
     Z = impedance(drives, s[None])
     most = float(np.max(np.abs(Z) / np.maximum(Z.imag + np.outer(drives.B, s.imag), 1e-300))) * line
-    sizes = np.geomspace(SMALLEST * line, max(2.0 * line, 1.2 * most), AMPLITUDES)
+    sizes = np.geomspace(SMALLEST * line, max(2.0 * line, min(1.2 * most, TURNED)), AMPLITUDES)
     mean, equivalent = one_harmonic(drives.law, drives.torque, sizes)
     wave = np.cos(2.0 * np.pi * np.arange(SLOPES) / SLOPES)
     slopes = drives.law.stiffness(mean[:, None] + sizes[:, None] * wave) + 0.0 * wave

@@ -8,51 +8,33 @@ the whole drive.
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any, NamedTuple
+from contextlib import suppress
+from typing import Any
 
 import numpy as np
 
 from ...base.results import Interrupted, SolveError
 from ...base.sentences import listed, silent
 from ...base.units import ARCSEC, RPM
+from ...drive.loop_margin import unstable
 from ...model.drive import Drive
-from ...model.error_spectrum import accuracy_spectrum
-from ...model.excitation import Harmonic, KinematicError
+from ...model.excitation import Harmonic
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from .averaged import Balanced, Drives, Largest, balanced, largest, sensitivities, worth
+from .options import Case, Option, bounded, error_of, looked_at, option_of
 from .result import Candidate, Design, front
 from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, needed
 
 MOST_BALANCED = 400  # designs by harmonic balance
 MOST_DRIVES = 2000  # at once by averaging
+BETWEEN = 9  # torques of a range, as an analysis spreads them
 BEST = 3  # designs whose sensitivities are told
 AVERAGING, BALANCE = "averaging", "harmonic balance"
-OSCILLATION = "oscillation"
+OSCILLATION, LOOP = "oscillation", "loop"
 Told = Callable[[str, float], None]
-
-
-class Option(NamedTuple):
-    """A gear with one rotor: what averaging says of it under its worst load."""
-
-    gear: Gear
-    rules: Check
-    rotor: float
-    load: float
-    size: float
-    low: float
-    high: float
-    speed: float
-    error: float
-    torque: float
-    balanced: bool = False
-
-    @property
-    def J_m(self) -> float:
-        """Inertia of the motor with the wave generator [kg*m^2]."""
-        return self.rotor + (self.gear.input_inertia or 0.0)
 
 
 def design(
@@ -97,7 +79,8 @@ class _Search:
         self.spec, self.progress = spec, progress
         self.misses: dict[str, Check] = {}  # of each gear the constraint that it misses most
         self.good: list[Option] = []
-        self.known: dict[Any, tuple[Balanced, float] | None] = {}
+        self.known: dict[Any, tuple[Balanced, float, float] | None] = {}
+        self.between: dict[tuple[str, float], tuple[str, ...]] = {}  # of the best, by gear and rotor
         self.drives = 0
         self.stopped = False  # by Ctrl-C: what is left is decided by averaging
 
@@ -113,14 +96,15 @@ class _Search:
         options: list[Option] = []
         for i, (gear, rules) in enumerate(passed):
             self.progress(f"averaging, {gear.name}", 0.5 * i / len(passed))
-            options += self._averaged(gear, rules)
+            options += filter(self._is_stable, self._averaged(gear, rules))
         self._decide(options)
         best = self._front()
+        self.between = {(option.gear.name, option.rotor): self._between(option) for option in best}
         feasible = sorted(map(self._candidate, self.good), key=lambda c: (c.oscillation, c.reflected_inertia))
         for option in self.good:
             self.misses.pop(option.gear.name, None)
         nearest = "" if feasible else self._nearest(gears)
-        chosen = [(o, self._drives(o.gear, [o.rotor], [o.load])) for o in best[:BEST]]
+        chosen = [(o, self._drives(o.gear, [o.rotor], [o.load], o.torque)) for o in best[:BEST]]
         result = Design(
             self.spec,
             tuple(feasible),
@@ -139,46 +123,60 @@ class _Search:
             )
         return result
 
-    def _drives(self, gear: Gear, motors: Any, loads: Any) -> Drives:
-        """Drives of a gear: every motor with every load."""
+    def _drives(self, gear: Gear, motors: Any, loads: Any, torque: float) -> Drives:
+        """Drives of a gear: every motor with every load, under one torque on the load [N*m]."""
         spec = self.spec
         J_m = np.repeat(np.asarray(motors, float), len(loads)) + (gear.input_inertia or 0.0)
         J_l = np.tile(np.asarray(loads, float), len(motors))
         ratio = float(gear.ratio)
-        loop = spec.control(1.0)
-        gain = J_m + J_l / ratio**2 if loop is not None and loop is not spec.loop else 1.0
+        loop, tuned = spec.control(1.0), np.array([*map(spec.tuned, J_l.tolist())])
+        gain = J_m + tuned / ratio**2 if loop is not None and loop is not spec.loop else 1.0
         low, high = ratio * spec.speeds[0], ratio * spec.speeds[1]
         return Drives(
-            gear.law, ratio, spec.average_load, _error(gear, spec), (low, high), J_m, J_l,
-            spec.damping(gear.law.K1, J_l), loop, gain,
+            gear.law, ratio, -torque, error_of(gear, spec), (low, high), J_m, J_l,
+            spec.damping(gear.law.K1, tuned), loop, gain,
         )  # fmt: skip
 
     def _averaged(self, gear: Gear, rules: Check) -> list[Option]:
-        """One option for every motor, each under the load with the largest oscillation."""
-        spec, loads = self.spec, self.spec.load_inertias
+        """One option for every motor, with every load under every torque."""
+        spec, loads, options = self.spec, self.spec.load_inertias, list[Option]()
         each = max(1, MOST_DRIVES // len(loads))
-        options: list[Option] = []
         nearest: tuple[float, Drives, Largest, int] | None = None
         for start in range(0, len(spec.rotor_inertias), each):
             motors = spec.rotor_inertias[start : start + each]
-            drives = self._drives(gear, motors, loads)
-            result = largest(drives)
-            self.drives += len(drives.J_l)
-            values = np.array([result.oscillation, result.low, result.high, result.omega])
-            size, low, high, speed = values.reshape(4, len(motors), len(loads))
-            worst = np.argmax(size, axis=1)
-            rows = np.arange(len(motors))
-            for row, column in zip(rows.tolist(), worst.tolist(), strict=True):
-                bounds = float(low[row].max()), float(high[row].max())
-                there = float(size[row, column]), *bounds, float(speed[row, column])
-                options.append(Option(gear, rules, motors[row], loads[column], *there, 0.0, -spec.average_load))
-            distance = np.abs(np.log(size[rows, worst] / spec.limit))
-            row = int(np.argmin(distance))
-            if nearest is None or distance[row] < nearest[0]:
-                nearest = float(distance[row]), drives, result, int(row * len(loads) + worst[row])
+            cases: list[list[Case]] = [[] for _ in motors]
+            for torque in spec.torques:
+                drives = self._drives(gear, motors, loads, torque)
+                found = largest(drives)
+                self.drives += len(drives.J_l)
+                rows = np.transpose([found.oscillation, found.low, found.high, found.omega]).tolist()
+                for i, row in enumerate(rows):
+                    cases[i // len(loads)].append(Case(loads[i % len(loads)], torque, *row))
+                distance = np.abs(np.log(found.oscillation / spec.limit))
+                if nearest is None or np.min(distance) < nearest[0]:
+                    nearest = float(np.min(distance)), drives, found, int(np.argmin(distance))
+            options += [option_of(gear, rules, rotor, own) for rotor, own in zip(motors, cases, strict=True)]
         assert nearest is not None
         certified = worth(*nearest[1:])
-        return [_bounded(option, certified) for option in options]
+        return [bounded(option, certified) for option in options]
+
+    def _is_stable(self, option: Option) -> bool:
+        """Whether the loop of an option is stable with the smallest and the largest load; a loop that is not is told.
+
+        What fails by its oscillation anyway passes.
+        """
+        spec, ratio = self.spec, option.gear.ratio
+        if spec.loop is None or option.low > spec.limit * SURE:
+            return True
+        for load in {min(spec.load_inertias), max(spec.load_inertias)}:
+            train = self._train(option, option.cases[0]._replace(load=load, torque=0.0))
+            said = unstable(train, option.J_m + spec.tuned(load) / ratio**2)
+            if said:
+                rotor = f"with a rotor of {option.rotor:.3g} kg*m^2 and a load of {load:g} kg*m^2"
+                check = Check(LOOP, math.inf, f"The loop of {option.gear.name} {rotor} {said}.")
+                self.misses.setdefault(option.gear.name, check)
+                return False
+        return True
 
     def _decide(self, options: list[Option]) -> None:
         """Sort options into those that serve and those that do not; what averaging leaves open goes to the balance."""
@@ -221,7 +219,7 @@ class _Search:
     def _balanced(self, option: Option, share: float) -> Option:
         """An option by harmonic balance of its whole drive; unchanged without a motion, or after too many of them."""
         motor = None if self.spec.loop is None else option.rotor  # which a held motor's error does not depend on
-        key = option.gear.name, motor, option.load
+        key = option.gear.name, motor
         if key not in self.known:
             if self.stopped or len(self.known) >= MOST_BALANCED:
                 return option
@@ -234,40 +232,63 @@ class _Search:
         found = self.known[key]
         if found is None:
             return option
-        (size, speed, error), torque = found
+        (size, speed, error), load, torque = found
         return option._replace(
-            size=size, speed=speed, error=error, low=size, high=size, torque=torque, balanced=True
-        )  # fmt: skip
+            load=load, torque=torque, size=size, low=size, high=size, speed=speed, error=error, balanced=True
+        )
 
-    def _worst(self, option: Option) -> tuple[Balanced, float] | None:
-        """Largest oscillation of an option, and the mean torque [N*m] under which it occurs; None where one fails.
+    def _worst(self, option: Option) -> tuple[Balanced, float, float] | None:
+        """Largest oscillation of an option, with the load and the torque under which it occurs; None where one fails.
 
-        The torque has either sign. With the motor held both are alike where a shift of the angle turns the error into
-        its negative: where the orders of its lines have the same power of 2.
+        What averaging bounds below a motion that is found is not looked at, nor what is left once one is too large.
+        With the motor held both signs of a torque
+        are alike where a shift of the angle turns the error into its negative: where the orders of its lines have the
+        same power of 2.
         """
-        speeds = self._drives(option.gear, [option.rotor], [option.load]).speeds
-        lines = _error(option.gear, self.spec).lines
+        lines = error_of(option.gear, self.spec).lines
         alike = self.spec.loop is None and len({line.order & -line.order for line in lines if line.amplitude}) < 2
-        cases = []
-        for torque in (option.torque,) if alike or not option.torque else (option.torque, -option.torque):
+        best: tuple[Balanced, float, float] | None = None
+        for case in looked_at(option):
+            if (alike and case.torque > 0.0) or (best is not None and case.high <= best[0].oscillation):
+                continue
+            train = self._train(option, case)
+            speeds = option.gear.ratio * self.spec.speeds[0], option.gear.ratio * self.spec.speeds[1]
             try:
-                motion = balanced(self._train(option, torque), speeds)
+                motion = balanced(train, speeds)
             except SolveError:
                 return None
             if motion is None:
                 return None
-            cases.append((motion, torque))
-        return max(cases, key=lambda both: both[0].oscillation)
+            if best is None or motion.oscillation > best[0].oscillation:
+                best = motion, case.load, case.torque
+            if motion.oscillation > self.spec.limit * SURE:
+                break
+        return best
 
-    def _train(self, option: Option, torque: float) -> DriveTrain:
-        """The whole drive of an option, under a mean torque [N*m] on its load."""
-        gear, spec, ratio = option.gear, self.spec, float(option.gear.ratio)
-        J_m = option.J_m
-        drive = Drive(J_m, option.load, ratio, float(spec.damping(gear.law.K1, option.load)), gear.law)
-        control = spec.control(J_m + option.load / ratio**2)
+    def _between(self, option: Option) -> tuple[str, ...]:
+        """That an option oscillates by more than the limit between the torques of the duty; empty where it does not."""
+        spec, ratio, found = self.spec, option.gear.ratio, list[tuple[float, float]]()
+        case = option.cases[0]._replace(load=option.load)
+        for torque in () if self.stopped else np.linspace(spec.torques[0], spec.torques[-1], BETWEEN).tolist():
+            with suppress(SolveError):
+                speeds = ratio * spec.speeds[0], ratio * spec.speeds[1]
+                motion = balanced(self._train(option, case._replace(torque=torque)), speeds)
+                found += [] if motion is None else [(motion.oscillation, torque)]
+        size, torque = max(found, default=(0.0, 0.0))
+        if size <= spec.limit * SURE:
+            return ()
+        drive = f"{option.gear.name} with a rotor of {option.rotor:.3g} kg*m^2"
+        there = f"between them, at {torque:.4g} N*m, it oscillates by {size / ARCSEC:.4g} arcsec"
+        return (f"{drive} serves under the torques of the duty; {there}.",)
+
+    def _train(self, option: Option, case: Case) -> DriveTrain:
+        """The whole drive of an option in a case."""
+        gear, spec, ratio, tuned = option.gear, self.spec, float(option.gear.ratio), self.spec.tuned(case.load)
+        drive = Drive(option.J_m, case.load, ratio, float(spec.damping(gear.law.K1, tuned)), gear.law)
+        control = spec.control(option.J_m + tuned / ratio**2)
         return drive.train(
-            load_torque=Harmonic(0.0, mean=torque),
-            kinematic_error=_error(gear, spec),
+            load_torque=Harmonic(0.0, mean=case.torque),
+            kinematic_error=error_of(gear, spec),
             omega=ratio * math.sqrt(spec.speeds[0] * spec.speeds[1]),
             control=Held() if control is None else control,
         )
@@ -282,7 +303,8 @@ class _Search:
         digits = digits_apart(use)
         said = (
             f"The pointing error of {c.gear} oscillates by {c.oscillation / ARCSEC:.{digits}g} arcsec at "
-            f"{c.speed / RPM:.4g} rpm of the motor with a rotor of {c.rotor_inertia:.3g} kg*m^2 ({c.method}{sure}), "
+            f"{c.speed / RPM:.4g} rpm of the motor with a rotor of {c.rotor_inertia:.3g} kg*m^2, a load of "
+            f"{c.load_inertia:g} kg*m^2 and {c.load_torque:.4g} N*m on it ({c.method}{sure}), "
             f"above the limit of {spec.limit / ARCSEC:.{digits}g} arcsec."
         )
         check = Check(OSCILLATION, use, said, option.gear.doubts_about(*DRIVE))
@@ -296,9 +318,10 @@ class _Search:
         binding = (OSCILLATION, used) if used >= option.rules.use else (option.rules.name, option.rules.use)
         return Candidate(
             gear.name, gear.ratio, gear.size or 0, math.nan if gear.mass is None else gear.mass, option.J_m,
-            gear.ratio**2 * option.J_m, option.load, float(spec.damping(gear.law.K1, option.load)), option.size,
-            option.speed, option.error, BALANCE if option.balanced else AVERAGING, life(gear, spec),
-            1.0 - binding[1], binding[0], option.torque, option.rotor, gear.doubts_about(*needed(spec)),
+            gear.ratio**2 * option.J_m, option.load, float(spec.damping(gear.law.K1, spec.tuned(option.load))),
+            option.size, option.speed, option.error, BALANCE if option.balanced else AVERAGING, life(gear, spec),
+            1.0 - binding[1], binding[0], option.torque, option.rotor,
+            (*gear.doubts_about(*needed(spec)), *self.between.get((gear.name, option.rotor), ())),
         )  # fmt: skip
 
     def _nearest(self, gears: list[Gear]) -> str:
@@ -319,6 +342,9 @@ class _Search:
                 self.misses[gear.name] = check
             if best is None or check.use < best[1].use:
                 best = gear.name, check
+        loops = [check.sentence for check in self.misses.values() if check.name == LOOP]
+        if best is None and loops:
+            return f"No gear serves. {loops[0]}"
         if best is None:
             return _lacking([self.misses[gear.name].name for gear in gears])
         return f"No gear serves. The nearest is {best[0]}: {_told(best[1])}"
@@ -334,19 +360,6 @@ class _Search:
             yield f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging."
         if len(self.known) >= MOST_BALANCED:
             yield f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging."
-
-
-def _error(gear: Gear, spec: Specification) -> KinematicError:
-    """Kinematic error of a gear under a specification."""
-    if spec.kinematic_error is not None:
-        return spec.kinematic_error
-    return accuracy_spectrum(spec.accuracy or gear.accuracy or 0.0)
-
-
-def _bounded(option: Option, error: float) -> Option:
-    """An option with what its certificate adds to the bounds of averaging."""
-    low, high = option.low / (1.0 + error), option.high * (1.0 + error)
-    return option._replace(low=low, high=high, error=max(high / option.size - 1.0, 1.0 - low / option.size))
 
 
 def _told(check: Check) -> str:

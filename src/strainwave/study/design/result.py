@@ -55,12 +55,13 @@ class Candidate(NamedTuple):
     binding : str
         That constraint.
     load_torque : float
-        Mean torque on the load [N*m], of either sign, under which the oscillation is largest; a resisting one is
-        negative.
+        Torque on the load [N*m] under which the oscillation is largest, of the duty in either sign or none; a resisting
+        one is negative.
     rotor_inertia : float
         Inertia of the rotor without the wave generator [kg*m^2], as the specification has it.
     doubts : tuple of str
-        What the record of the gear doubts of the numbers that the specification needs.
+        What the record of the gear doubts of the numbers that the specification needs, and of the best designs that
+        one oscillates by more than the limit between the torques of the duty.
     """
 
     gear: str

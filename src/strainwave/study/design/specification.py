@@ -53,11 +53,11 @@ class Specification:
         Inertias of the rotors to choose from [kg*m^2], without the wave generator of the gear; both together are the
         motor's inertia.
     damping_ratio : float
-        Of the gear on the held load: B = 2 zeta sqrt(K1 J_l).
+        Of the gear on the held load: B = 2 zeta sqrt(K1 J_l), J_l being that of `tuned`.
     duty : tuple of DutySegment
         The duty cycle; from it follow the four numbers below, where they are not given.
     mean_torque : float
-        Cubic mean of the torque, weighted by turns [N*m]: the life and the operating point go by it.
+        Cubic mean of the torque, weighted by turns [N*m]: the life goes by it.
     peak_torque : float
         Largest torque that occurs again and again [N*m].
     average_speed : float
@@ -78,6 +78,9 @@ class Specification:
         Its lines, in place of an accuracy.
     loop : Tuning, control or None
         What keeps the motor on its reference; None is an ideally held motor.
+    retune : bool
+        Whether gains of the loop and damping are those of each load. Default: one machine has one set, that of its
+        smallest load.
     title : str
         Its name.
     remarks : tuple of str
@@ -103,6 +106,7 @@ class Specification:
     accuracy: float | None = None
     kinematic_error: KinematicError | None = None
     loop: Any = None
+    retune: bool = False
     title: str = ""
     remarks: tuple[str, ...] = ()
 
@@ -159,6 +163,17 @@ class Specification:
             torques = [abs(part[0]) + abs(self.preload) for part in self.duty]
             return cubic_mean(torques, [abs(part[1]) * part[2] for part in self.duty])
         return abs(self.mean_torque or 0.0) + abs(self.preload)
+
+    @property
+    def torques(self) -> tuple[float, ...]:
+        """Torques of the load [N*m] under which a design must serve: none, and every one of the duty in both signs."""
+        given = [part[0] for part in self.duty] or [self.mean_torque or 0.0, self.peak_torque or 0.0]
+        sizes = {0.0, *(abs(torque) + abs(self.preload) for torque in (0.0, *given))}
+        return tuple(sorted(sizes | {-size for size in sizes if size}))
+
+    def tuned(self, load: float) -> float:
+        """Inertia [kg*m^2] of the load that loop and damping of a drive with this load are for."""
+        return load if self.retune else min(self.load_inertias)
 
     @property
     def peak_load(self) -> float:
