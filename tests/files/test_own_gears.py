@@ -203,3 +203,23 @@ def test_the_command_filters_by_quantities_with_units():
     wrong = run(cli, ["catalogue", "--stiffness", "1e5 N*m"])
     assert (wrong.exit_code, wrong.stdout) == (2, "")
     assert "--stiffness: '1e5 N*m' is not per radian" in wrong.stderr
+
+
+def test_numbers_far_from_those_of_the_catalogue_are_doubted_wherever_the_gear_is_used(tmp_path):
+    assert [slip for name in sw.catalogue.names() for slip in sw.catalogue.gear(name).slips()] == []
+    path = tmp_path / "gears.yaml"
+    law = "K2: 5e4 N*m/rad, T1: 14 N*m, T2: 48 N*m, ratio: 100"
+    rows = (
+        "name: A, K1: 9.2 N*m/rad, K3: 57 kN*m/rad, accuracy: 60 arcmin, hysteresis_loss: 1 deg",
+        "name: B, K1: 3.1e4 N*m/rad, K3: 57e4 N*m/rad, input_inertia: 0.413 kg*m^2",
+        "name: C, K1: 3.1e4 N*m/rad, K3: 57 kN*m/rad, input_inertia: 0.413 kg*cm^2, accuracy: 1 arcmin",
+    )
+    path.write_text("gears:\n" + "".join(f"  - {{{row}, {law}}}\n" for row in rows))
+    gears = sw.read_gears(path)
+    doubtful = {name: [field for field, _ in gear.doubts] for name, gear in gears.items()}
+    assert doubtful == {"A": ["K1", "K2", "accuracy", "hysteresis_loss"], "B": ["K3", "input_inertia"], "C": []}
+    said = "A: accuracy is 0.01745 rad (3600 arcsec), 30.1 times the largest that gears of the catalogue have beside "
+    assert gears["A"].doubts[2][1] == f"{said}their other numbers; check its unit."
+    text = PROJECTS["catalogue gear, motor not named"].replace("gear: CSG-40-50", "gear: {file: gears.yaml, name: B}")
+    (tmp_path / "axis.yaml").write_text(text)
+    assert any("K3 is 5.7e+05 N*m/rad" in note for note in read_project(tmp_path / "axis.yaml").notes)

@@ -237,7 +237,26 @@ def test_notes_tell_what_is_doubtful(written):
     notes = " ".join(read_project(written(GOOD.replace("5 kg*cm^2", "1 kg*cm^2").replace("held", "free"))).notes)
     for part in ("motor.inertia is 1 kg*cm^2, less than the 4.5 kg*cm^2 of the wave generator", "do not balance"):
         assert part in notes
-    assert read_project(written(GOOD)).notes == ()
+    (loss,) = read_project(written(GOOD)).notes
+    assert loss.startswith("The record of CSG-40-50 gives a hysteresis loss of up to 60 arcsec, which is not in the")
+
+
+def test_the_hysteresis_of_the_record_is_that_of_its_loss(written):
+    project = read_project(written(f"hysteresis: catalogue\n{GOOD}"))
+    gear = sw.catalogue.gear("CSG-40-50")
+    # the loop of the law is as wide at no torque as the datasheet says, 1 arcmin, after the rated torque
+    assert sw.hysteresis_loop(project.drive.law, gear.rated_torque).loss == pytest.approx(math.pi / 10800.0, rel=1e-3)
+    assert project.drive.law.first == gear.law
+    assert not [note for note in project.notes if "hysteresis loss" in note]
+    lacking = written(f"hysteresis: catalogue\n{GOOD}".replace("CSG-40-50", "CSF-40-50"))
+    assert "hysteresis: is catalogue, and no source gives hysteresis loss and rated torque" in complaint(lacking)[0]
+
+
+def test_a_special_accuracy_is_that_of_the_selected_grade(written):
+    project = read_project(written(GOOD.replace(LINES, "accuracy: special")))
+    gear = sw.catalogue.gear("CSG-40-50")
+    assert sw.gears.peak_to_peak(project.kinematic_error) == pytest.approx(gear.special_accuracy, rel=1e-9)
+    assert gear.special_accuracy < 0.6 * gear.accuracy
 
 
 # (text to replace, its replacement, line:column: field: the sentence or its beginning)

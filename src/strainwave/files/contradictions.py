@@ -6,8 +6,10 @@ from typing import Any
 
 from ..base.law import depends, spring_stiffness
 from ..base.quantities import checked
+from ..base.results import SolveError
 from ..model.gears.gear import Gear
 from ..model.orders import BY_FIXED
+from .fields.entries import EXAMPLE_HYSTERESIS
 from .fields.groups import CATALOGUE, OrderPair, Radians
 from .fields.rows import inside, row_at
 from .fields.schema import CURVE_COLUMNS, ExplicitGear, ProjectSpec
@@ -93,8 +95,16 @@ def _arrangement(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, s
 
 def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     """What the law of the gear, with what stands beside it, does not go together with."""
+    if spec.hysteresis == CATALOGUE and (gear is None or None in (gear.hysteresis_loss, gear.rated_torque)):
+        whose = "an explicit gear" if gear is None else gear.name
+        fact = f"is catalogue, and no source gives hysteresis loss and rated torque of {whose}"
+        yield ("hysteresis",), f"{fact}; write for example {EXAMPLE_HYSTERESIS}"
+        return
     try:
         law = checked(spec.law(gear))
+    except SolveError as error:
+        yield ("hysteresis",), f"is catalogue, and {error}"
+        return
     except TypeError:
         yield ("backlash",), "takes a spring behind it, and gear.law has friction or memory; write that as 'hysteresis'"
         return
@@ -169,7 +179,8 @@ def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]
         yield field, "stands beside kinematic_error, which it would be a guess of; remove one of them"
     if _forced(spec):
         yield field, "belongs to the motor's turn, and the speeds to the forcing's; write 'shaft: motor' under speed"
-    if accuracy == CATALOGUE and spec.gear is not None and (gear is None or gear.accuracy is None):
+    grade = accuracy if isinstance(accuracy, str) else ""
+    if grade and spec.gear is not None and (gear is None or gear.accuracy_of(grade) is None):
         name = "an explicit gear" if gear is None else gear.name
         yield field, f"no source gives one for {name}; write it as an angle, for example 1 arcmin"
 

@@ -1,6 +1,6 @@
 """A specification of a design in YAML with units, read as a project file is; and a design as a project file."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +9,12 @@ from ..base.sentences import printable
 from ..base.units import RPM
 from ..model.excitation import KinematicError
 from ..model.gears import catalogue
+from ..model.gears.gear import Gear
 from ..study.design.result import Candidate
 from ..study.design.specification import DutySegment, Specification
 from .fields.entries import EXAMPLE_LOOP, Loop
 from .fields.groups import (
+    ACCURACY,
     CATALOGUE,
     TORQUE,
     ErrorLine,
@@ -24,7 +26,19 @@ from .fields.groups import (
 )
 from .fields.kinds import Items, Quantity, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
-from .fields.schema import INERTIA, SPEED, TITLE, DampingSpec, LimitSpec, LoadSpec, MotorSpec, ProjectSpec, SpeedSpec
+from .fields.schema import (
+    INERTIA,
+    SPEED,
+    TITLE,
+    DampingSpec,
+    LimitSpec,
+    LoadSpec,
+    MotorSpec,
+    NamedGear,
+    ProjectSpec,
+    SpeedSpec,
+)
+from .notes import of_damping
 from .reading import FROM_REST, REST_NOTE, ProjectError
 from .yaml_text import Keys, Problem, name, read, refuse, text_of
 
@@ -110,6 +124,8 @@ class ErrorSpec(Group):
 
     accuracy: Any = rows_of(ExcitationSpec)["accuracy"]
     kinematic_error: tuple[ErrorLine, ...] = rows_of(ExcitationSpec)["kinematic_error"]  # type: ignore[assignment]
+    assumed: Any = field(Quantity("rad", "positive", check=ACCURACY.check), "1 arcmin",
+        "Accuracy of the gears whose record has none; without it they are not judged.")  # fmt: skip
 
     def check(self) -> Iterator[Wrong]:
         """Refuse both."""
@@ -184,12 +200,12 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
     lines = tuple(line.line() for line in spec.excitation.kinematic_error)
     accuracy = spec.excitation.accuracy
     low = spec.speed.from_ or FROM_REST * spec.speed.to
-    begin = () if spec.speed.from_ else (REST_NOTE.format(f"{low / RPM:.4g} rpm at the load"),)
+    begin = "" if spec.speed.from_ else REST_NOTE.format(f"{low / RPM:.4g} rpm at the load")
     return Specification(
         title=spec.title or printable(path.stem),
         load_inertias=tuple(filter(None, (spec.load.inertia, *(spec.load.inertias or ())))),
         speeds=(low, spec.speed.to),
-        remarks=begin,
+        remarks=tuple(filter(None, (begin, of_damping(spec.damping.ratio)))),
         limit=spec.limit.oscillation,
         rotor_inertias=tuple(spec.motor.rotor_inertias),
         loop=spec.motor.loop,
@@ -203,11 +219,14 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
         ratios=tuple(spec.ratios),
         series=tuple(spec.series),
         accuracy=None if accuracy == CATALOGUE else accuracy,
+        assumed_accuracy=spec.excitation.assumed,
         kinematic_error=KinematicError(lines) if lines else None,
     )
 
 
-def design_text(specification: Specification, candidate: Candidate) -> str:
+def design_text(
+    specification: Specification, candidate: Candidate, *, own: Mapping[str, Gear] | None = None, file: str = ""
+) -> str:  # fmt: skip
     """Write a design as a project file: its drive with the worst load, through the speeds and all torques of the duty.
 
     Parameters
@@ -216,6 +235,10 @@ def design_text(specification: Specification, candidate: Candidate) -> str:
         What was asked.
     candidate : Candidate
         A design of the answer.
+    own : dict of str to Gear, optional
+        Gears of the user's own, by their names, that stand before those of the catalogue.
+    file : str
+        Name of their file, which is to lie beside the project file.
 
     Returns
     -------
@@ -229,12 +252,13 @@ def design_text(specification: Specification, candidate: Candidate) -> str:
     """
     spec, c = specification, floated(candidate)
     low, high = spec.speeds
-    usual = CATALOGUE if spec.accuracy is None else spec.accuracy
+    record = own[c.gear] if own and c.gear in own else catalogue.gear(c.gear)
+    usual = spec.accuracy_of(record) if spec.accuracy or record.accuracy is None else CATALOGUE
     error, most, tuned = spec.kinematic_error, spec.torques[-1], spec.tuned(c.load_inertia)
     loop = spec.loop if tuned == c.load_inertia else spec.control(c.motor_inertia + tuned / c.ratio**2)
-    file = ProjectSpec(
+    written = ProjectSpec(
         title=f"{spec.title}: {c.gear}" if spec.title else c.gear,
-        gear=c.gear,
+        gear=NamedGear(name=c.gear, file=file) if own and c.gear in own else c.gear,
         motor=MotorSpec(inertia=c.motor_inertia, **({"mode": "held"} if loop is None else {"loop": loop})),
         load=LoadSpec(inertia=c.load_inertia),
         damping=DampingSpec(B=c.B),
@@ -245,4 +269,4 @@ def design_text(specification: Specification, candidate: Candidate) -> str:
         ),
         limit=LimitSpec(oscillation=spec.limit),
     )
-    return "".join(f"{key}: {text}\n" for key, text in texts_of(file).items())
+    return "".join(f"{key}: {text}\n" for key, text in texts_of(written).items())

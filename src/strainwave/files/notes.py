@@ -22,7 +22,7 @@ from ..base.units import ARCSEC, RPM, convert
 from ..drive.asked import Source, mean_of
 from ..drive.project import Project
 from ..drive.reductions import error_slope
-from ..model.gears.gear import NUMBERS, Gear
+from ..model.gears.gear import HEAVY, NUMBERS, Gear
 from ..model.gears.limits import RATCHETING
 from ..model.laws.friction import NO_FRICTION
 from ..model.laws.hysteresis import Parallel
@@ -60,11 +60,32 @@ def notes(project: Project, by_bandwidth: bool) -> Iterator[str]:
     if (gear := project.gear) is None:
         return
     yield from gear.doubts_about(*(name for name in NUMBERS if name != "mass"))
+    yield from of_hysteresis(project)
     if gear.input_inertia is not None and project.drive.J_m < (1.0 - 1e-6) * gear.input_inertia:
         yield (
             f"motor.inertia is {1e4 * project.drive.J_m:g} kg*cm^2, less than the {1e4 * gear.input_inertia:g} kg*cm^2 "
             f"of the wave generator of {gear.name} alone; it must include the wave generator."
         )
+    if gear.input_inertia is not None and (times := project.drive.J_m / gear.input_inertia) > HEAVY:
+        size = f"motor.inertia is {project.drive.J_m:.4g} kg*m^2, {times:.3g} times that of the wave generator"
+        yield f"{size} of {gear.name}; check its unit."
+
+
+def of_hysteresis(project: Project) -> Iterator[str]:
+    """The hysteresis loss of the gear's record, where the results are without it."""
+    if (gear := project.gear) is not None and gear.hysteresis_loss is not None and not project.has_memory:
+        loss = gear.hysteresis_loss / ARCSEC
+        fact = (
+            f"The record of {gear.name} gives a hysteresis loss of up to {loss:.4g} arcsec, which is not in the results"
+        )
+        lag = f"after a reversal the load stays behind by up to half of it, {0.5 * loss:.4g} arcsec, and it damps"
+        yield f"{fact}: {lag}; 'hysteresis: catalogue' counts it."
+
+
+def of_damping(ratio: float) -> str:
+    """That a damping ratio is none of a gear; empty where it may be."""
+    usual = "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
+    return f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); {usual}" if ratio > DAMPED else ""
 
 
 def _arranged(project: Project) -> Iterator[str]:
@@ -157,7 +178,7 @@ def _doubts(project: Project) -> Iterator[str]:
         yield from _torque(project)
     yield from _natural_frequency(project)
     yield from _error(project)
-    yield from _damping(project)
+    yield from filter(None, [of_damping(project.damping_ratio or 0.0)])
 
 
 def _stiffness(project: Project) -> Iterator[str]:
@@ -322,13 +343,6 @@ def _error(project: Project) -> Iterator[str]:
         )
 
 
-def _damping(project: Project) -> Iterator[str]:
-    """Damping that no gear has."""
-    if (ratio := project.damping_ratio or 0.0) > DAMPED:
-        usual = "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
-        yield f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); {usual}"
-
-
 NO_NUMBERS = ("scatter", "excitation.accuracy")
 ACCURACY = "orders 1, 2 and 4 share the accuracy as 1 : 4 : 1"
 UNNAMED = "the file names neither a mode nor a loop of the motor"
@@ -354,6 +368,8 @@ def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> I
         yield Source("gear", gear.name, CATALOGUE, gear.source)
         if motor.inertia is None:
             yield Source("motor.inertia", f"{gear.input_inertia:.4g} kg*m^2", CATALOGUE, "the wave generator alone")
+        if spec.hysteresis == CATALOGUE:
+            yield Source("hysteresis", CATALOGUE, CATALOGUE, "fitted to the hysteresis loss; it yields over a quarter")
         if isinstance(spec.load_friction, str):
             yield Source("load_friction", CATALOGUE, CATALOGUE, "from its efficiency")
     if not motor.named:
@@ -361,8 +377,8 @@ def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> I
     if isinstance(loop, dict) and "bandwidth" in loop and "damping" not in loop:
         yield Source("motor.loop.damping", f"{USUAL.damping:g}", ASSUMED, "the default of a loop")
     if spec.excitation.accuracy is not None:
-        given = gear.accuracy if gear is not None and gear.accuracy else 0.0
-        given = given if isinstance(spec.excitation.accuracy, str) else spec.excitation.accuracy
+        grade = spec.excitation.accuracy
+        given = (0.0 if gear is None else gear.accuracy_of(grade) or 0.0) if isinstance(grade, str) else grade
         yield Source("excitation.accuracy", f"{given / ARCSEC:.4g} arcsec", ASSUMED, ACCURACY)
 
 

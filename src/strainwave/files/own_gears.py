@@ -8,6 +8,7 @@ import csv
 import io
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from ..base.units import NUMBER, RPM
@@ -43,10 +44,12 @@ class OwnGear(Group):
         """The gear, whose numbers come from this source where it names none."""
         numbers = {key: getattr(self, SPEEDS.get(key, key)) for key in NUMBERS}
         rpm = {key: numbers[key] / RPM for key in SPEEDS if numbers[key] is not None}
-        return Gear(
+        gear = Gear(
             name=self.name, series=self.series or "", size=self.size, ratio=self.ratio, source=self.source or source,
             **numbers | rpm,
         )  # fmt: skip
+        doubts = () if any(gear.contradictions()) else tuple(gear.slips())
+        return replace(gear, doubts=doubts, notes=tuple(said for _, said in doubts))
 
     def check(self) -> Iterator[Wrong]:
         """Refuse numbers that contradict each other."""

@@ -54,8 +54,8 @@ def resolved(
     J_l = spec.load.inertia + sum(coupling.inertia for coupling in spec.load.chain)  # that of a rigid load
     J_m = spec.motor.inertia or (gear.input_inertia if gear is not None else None) or 0.0
     excited, accuracy = spec.excitation, spec.excitation.accuracy
-    if isinstance(accuracy, str):  # CATALOGUE
-        accuracy = None if gear is None else gear.accuracy
+    if isinstance(accuracy, str):  # CATALOGUE or SPECIAL
+        accuracy = None if gear is None else gear.accuracy_of(accuracy)
     drive = Drive(J_m, J_l, ratio, spec.damping.B or 0.0, spec.law(gear))
     drive = drive._replace(B=damping(spec, drive))
     error, through = kinematic_error(spec, accuracy, ratio), speeds(spec.speed, ratio)

@@ -109,7 +109,8 @@ def sweep(
 ) -> xr.Dataset:
     """Measure a system, or a project, at every point of a grid or a sample.
 
-    Results do not depend on where or in which order the points are computed, nor on interruptions, bit for bit.
+    Results do not depend on where or in which order the points are computed, nor on interruptions: those of a system
+    bit for bit, those of a project to rounding.
 
     Parameters
     ----------

@@ -38,7 +38,8 @@ def test_the_answer_is_written_and_its_projects_are_compared(path, tmp_path):
     assert data["rejected"] == found.rejected
     assert json.loads((out / "design.json").read_text()) == data
     assert [row["gear"] for row in rows(out / "designs.csv")] == [c.gear for c in found.feasible]
-    assert {row["gear"] for row in rows(out / "rejected.csv")} == set(found.rejected)
+    assert {row["gear"] for row in rows(out / "rejected.csv")} == set(found.rejected) | set(found.not_judged)
+    assert data["not_judged"] == found.not_judged
     assert (out / "designs.svg").read_text().startswith("<svg")
     projects = sorted(out.glob("0*.yaml"))
     assert len(projects) == len(found.pareto) >= 2
@@ -67,9 +68,26 @@ def test_the_answer_is_written_and_its_projects_are_compared(path, tmp_path):
 def test_without_a_design_the_summary_names_the_nearest(path, tmp_path):
     path.write_text(SPECIFICATION.replace("200 arcsec", "1 arcsec").replace("[1 kg*cm^2, 5 kg*cm^2]", "[5 kg*cm^2]"))
     run = invoke("design", path, "-o", tmp_path / "out")
-    assert run.exit_code == 0, run.output
+    assert run.exit_code == 1, run.output
     assert "No gear serves. The nearest is CSG-" in run.stdout
     assert not (tmp_path / "out" / "designs.svg").exists()
+
+
+@pytest.mark.slow
+def test_gears_of_a_file_are_judged_beside_the_catalogue_and_a_damping_above_one_is_doubted(path, tmp_path):
+    gear = sw.catalogue.gear("CSG-40-50")
+    numbers = ", ".join(f"{k}: {getattr(gear, k)!r} {'N*m' if k[0] == 'T' else 'N*m/rad'}" for k in gear.law._fields)
+    limits = ", ".join(f"{k}: 1000 N*m" for k in ("average_torque", "repeated_peak_torque", "momentary_torque"))
+    (tmp_path / "mine.yaml").write_text(
+        f"gears: [{{name: MY-40-50, series: CSG, size: 40, ratio: 50, {numbers}, {limits}, max_speed: 4000 rpm, "
+        "average_speed: 3000 rpm, input_inertia: 1 kg*cm^2, accuracy: 20 arcsec}]\n"
+    )
+    path.write_text(SPECIFICATION.replace("ratio: 3 %", "ratio: 3"))
+    run = invoke("design", path, "--gears", tmp_path / "mine.yaml", "-o", tmp_path / "out")
+    assert run.exit_code == 0, run.output
+    assert "note: The damping ratio is 3 (300 % of critical)" in run.stdout
+    first = sw.read_project(next((tmp_path / "out").glob("01-*.yaml")))
+    assert first.gear.name == "MY-40-50"
 
 
 def test_a_wrong_specification_ends_with_its_place(path, tmp_path):

@@ -110,6 +110,10 @@ def test_an_accuracy_takes_the_place_of_the_record_s_in_error_and_budget(tmp_pat
     [
         (("--gear", "CSG-40"), "--gear: 'CSG-40' is a part of CSG-40-50"),
         (("--gear", "XYZ-9"), "--gear: the catalogue has no gear 'XYZ-9'"),
+        (
+            ("--motor-inertia", "7 g*cm^2"),
+            "'7 g*cm^2' is less than that of the wave generator of CSG-40-50 alone",
+        ),
         (("--speed-from", "4000 rpm"), "--speed-to must be given: '3000 rpm' is not above the lowest speed"),
         (("--loop", "30 rpm"), "--loop: '30 rpm' is a speed of a shaft, not a bandwidth"),
         (("--accuracy", "60 deg"), "--accuracy: '60 deg' is above 1 deg, and catalogues have 0.5 to 3 arcmin"),
@@ -215,3 +219,20 @@ def test_a_report_of_a_file_with_any_name_is_whole_where_the_locale_has_no_lette
     results = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
     assert results["title"] == name.decode("ascii", "surrogateescape").encode(errors="backslashreplace").decode()
     assert "</html>" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_name_that_is_no_gear_is_refused_and_the_nearest_are_named(tmp_path):
+    known = [sw.catalogue.gear(name) for name in sw.catalogue.names()]
+    series, sizes, ratios = [sorted({getattr(g, key) for g in known}) for key in ("series", "size", "ratio")]
+    absent = [
+        f"{a}-{b}-{c}" for a in series for b in sizes for c in ratios if f"{a}-{b}-{c}" not in sw.catalogue.names()
+    ]
+    some = [*absent[:: max(1, len(absent) // 480)], *(g.name[:-1] for g in known[::9])][:500]
+    assert {"HFUC-20-80", "CSG-80-50", "CSG-8-100", "HFUC-50-80"} - set(sw.catalogue.names())
+    for name in ("HFUC-20-80", "CSG-80-50", "CSG-8-100", *some):
+        run = invoke("new", "--gear", name, *GIVEN[2:], "-o", tmp_path / "drive.yaml")
+        assert run.exit_code == 2, name
+        assert (
+            "; the nearest are " in run.output or "is a part of " in run.output or "write the whole name" in run.output
+        )
+        assert list(tmp_path.iterdir()) == []

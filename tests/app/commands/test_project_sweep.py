@@ -106,3 +106,10 @@ def test_the_output_tells_whether_the_drive_is_built_once(drive, option, begin):
     at = [replaced(file, {"load.inertia": J}, retune=bool(option)).response() for J in ("1 kg*m^2", "2 kg*m^2")]
     tops = [max(one.oscillation[one.visited()]) for one in at]
     assert sorted([values["smallest"], values["largest"]]) == pytest.approx(sorted(tops), rel=1e-9)
+
+
+def test_ends_of_a_grid_that_no_gear_has_are_doubted(drive):
+    run = invoke(drive, "--grid", "damping.ratio=3,5", "--json")
+    said = [note for note in json.loads(run.stdout)["remarks"] if note.startswith("damping.ratio = ")]
+    assert sorted(note.split(":")[0] for note in said) == ["damping.ratio = 3", "damping.ratio = 5"]
+    assert all("is usual, and 4 % is written" in note for note in said)

@@ -200,14 +200,32 @@ def test_without_a_design_the_nearest_miss_is_named_with_its_constraint():
 
 def test_where_the_sources_lack_a_number_of_every_gear_the_answer_says_so():
     found = sw.design(SPEC, gears=[sw.catalogue.gear("CSF-20-50")])
-    assert found.nearest == (
-        "No gear serves: no source gives the largest input speed of 1 gear, which the specification needs; leave out "
-        "what needs it."
-    )
+    assert found.nearest.startswith("No gear serves: no source gives the largest input speed of 1 gear, the largest ")
+    assert found.nearest.endswith("which the specification needs; leave out what needs it.")
     both = sw.design(replace(SPEC, largest_mass=8.0), gears=[sw.catalogue.gear(n) for n in ("CSG-25-50", "SHG-25-50")])
     assert "no source gives the mass of 1 gear and the accuracy of 1 gear, which" in both.nearest
-    assert both.nearest.endswith("leave out what needs it or give excitation.accuracy.")
-    assert found.rejected["CSF-20-50"].startswith("No source gives")
+    assert "leave out what needs it or give excitation.accuracy, or excitation.assumed for these" in both.nearest
+    assert found.not_judged["CSF-20-50"].startswith("No source gives")
+    assert found.rejected == {}
+    assert "0 gears do not, 1 are not judged, as a number is missing" in str(found)
+
+
+def test_an_assumed_accuracy_judges_the_gears_without_one_and_a_special_one_is_of_the_record():
+    gears = [sw.catalogue.gear(name) for name in ("CSG-32-50", "SHG-32-50")]
+    assert [gear.accuracy is None for gear in gears] == [False, True]
+    loose = replace(SPEC, limit=1.0)
+    plain, special = sw.design(loose, gears=gears), sw.design(replace(loose, accuracy="special"), gears=gears)
+    assert set(plain.not_judged) == {"SHG-32-50"}
+    assumed = sw.design(replace(loose, assumed_accuracy=60.0 * ARCSEC), gears=gears)
+    assert {c.gear for c in assumed.feasible} == {c.gear for c in plain.feasible} | {"SHG-32-50"}
+    sizes = [{c.gear: c.oscillation for c in found.feasible if c.rotor_inertia == 5e-5} for found in (plain, special)]
+    assert sizes[1]["CSG-32-50"] < 0.7 * sizes[0]["CSG-32-50"]
+
+
+def test_a_rotor_a_hundred_times_the_wave_generator_is_doubted():
+    found = sw.design(replace(SPEC, rotor_inertias=(0.5,), limit=1.0), gears=GEARS[2:3])
+    assert found.feasible[0].doubts[-1].endswith("times the wave generator of CSG-32-50; check its unit.")
+    assert found.feasible[0].hysteresis_loss == GEARS[2].hysteresis_loss
 
 
 def test_sensitivities_of_a_linear_amplitude_are_one_in_the_kinematic_error(found):

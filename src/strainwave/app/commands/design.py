@@ -1,5 +1,6 @@
 """`strainwave design`: the gears and motors that meet a specification, as numbers, CSV, figure and project files."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,10 @@ import click
 
 from ...base.facts import data
 from ...files.design import design_text, read_specification
+from ...files.own_gears import read_gears
+from ...files.yaml_text import text_of
+from ...model.gears.catalogue import select
+from ...model.gears.gear import Gear
 from ...plot.svg import stacked
 from ...study.design.design import design as designed
 from ...study.design.result import Design
@@ -23,32 +28,48 @@ MOST_FILES = 10  # project files of the front
     "Folder for designs.csv, rejected.csv, designs.svg, design.json and the best designs as project files.",
     required=True,
 )
+@click.option("--gears", type=file_type, help="Gears of your own in YAML or CSV, beside the catalogue.")
 @retune_option
 @json_option
-def design(specification: Path, output: Path, retune: bool, as_json: bool) -> None:
-    """Find gears and motors for the SPECIFICATION of an axis."""
+def design(specification: Path, output: Path, gears: Path | None, retune: bool, as_json: bool) -> None:
+    """Find gears and motors for the SPECIFICATION of an axis.
+
+    Exit code 1 where none serves.
+    """
     request = replace(read_specification(specification), retune=retune)
+    own = {} if gears is None else read_gears(gears)
+    every = [*own.values(), *(record for record in select() if record.name not in own)]
     with Progress(request.title) as progress:
-        result, stop = finished(lambda: designed(request, progress=progress.show))
+        result, stop = finished(lambda: designed(request, gears=every, progress=progress.show))
         progress.show("writing", 0.98)
-        written = _write(result, output)
+        written = _write(result, output, own, gears)
     files = f"written: {', '.join(str(output / file) for file in written)}"
     click.echo(reported(request.title, result.facts(), as_json, files))
     if stop is not None:
         raise stop
+    if not result.feasible:
+        raise click.exceptions.Exit(1)
 
 
-def _write(result: Design, output: Path) -> list[str]:
+def _write(result: Design, output: Path, own: Mapping[str, Gear], gears: Path | None) -> list[str]:
     """Write tables, figure, JSON and the front as project files, and return their names."""
     feasible = data(result.facts())["feasible"]
     texts = {
         CSV: as_csv(list(feasible[0]) if feasible else ["gear"], [row.values() for row in feasible]),
-        REJECTED: as_csv(["gear", "reason"], result.rejected.items()),
+        REJECTED: as_csv(["gear", "reason"], [*result.rejected.items(), *_not_judged(result)]),
         JSON: reported(result.specification.title, result.facts(), True),
     }
     if result.feasible:
         texts[SVG] = stacked(result.panels(), 360.0, "feasible designs, oscillation over inertia")
     for i, c in enumerate(result.pareto[:MOST_FILES], 1):
-        texts[f"{i:02d}-{slug(c.gear)}.yaml"] = design_text(result.specification, c)
+        file = "" if gears is None else gears.name
+        texts[f"{i:02d}-{slug(c.gear)}.yaml"] = design_text(result.specification, c, own=own, file=file)
+    if gears is not None and any(c.gear in own for c in result.pareto[:MOST_FILES]):
+        texts[gears.name] = text_of(gears, "gear file")
     write_all(output, texts)
     return list(texts)
+
+
+def _not_judged(result: Design) -> Iterator[tuple[str, str]]:
+    """Rows of the gears of which a number is missing."""
+    return ((name, f"not judged: {said}") for name, said in result.not_judged.items())

@@ -20,7 +20,7 @@ from ...files.own_gears import read_gears
 from ...files.reading import from_text
 from ...files.reference import NAME, project_schema, reference, template
 from ...model.gears.catalogue import gear, names, select
-from ...model.gears.gear import NUMBERS, Gear
+from ...model.gears.gear import NUMBERS, SPECIAL, Gear
 from ...model.orders import TURNING_SPLINE, USUAL
 from ..console import number, print_table, to_json
 from ..view import quantity
@@ -76,7 +76,7 @@ QUESTIONS = (
         "Bandwidth of the cascade that holds the motor; none is a motor that keeps its speed ideally.",
     ),
     Question("gravity", "Gravity", "N*m", NONE, "Torque of the load's weight on a level arm, on the output side."),
-    Question("accuracy", "Accuracy of the gear", "arcsec", "catalogue", "Accuracy class of the gear, peak-to-peak."),
+    Question("accuracy", "Accuracy of the gear", "arcsec", "catalogue", "Peak-to-peak; special: a selected gear."),
     Question(
         "kinematic_error", "Kinematic error", "arcsec", "catalogue",
         "Amplitude of order 2 of the motor, 0-to-peak; catalogue shares the gear's accuracy by the usual orders.",
@@ -194,10 +194,16 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
         raise ValueError(f"{text!r} and --accuracy both give the size of the error; give one of them")
     if name in KINDS:
         KINDS[name].read(text, Place((), []))
+        if text == SPECIAL and gear(answers["gear"]).special_accuracy is None:
+            raise ValueError(f"the catalogue has no special accuracy of {answers['gear']}; write it in arcsec")
     else:
         unit = {"load_inertia": "kg*m**2", "motor_inertia": "kg*m**2", "gravity": "N*m", "damping": ""}.get(name, "rad")
         unit = "rad/s" if name.startswith("speed") else unit
         value = number_in(text, unit, "not negative" if name == "speed_from" else "positive")
+        own = gear(answers["gear"]).input_inertia if name == "motor_inertia" else None
+        if own is not None and value < (1.0 - 1e-6) * own:
+            of = f"the wave generator of {answers['gear']} alone, {1e4 * own:g} kg*cm^2"
+            raise ValueError(f"{text!r} is less than that of {of}; write that of motor and wave generator together")
         if name == "speed_to" and value <= number_in(answers["speed_from"], "rad/s"):
             raise ValueError(f"{text!r} is not above the lowest speed, {answers['speed_from']}; write a larger speed")
     return text
@@ -213,21 +219,19 @@ def _with_unit(text: str, unit: str) -> str:
 
 
 def _gear(text: str) -> str:
-    """Name of the gear that a text is a part of (ValueError with all of them where there are several)."""
+    """Name of a gear of the catalogue (ValueError with those that a part of a name is of, or the nearest)."""
     if not text:
         raise ValueError("a gear is needed; write for example CSG-40-50, or a part of a name as CSG-40")
     try:
         return gear(text).name
     except ValueError as error:
-        parts = text.upper().replace("-", " ").split()
-        matches = [name for name in names() if all(part in name for part in parts)]
+        begin = "-".join(text.upper().replace("-", " ").split())
+        matches = [name for name in names() if f"-{begin}-" in f"-{name}-" or name.startswith(begin)]
         if not matches:
             raise ValueError(str(error)) from None
-        if len(matches) == 1:
-            return matches[0]
         others = f" and {len(matches) - MOST_SHOWN} more" if len(matches) > MOST_SHOWN else ""
         some = f"{', '.join(matches[:MOST_SHOWN])}{others}"
-        raise ValueError(f"{text!r} is a part of {some}; write one of them") from None
+        raise ValueError(f"{text!r} is a part of {some}; write the whole name") from None
 
 
 def _assumed(options: Mapping[str, str | None], answers: dict[str, str]) -> str:
@@ -249,6 +253,8 @@ def _of_catalogue(name: str, answers: dict[str, str]) -> str:
         return ""  # an accuracy is of use where kinematic error or budget follow from it
     if name == "speed_to":
         return f"{min(FASTEST, record.average_rpm or FASTEST):g} rpm"
+    if answers["accuracy"] == SPECIAL and name == "budget":
+        return f"{(record.special_accuracy or 0.0) / ARCSEC:.3g} arcsec"
     if record.accuracy is None and not answers["accuracy"]:
         remedy = {"budget": "it in arcsec, or none"}.get(name, "the amplitude of order 2 in arcsec, or give --accuracy")
         raise ValueError(f"the catalogue has no accuracy of {gear_name}; write {remedy}")

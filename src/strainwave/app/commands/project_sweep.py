@@ -1,6 +1,7 @@
 """`strainwave sweep` over numbers of the project file: the response of the whole drive at every point of a grid."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ from ...base.quantities import convert
 from ...base.results import Floats
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
-from ...files.notes import load_remark
+from ...files.notes import load_remark, unsaid
 from ...files.variants.names import keys_of, quantity
 from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST_VALUES, DIGITS = 10_000, 5
+DOUBT = "check|is usual"  # in a note
 WHAT = {
     "peak": "largest |error|",
     "oscillation": "largest oscillation of the error",
@@ -54,10 +56,23 @@ def swept(
     report = found(data) | {
         "title": project.title,
         "store": str(output),
-        "remarks": [*filter(None, [data.attrs["tuning"]]), *project.notes, *load_remark(project)],
+        "remarks": [
+            *filter(None, [data.attrs["tuning"]]),
+            *project.notes,
+            *load_remark(project),
+            *doubts(project, axes),
+        ],
         "tuning": data.attrs["tuning"],
     }
     click.echo(to_json(report) if as_json else summary(report, project))
+
+
+def doubts(project: Project, axes: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    """What a reader should doubt of the ends of a grid, beyond the notes of the project."""
+    for name, texts in axes.items():
+        for text in {texts[0], texts[-1]} if name != "gear" else ():
+            notes = replaced(project, {name: text}, retune=True).notes
+            yield from (f"{name} = {text}: {note}" for note in unsaid(notes, project.notes) if re.search(DOUBT, note))
 
 
 def of_file(project: Project, name: str) -> bool:

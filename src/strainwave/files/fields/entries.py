@@ -7,18 +7,23 @@ damping, or by gains; and either with the lag of a current loop.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from ...base.law import depends
 from ...base.protocols import Law
 from ...base.quantities import checked
+from ...model.gears.gear import Gear
 from ...model.laws.hysteresis import BoucWen
+from ...model.laws.springs import PiecewiseLinear
 from ...model.oscillator import Ripple, Variation
 from ...model.train.controls import KINDS, USUAL, CascadeLoop, PositionLoop, SpeedLoop, Tuning, core_of, from_bandwidth
 from ...model.train.filters import FILTERS, apart, around
 from ...model.train.motion import AngleTorque
+from ...study.gear.hysteresis import fit_hysteresis
 from ..yaml_text import Keys, shown
 from ..yaml_text import read as read_yaml
+from .groups import CATALOGUE
 from .kinds import BANDWIDTH, Items, Kind, Place, Quantity, Row, Schema, Word, Wrong, near, read
 from .rows import LAW, TYPE, Fields, Group, Typed, field, group_text, name_of, needed, read_group, rows_of, schema_of
 
@@ -74,7 +79,34 @@ def _hysteresis(law: Law) -> Iterator[Wrong]:
     return _not_of_a_shaft(law)
 
 
-GEAR_LAW, HYSTERESIS, DRAG = Typed(wrong=_gear_law), Typed(wrong=_hysteresis), Typed(wrong=_drag)
+@cache
+def _of_loss(law: PiecewiseLinear, loss: float, rated: float) -> Any:
+    """Law beside a spring that gives the hysteresis loss [rad] of a record at the rated torque [N*m]."""
+    return fit_hysteresis(law, loss, rated_torque=rated).law.second
+
+
+@dataclass(frozen=True)
+class HysteresisKind(Typed):
+    """Hysteresis by its numbers, or that of the gear's record."""
+
+    def read(self, value: object, place: Place) -> Any:
+        return value if value == CATALOGUE else super().read(value, place)
+
+    def schema(self) -> Schema:
+        return {"anyOf": [{"const": CATALOGUE}, super().schema()]}
+
+    def text(self, value: object) -> str:
+        return CATALOGUE if value == CATALOGUE else super().text(value)
+
+    @staticmethod
+    def beside(value: Any, gear: Gear | None) -> Any:
+        """The law beside the spring of a gear."""
+        if value != CATALOGUE or gear is None:
+            return value
+        return _of_loss(gear.law, gear.hysteresis_loss or 0.0, gear.rated_torque or 0.0)
+
+
+GEAR_LAW, HYSTERESIS, DRAG = Typed(wrong=_gear_law), HysteresisKind(wrong=_hysteresis), Typed(wrong=_drag)
 
 
 def loop_types() -> dict[str, type]:

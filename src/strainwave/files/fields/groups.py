@@ -17,6 +17,7 @@ from ..yaml_text import shown
 from .kinds import (
     FILE_NAME,
     PHASE,
+    Accuracy,
     Either,
     Items,
     Kind,
@@ -165,14 +166,14 @@ def _accuracy(angle: float, text: str) -> None:
         raise ValueError(f"{text!r} is above {WORST:g} deg, and catalogues have 0.5 to 3 arcmin; check the unit")
 
 
-ACCURACY = Quantity("rad", "positive", CATALOGUE, _accuracy)
+ACCURACY = Accuracy("rad", "positive", CATALOGUE, _accuracy)
 
 
 class ExcitationSpec(Group):
     """What drives the error; something periodic must be there."""
 
     accuracy: float | str | None = field(ACCURACY, "1 arcmin",
-        "Accuracy of the gear, peak-to-peak, in place of lines: at most 1 deg; catalogue for that of its record."
+        "Accuracy of the gear, peak-to-peak, in place of lines; at most 1 deg, or catalogue or special of its record."
     )  # fmt: skip
     kinematic_error: tuple[ErrorLine, ...] = field(Items(Fields(ErrorLine), most=MOST_LINES), f"[{LINE}]",
         "Lines of the kinematic error, on the output side.", ())  # fmt: skip

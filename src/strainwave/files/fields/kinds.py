@@ -12,6 +12,7 @@ from math import tau
 from typing import Any, NamedTuple
 
 from ...base.quantities import example, parse
+from ...model.gears.gear import SPECIAL
 from ..yaml_text import Keys, kind_of, shown
 
 Schema = dict[str, Any]
@@ -176,6 +177,18 @@ class Quantity(Kind):
 
     def text(self, value: Any) -> str:
         return str(value) if isinstance(value, str) else f"{value!r} {self.unit}".rstrip().replace("**", "^")
+
+
+@dataclass(frozen=True)
+class Accuracy(Quantity):
+    """An accuracy class, or the word for one of the gear's record."""
+
+    def read(self, value: Any, place: Place) -> Any:
+        return value if value == SPECIAL else super().read(value, place)
+
+    def schema(self) -> Schema:
+        found = super().schema()
+        return found | {"anyOf": [{"const": SPECIAL}, *found["anyOf"]]}
 
 
 @dataclass(frozen=True)

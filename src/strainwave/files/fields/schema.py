@@ -350,7 +350,7 @@ class ProjectSpec(Group):
     gear: str | ExplicitGear | NamedGear = needed(GearKind(), "CSG-40-50",
         "Name of a gear of the catalogue, or a group that describes a gear.")  # fmt: skip
     hysteresis: Any = field(HYSTERESIS, EXAMPLE_HYSTERESIS,
-        "Hysteresis or friction of the gear, in parallel with its law.")  # fmt: skip
+        "Hysteresis or friction of the gear, in parallel with its law; catalogue has the record's loss.")  # fmt: skip
     backlash: BacklashSpec | None = field(BacklashSpec, "{half_gap: 10 arcsec}")
     load_friction: float | str | None = field(
         Quantity("", "not negative", CATALOGUE, lambda mu, _: checked(LoadFriction(mu))),
@@ -396,4 +396,5 @@ class ProjectSpec(Group):
         law = (gear and gear.law) if own is None else own
         if self.backlash is not None:
             law = Play(self.backlash.half_gap, law)
-        return law if self.hysteresis is None else Parallel(law, self.hysteresis)
+        beside = HYSTERESIS.beside(self.hysteresis, gear)
+        return law if beside is None else Parallel(law, beside)

@@ -18,6 +18,7 @@ from ...drive.train_curve import unfollowed
 from ...model.gears.limits import gravest
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.verdict import Verdict
+from ..notes import of_hysteresis
 
 MOST_DRIVES = 20
 
@@ -54,6 +55,8 @@ class ProjectComparison(Result):
         By which limits of gear and motor each drive fails, in sentences; empty by none.
     files : tuple of str
         Name of the file of each project.
+    remarks : tuple of str
+        What the numbers are without.
     """
 
     titles: tuple[str, ...]
@@ -75,6 +78,7 @@ class ProjectComparison(Result):
     limit: Floats
     failures: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     rows: ClassVar[str] = "drive"
 
@@ -134,6 +138,7 @@ class ProjectComparison(Result):
             Fact("", title, "{}"),
             Fact("", tuple(sentence for i in ordered for sentence in self._sentences(i)), "  {}"),
             Fact("drives", tuple(map(self.row, range(len(self.titles))))),
+            Fact("remarks", self.remarks, "note: {}"),
         )
 
     def _sentences(self, i: int) -> Iterator[str]:
@@ -228,6 +233,7 @@ def _compared(projects: list[Project], analyses: list[Analysis]) -> ProjectCompa
         column(lambda p: p.limit),
         tuple(" ".join(limit.sentence for limit in gravest(analysis.limits) if limit.fails) for analysis in analyses),
         tuple(p.path.name for p in projects),
+        tuple(dict.fromkeys(note for p in projects for note in of_hysteresis(p))),
     )
 
 

@@ -21,6 +21,7 @@ from ...study.analysis.avoid import band_above
 from ...study.analysis.load_cases import WITH_MEMORY
 from ...study.identification.intervals import Interval
 from ..fields.groups import Radians
+from ..notes import of_hysteresis
 from ..yaml_text import read
 from .names import nominal_of
 from .ranking import Ranking, ranking
@@ -60,6 +61,8 @@ class Exceedance(Result):
         Torques of the load [N*m] under each of which every drive is followed.
     speeds : Speeds or None
         Those of the project, in whose unit the speeds to avoid are told.
+    remarks : tuple of str
+        What the numbers are without.
     """
 
     rows: ClassVar[str] = "drive"
@@ -76,6 +79,7 @@ class Exceedance(Result):
     tuning: str = ""
     loads: tuple[float, ...] = ()
     speeds: Speeds | None = None
+    remarks: tuple[str, ...] = ()
 
     @property
     def under(self) -> str:
@@ -150,7 +154,7 @@ class Exceedance(Result):
             Fact("errors", self.errors), Fact("", failed, "{}" if self.failed else ""),
             Fact("load_torques_N_m", self.loads), Fact("", self.under, "{}" if self.under else ""),
             Fact("tuning", self.tuning, "{}" if self.tuning else ""),
-            Fact("seed", self.seed, f"seed {self.seed}"),
+            Fact("seed", self.seed, f"seed {self.seed}"), Fact("remarks", self.remarks, "note: {}"),
         )  # fmt: skip
 
     def _ends_said(self) -> tuple[str, ...]:
@@ -229,7 +233,8 @@ def exceedance(
         own = {name: values[: len(rows)] for name, values in factors.items()}
         rank = None if np.any(np.isnan(found)) else ranking(own, found)
         said = tuning(project, own, retune)
-        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said, torques, project.speeds)
+        more = torques, project.speeds, tuple(of_hysteresis(project))
+        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said, *more)
 
     def tell(more: int) -> None:
         progress(len(rows) * len(torques) + more, count * len(torques))

@@ -7,12 +7,12 @@ Friction of a gear from what catalogues print: its efficiency, and its running a
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
 from ...base.quantities import checked, number, shown
-from ...base.units import RPM
+from ...base.units import ARCSEC, RPM
 from ..drive import Drive
 from ..laws.friction import Coulomb, LoadFriction, Viscous
 from ..laws.hysteresis import Parallel
@@ -20,6 +20,7 @@ from ..laws.measured import RoundedPiecewiseLinear
 from ..laws.springs import Cubic, PiecewiseLinear
 from .fits import LawFit, fit_odd
 
+SPECIAL = "special"  # grade of the selected gears
 REACH = 1.5  # times T2: up to where the fits go
 
 RUNNING = 2000.0 * RPM  # input speed [rad/s] at which catalogues give efficiency and running torque
@@ -165,6 +166,10 @@ class Gear:
     notes: tuple[str, ...] = ()
     doubts: tuple[tuple[str, str], ...] = ()
 
+    def accuracy_of(self, grade: str = "catalogue") -> float | None:
+        """Accuracy [rad] of the usual grade, or that of the one that is called special."""
+        return self.special_accuracy if grade == SPECIAL else self.accuracy
+
     def doubts_about(self, *names: str) -> tuple[str, ...]:
         """Notes on those of the named numbers that are doubtful, each once."""
         return tuple(dict.fromkeys(note for name, note in self.doubts if name in names))
@@ -307,6 +312,22 @@ class Gear:
             )
         return no_load_drag(self.running_torque, self.starting_torque)
 
+    def slips(self) -> Iterator[tuple[str, str]]:
+        """Name numbers far from what gears of the catalogue have, most likely a slip of a unit or a power of ten."""
+        for field, (most, low, high) in FAR.items():
+            value = getattr(self, field)
+            size = None if value is None else most(self, value)
+            if size is not None and not low / FACTOR <= size <= high * FACTOR:
+                angle = f" ({value / ARCSEC:.4g} arcsec)" if NUMBERS[field] == "rad" else ""
+                times = (
+                    f"{size / high:.3g} times the largest" if size > high else f"{low / size:.3g} times below the least"
+                )
+                yield (
+                    field,
+                    f"{self.name}: {field} is {value:.4g} {NUMBERS[field]}{angle}, {times} that gears of the catalogue "
+                    "have beside their other numbers; check its unit.",
+                )
+
     def contradictions(self) -> Iterator[tuple[str, str]]:
         """Name numbers that cannot be true together: the field to blame and a sentence on it.
 
@@ -339,6 +360,28 @@ NUMBERS = {
     "input_inertia": "kg*m**2", "mass": "kg", "accuracy": "rad", "special_accuracy": "rad", "hysteresis_loss": "rad",
     "lost_motion": "rad", "efficiency": "", "running_torque": "N*m", "starting_torque": "N*m",
     "back_driving_torque": "N*m", "pitch_radius": "m",
+}  # fmt: skip
+FACTOR = 5.0  # beyond what gears have
+HEAVY = 100.0  # times the wave generator: a rotor whose unit is doubted
+
+
+def _over(name: str, power: float = 1.0) -> Callable[[Gear, float], float | None]:
+    """A number over a power of another, None where that is not known."""
+
+    def share(gear: Gear, value: float) -> float | None:
+        other = getattr(gear, name)
+        return None if other is None else value / other**power
+
+    return share
+
+
+# Sizes of numbers beside others, and their range over the records of the catalogue.
+FAR: dict[str, tuple[Callable[[Gear, float], float | None], float, float]] = {
+    "K1": (lambda _, value: value, 340.0, 1.45e6), "K2": (_over("K1"), 1.24, 1.65), "K3": (_over("K2"), 1.06, 1.64),
+    "rated_torque": (_over("K1"), 5e-4, 3.3e-3), "input_inertia": (_over("K1", 5.0 / 3.0), 1.1e-12, 3.2e-11),
+    "mass": (_over("rated_torque"), 0.019, 0.18), "accuracy": (lambda _, value: value, 0.0, 5.8e-4),
+    "special_accuracy": (lambda _, value: value, 0.0, 5.8e-4), "lost_motion": (lambda _, value: value, 0.0, 8.8e-4),
+    "hysteresis_loss": (lambda _, value: value, 0.0, 8.8e-4),
 }  # fmt: skip
 ASCENDING = (
     ("rated_torque", "average_torque", "repeated_peak_torque", "momentary_torque", "ratcheting_torque"),

@@ -24,7 +24,7 @@ from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
 from .averaged import Balanced, Drives, Largest, balanced, largest, sensitivities, worth
-from .options import Case, Option, bounded, error_of, looked_at, option_of
+from .options import Case, Option, bounded, error_of, looked_at, option_of, rotor_doubts
 from .result import Candidate, Design, front
 from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, needed
 
@@ -33,6 +33,7 @@ MOST_DRIVES = 2000  # at once by averaging
 BETWEEN = 9  # torques of a range, as an analysis spreads them
 BEST = 3  # designs whose sensitivities are told
 AVERAGING, BALANCE = "averaging", "harmonic balance"
+NONE = Check("", 0.0, "")
 OSCILLATION, LOOP = "oscillation", "loop"
 Told = Callable[[str, float], None]
 
@@ -78,6 +79,7 @@ class _Search:
     def __init__(self, spec: Specification, progress: Told) -> None:
         self.spec, self.progress = spec, progress
         self.misses: dict[str, Check] = {}  # of each gear the constraint that it misses most
+        self.lacking: dict[str, list[Check]] = {}  # of each gear numbers that no source gives
         self.good: list[Option] = []
         self.known: dict[Any, tuple[Balanced, float, float] | None] = {}
         self.between: dict[tuple[str, float], tuple[str, ...]] = {}  # of the best, by gear and rotor
@@ -88,10 +90,13 @@ class _Search:
         """Search through gears."""
         passed = []
         for gear in gears:
-            rules = max(checks(gear, self.spec), key=lambda check: check.use)
+            told = list(checks(gear, self.spec))
+            rules = max((check for check in told if check.known), key=lambda check: check.use, default=NONE)
+            if lacking := [check for check in told if not check.known]:
+                self.lacking[gear.name] = lacking
             if rules.violated:
                 self.misses[gear.name] = rules
-            else:
+            elif not lacking:
                 passed.append((gear, rules))
         options: list[Option] = []
         for i, (gear, rules) in enumerate(passed):
@@ -110,6 +115,7 @@ class _Search:
             tuple(feasible),
             tuple(map(self._candidate, best)),
             {name: _told(check) for name, check in self.misses.items()},
+            {name: " ".join(map(_told, told)) for name, told in self.lacking.items() if name not in self.misses},
             nearest,
             tuple(sensitivities([(o.gear.name, o.J_m, drives) for o, drives in chosen])),
             self.drives,
@@ -307,13 +313,13 @@ class _Search:
             f"{c.load_inertia:g} kg*m^2 and {c.load_torque:.4g} N*m on it ({c.method}{sure}), "
             f"above the limit of {spec.limit / ARCSEC:.{digits}g} arcsec."
         )
-        check = Check(OSCILLATION, use, said, option.gear.doubts_about(*DRIVE))
+        check = Check(OSCILLATION, use, said, (*option.gear.doubts_about(*DRIVE), *rotor_doubts(option)))
         before = self.misses.get(c.gear)
         if before is None or before.name != OSCILLATION or check.use < before.use:
             self.misses[c.gear] = check
 
     def _candidate(self, option: Option) -> Candidate:
-        gear, spec = option.gear, self.spec
+        gear, spec, key = option.gear, self.spec, (option.gear.name, option.rotor)
         used = option.size / spec.limit
         binding = (OSCILLATION, used) if used >= option.rules.use else (option.rules.name, option.rules.use)
         return Candidate(
@@ -321,13 +327,19 @@ class _Search:
             gear.ratio**2 * option.J_m, option.load, float(spec.damping(gear.law.K1, spec.tuned(option.load))),
             option.size, option.speed, option.error, BALANCE if option.balanced else AVERAGING, life(gear, spec),
             1.0 - binding[1], binding[0], option.torque, option.rotor,
-            (*gear.doubts_about(*needed(spec)), *self.between.get((gear.name, option.rotor), ())),
+            (*gear.doubts_about(*needed(spec)), *rotor_doubts(option), *self.between.get(key, ())),
+            math.nan if gear.hysteresis_loss is None else gear.hysteresis_loss,
         )  # fmt: skip
 
     def _nearest(self, gears: list[Gear]) -> str:
         """The gear that misses least of all, with the oscillation of those that the rules had turned away already."""
         known = sorted(
-            ((self.misses[gear.name], gear) for gear in gears if math.isfinite(self.misses[gear.name].use)),
+            (
+                (miss, gear)
+                for gear in gears
+                if gear.name not in self.lacking
+                if (miss := self.misses.get(gear.name)) and math.isfinite(miss.use)
+            ),
             key=lambda miss: miss[0].use,
         )
         best: tuple[str, Check] | None = None
@@ -346,7 +358,7 @@ class _Search:
         if best is None and loops:
             return f"No gear serves. {loops[0]}"
         if best is None:
-            return _lacking([self.misses[gear.name].name for gear in gears])
+            return _lacking([check.name for told in self.lacking.values() for check in told])
         return f"No gear serves. The nearest is {best[0]}: {_told(best[1])}"
 
     def _remarks(self) -> Iterator[str]:
@@ -355,6 +367,11 @@ class _Search:
             yield (
                 "The kinematic error is each gear's accuracy class, shared by the orders 1, 2, 4 as 1 : 4 : 1 by "
                 "assumption; units of one type differ by a factor of about 3."
+            )
+        if any(option.gear.hysteresis_loss is not None for option in self.good):
+            yield (
+                "The hysteresis loss of the records is in no oscillation: after a reversal a load stays behind by up "
+                "to half of it, and it damps; 'hysteresis: catalogue' in a design's project file counts it."
             )
         if self.stopped:
             yield f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging."
@@ -372,8 +389,11 @@ def _told(check: Check) -> str:
 
 
 def _lacking(names: list[str]) -> str:
-    """What no source gives, where every gear lacks a number that the specification needs."""
+    """What no source gives, where no gear that could be judged is left."""
+    if not names:
+        return "No gear serves: none is of what the specification chooses from."
     counts = Counter(WORDS.get(name, name.replace("_", " ")) for name in names)
     said = listed(f"the {name} of {count} gear{'s' if count > 1 else ''}" for name, count in counts.most_common())
-    ways = ["leave out what needs it", *(["give excitation.accuracy"] if "accuracy" in names else [])]
+    assumed = "give excitation.accuracy, or excitation.assumed for these gears"
+    ways = ["leave out what needs it", *([assumed] if "accuracy" in names else [])]
     return f"No gear serves: no source gives {said}, which the specification needs; {' or '.join(ways)}."

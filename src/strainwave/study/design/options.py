@@ -1,11 +1,12 @@
 """A gear with one rotor under every load and torque of a specification: what averaging says, and its worst case."""
 
+import math
 from collections import Counter
 from typing import NamedTuple
 
 from ...model.error_spectrum import accuracy_spectrum
 from ...model.excitation import KinematicError
-from ...model.gears.gear import Gear
+from ...model.gears.gear import HEAVY, Gear
 from .specification import Check, Specification
 
 LOADS = 2  # of one torque, by harmonic balance
@@ -69,4 +70,13 @@ def error_of(gear: Gear, spec: Specification) -> KinematicError:
     """Kinematic error of a gear under a specification."""
     if spec.kinematic_error is not None:
         return spec.kinematic_error
-    return accuracy_spectrum(spec.accuracy or gear.accuracy or 0.0)
+    return accuracy_spectrum(spec.accuracy_of(gear) or 0.0)
+
+
+def rotor_doubts(option: Option) -> tuple[str, ...]:
+    """That a rotor is far heavier than the wave generator of its gear."""
+    times = option.rotor / (option.gear.input_inertia or math.inf)
+    if times <= HEAVY:
+        return ()
+    said = f"A rotor of {option.rotor:.3g} kg*m^2 is {times:.3g} times the wave generator of {option.gear.name}"
+    return (f"{said}; check its unit.",)

@@ -19,7 +19,7 @@ BEST = "the best designs, of which no other is better in oscillation, size and i
 UNITS = {
     "ratio": "1", "size": "", "mass": "kg", "motor_inertia": "kg*m**2", "reflected_inertia": "kg*m**2",
     "load_inertia": "kg*m**2", "B": "N*m*s/rad", "oscillation": "rad", "speed": "rad/s", "error": "1", "life": "h",
-    "margin": "1", "load_torque": "N*m",
+    "margin": "1", "load_torque": "N*m", "hysteresis_loss": "rad",
 }  # fmt: skip
 
 
@@ -62,6 +62,8 @@ class Candidate(NamedTuple):
     doubts : tuple of str
         What the record of the gear doubts of the numbers that the specification needs, and of the best designs that
         one oscillates by more than the limit between the torques of the duty.
+    hysteresis_loss : float
+        Largest hysteresis loss of the gear's record [rad], not in the oscillation; nan where no source gives it.
     """
 
     gear: str
@@ -82,6 +84,7 @@ class Candidate(NamedTuple):
     load_torque: float = 0.0
     rotor_inertia: float = math.nan
     doubts: tuple[str, ...] = ()
+    hysteresis_loss: float = math.nan
 
     def facts(self) -> tuple[Fact, ...]:
         """Its numbers."""
@@ -92,6 +95,7 @@ class Candidate(NamedTuple):
             Fact("reflected_inertia_kg_m2", self.reflected_inertia, "at the load"),
             Fact("load_inertia_kg_m2", self.load_inertia), Fact("load_torque_N_m", self.load_torque),
             Fact("oscillation_arcsec", self.oscillation, "oscillation"), Fact("motor_speed_rpm", self.speed, "at"),
+            Fact("hysteresis_loss_arcsec", self.hysteresis_loss, "hysteresis loss"),
             Fact("method", self.method), Fact("relative_error", self.error), Fact("life_h", self.life, "life"),
             Fact("margin", self.margin), Fact("", f"{number(100.0 * self.margin, 3)} %", "margin"),
             Fact("binding", self.binding), Fact("", self.binding.replace("_", " "), "binds"),
@@ -136,6 +140,8 @@ class Design(Result):
         Those of them that no other beats in oscillation, size and reflected inertia at once; all by harmonic balance.
     rejected : dict of str to str
         Why each other gear does not serve: the constraint that it misses most, and by how much, by its name.
+    not_judged : dict of str to str
+        What no source gives of the gears that no known number turns away, by their names.
     nearest : str
         Where nothing serves: the gear that misses least, and its constraint; empty otherwise.
     sensitivities : tuple of Sensitivity
@@ -150,6 +156,7 @@ class Design(Result):
     feasible: tuple[Candidate, ...]
     pareto: tuple[Candidate, ...]
     rejected: Mapping[str, str]
+    not_judged: Mapping[str, str]
     nearest: str
     sensitivities: tuple[Sensitivity, ...]
     drives: int
@@ -177,6 +184,8 @@ class Design(Result):
         gears, unlisted = len({c.gear for c in self.feasible}), len(self.pareto) - SHOWN
         low, high = [number(speed / RPM) for speed in self.specification.speeds]
         serve = f"{len(self.feasible)} designs of {gears} gears serve, {len(self.rejected)} gears do not"
+        if self.not_judged:
+            serve += f", {len(self.not_judged)} are not judged, as a number is missing"
         first = (s for s in self.sensitivities if s[:2] == self.sensitivities[0][:2])
         return (
             Fact("", serve, "{}"),
@@ -189,6 +198,7 @@ class Design(Result):
             Fact("", tuple(c.facts() for c in self.pareto[:SHOWN]), "{}"),
             Fact("", (f"and {unlisted} more; `pareto` has all",) if unlisted > 0 else (), "{}"),
             Fact("rejected", dict(self.rejected)),
+            Fact("not_judged", dict(self.not_judged)),
             Fact("sensitivities", tuple(one.facts() for one in self.sensitivities)),
             Fact("", tuple(map(str, first)), "{}"),
             Fact("drives", self.drives),

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...base.quantities import array_of, checked, interval, number, shown
 from ...model.excitation import KinematicError
-from ...model.gears.gear import Gear
+from ...model.gears.gear import SPECIAL, Gear
 from ...model.gears.limits import Finding, bearing_life, check_limits, cubic_mean
 from ...model.train.filters import control_of
 
@@ -23,7 +23,16 @@ WORDS = {
     "momentary_torque": "momentary torque",
 }  # fmt: skip
 DRIVE = ("K1", "K2", "K3", "T1", "T2", "input_inertia")  # numbers that the motion of a drive goes by
-POSITIVE = "limit", "damping_ratio", "accuracy", "life", "largest_size", "largest_mass", "average_speed"
+POSITIVE = (
+    "limit",
+    "damping_ratio",
+    "accuracy",
+    "assumed_accuracy",
+    "life",
+    "largest_size",
+    "largest_mass",
+    "average_speed",
+)
 TORQUES = "mean_torque", "peak_torque", "momentary_torque", "preload"
 SPEEDS, LOADS = ("max_rpm", "average_rpm"), ("average_torque", "repeated_peak_torque", "momentary_torque")
 PEAKS = ("repeated_peak_torque",)  # of the limits of a peak torque: the others hold for momentary ones
@@ -72,8 +81,11 @@ class Specification:
         Largest size, as catalogues count it (pitch diameter in inch times 10), and mass [kg].
     ratios, series : tuple
         Ratios and series of gears to choose from; empty for all.
-    accuracy : float or None
-        Peak-to-peak kinematic error [rad]. Default: the accuracy class of each gear in the catalogue.
+    accuracy : float, "special" or None
+        Peak-to-peak kinematic error [rad]; special is the selected grade of each gear in the catalogue. Default: the
+        accuracy class of each gear in the catalogue.
+    assumed_accuracy : float or None
+        The same for gears whose record has none; without it they are not judged.
     kinematic_error : KinematicError or None
         Its lines, in place of an accuracy.
     loop : Tuning, control or None
@@ -103,7 +115,8 @@ class Specification:
     largest_mass: float | None = None
     ratios: tuple[int, ...] = ()
     series: tuple[str, ...] = ()
-    accuracy: float | None = None
+    accuracy: Any = None
+    assumed_accuracy: float | None = None
     kinematic_error: KinematicError | None = None
     loop: Any = None
     retune: bool = False
@@ -121,7 +134,7 @@ class Specification:
         object.__setattr__(self, "speeds", interval("speeds [rad/s]", self.speeds, positive=True))
         for name in (*POSITIVE, *TORQUES):
             value, label = getattr(self, name), f"{name} [N*m]" if name in TORQUES else name
-            if value is not None or name in ("limit", "damping_ratio", "preload"):
+            if (value is not None and value != SPECIAL) or name in ("limit", "damping_ratio", "preload"):
                 object.__setattr__(self, name, number(label, value, positive=name in POSITIVE))
         for ratio in tuple(self.ratios):
             number("one of ratios", ratio, positive=True)
@@ -171,6 +184,12 @@ class Specification:
         sizes = {0.0, *(abs(torque) + abs(self.preload) for torque in (0.0, *given))}
         return tuple(sorted(sizes | {-size for size in sizes if size}))
 
+    def accuracy_of(self, gear: Gear) -> float | None:
+        """Accuracy [rad] of a gear; None where nothing gives it."""
+        if self.accuracy is not None and self.accuracy != SPECIAL:
+            return float(self.accuracy)
+        return gear.accuracy_of(self.accuracy or "catalogue") or self.assumed_accuracy
+
     def tuned(self, load: float) -> float:
         """Inertia [kg*m^2] of the load that loop and damping of a drive with this load are for."""
         return load if self.retune else min(self.load_inertias)
@@ -214,12 +233,15 @@ class Check(NamedTuple):
         Fact, value and bound.
     doubts : tuple of str
         What the record doubts of the numbers that it goes by.
+    known : bool
+        Whether the record has the number that it is about.
     """
 
     name: str
     use: float
     sentence: str
     doubts: tuple[str, ...] = ()
+    known: bool = True
 
     @property
     def violated(self) -> bool:
@@ -234,12 +256,14 @@ def checks(gear: Gear, spec: Specification) -> Iterator[Check]:
     for name in ("K1", "input_inertia"):
         if None in ((gear.K1, gear.K2, gear.K3, gear.T1, gear.T2) if name == "K1" else (gear.input_inertia,)):
             what = "all of K1, K2, K3, T1, T2" if name == "K1" else "the input inertia"
-            yield Check(name, math.inf, f"No source gives {what} of {gear.name}.")
-    if gear.accuracy is None and spec.accuracy is None and spec.kinematic_error is None:
-        yield Check("accuracy", math.inf, f"No source gives the accuracy of {gear.name}; give it in the specification.")
+            yield Check(name, math.inf, f"No source gives {what} of {gear.name}.", known=False)
+    if spec.accuracy_of(gear) is None and spec.kinematic_error is None:
+        word = "special accuracy" if spec.accuracy == SPECIAL else "accuracy"
+        said = f"No source gives the {word} of {gear.name}; give it in the specification."
+        yield Check("accuracy", math.inf, said, known=False)
     for name in (*SPEEDS, *(LOADS if spec.peak_load > 0.0 else ())):
         if getattr(gear, name) is None:
-            yield Check(name, math.inf, f"No source gives the {WORDS[name]} of {gear.name}.")
+            yield Check(name, math.inf, f"No source gives the {WORDS[name]} of {gear.name}.", known=False)
     yield from (_check(gear, finding) for finding in ratings(gear, spec))
     yield from _life(gear, spec)
 
@@ -306,7 +330,7 @@ def _room(gear: Gear, spec: Specification) -> Iterator[Check]:
         if bound is None:
             continue
         if value is None:
-            yield Check(name, math.inf, f"No source gives the {name} of {gear.name}.", gear.doubts_about(name))
+            yield Check(name, math.inf, f"No source gives the {name} of {gear.name}.", gear.doubts_about(name), False)
             continue
         relation = "above" if value > bound * SURE else "within"
         said = f"The {name} of {gear.name} is {value:g}{unit}, {relation} the largest allowed, {bound:g}{unit}."
@@ -318,7 +342,8 @@ def _life(gear: Gear, spec: Specification) -> Iterator[Check]:
         return
     hours = life(gear, spec)
     if math.isnan(hours):
-        yield Check("life", math.inf, f"No source gives the rated torque of {gear.name}, which its life follows from.")
+        said = f"No source gives the rated torque of {gear.name}, which its life follows from."
+        yield Check("life", math.inf, said, known=False)
         return
     use = spec.life / hours
     relation = "below" if use > SURE else "at least"
