@@ -231,7 +231,11 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
         table = as_csv(list(rows[0]), [row.values() for row in rows])
         write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(rows, figure)})
     written = f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}"
-    click.echo(to_json({"drives": rows}) if as_json else "\n".join([*lines(result.facts()), written]))
+    click.echo(
+        to_json({"drives": rows, "remarks": result.remarks})
+        if as_json
+        else "\n".join([*lines(result.facts()), written])
+    )
     if stop is not None:
         raise stop
 
