@@ -7,7 +7,7 @@ import pytest
 from dry_inertias import ARCSEC, DryInertias, Friction, drawn
 
 import strainwave as sw
-from strainwave.drive.stick_slip import in_time
+from strainwave.drive.friction.stick_slip import in_time
 from strainwave.files.reading import ProjectError, from_text
 
 NO_GEAR, J_M, J_L, N = sw.Linear(0.0), 2e-4, 1.5, 100.0

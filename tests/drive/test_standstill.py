@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.drive.standstill import standing
+from strainwave.drive.friction.standstill import standing
 from strainwave.model.train.filters import around
 
 pytestmark = pytest.mark.compiled

@@ -34,10 +34,10 @@ from ..numerics.continuation.trace import Trace, solve, with_crests, with_multip
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
+from .friction.stick_slip import slides, with_slips
 from .operating_point import with_more
 from .reductions import left_out
 from .response import FEWEST, PER_HARMONIC, TurnResponse, gear_torque, sizes_of, sweep_on, turn_response
-from .stick_slip import slides, with_slips
 
 ROUNDED = 0.25  # of the widest corners that do not meet: sizes within 0.5 % of an integration with true corners
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone

@@ -1,9 +1,9 @@
 """Questions of an engineer, answered by theory and numerics side by side."""
 
+from ..drive.friction.standstill import standstill as standstill
 from ..drive.operating_point import operating_state as operating_state
 from ..drive.postures import Link as Link
 from ..drive.postures import two_link as two_link
-from ..drive.standstill import standstill as standstill
 from ..drive.two_turns import two_turn_motion as two_turn_motion
 from ..drive.two_turns import two_turn_response as two_turn_response
 from ..theory.parametric import parametric_resonances as parametric_resonances

@@ -37,6 +37,7 @@ def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), po
     passed = ((100.0, 120.0),) if run_up else ()
     avoid = Avoid((*unstable, *passed), peak, 110.0, 1.0, (), limit, passed, run_up and (110.0, run_up), unstable)
     analysis = SimpleNamespace(
+        train=None,
         avoid=avoid,
         posture=posture,
         jumping=jumping,

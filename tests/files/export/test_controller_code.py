@@ -111,7 +111,7 @@ SAMPLE = own.Measurement(*[0.0] * 7)
 PERIOD = 250e-6
 ERROR = sw.KinematicError((sw.Line(2, 1.1e-4), sw.Line(4, 3e-5, 0.7)))
 PLANT = sw.Drive(J_m=5e-4, J_l=1.3, N=50.0, B=40.0, law=sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 5.0, 20.0)).train(
-    control=sw.train.Commanded(), kinematic_error=ERROR, motor_drag=sw.laws.Coulomb(0.02), omega=150.0
+    control=sw.train.Commanded(), kinematic_error=ERROR, motor_drag=sw.laws.Coulomb(0.02, 0.1), omega=150.0
 )
 PD = own.SampledPD(K_p=25.0, K_d=0.2, period=PERIOD, filter=2e-4, J=5e-4)
 OWN = {

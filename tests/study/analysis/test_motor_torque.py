@@ -24,7 +24,7 @@ gear:
   law: {{type: piecewise_linear, K1: 1e5 N*m/rad, K2: 1.4e5 N*m/rad, K3: 1.8e5 N*m/rad, T1: 28 N*m, T2: 108 N*m}}
 motor:
   {{inertia: 6 kg*cm^2, loop: {{bandwidth: 30 Hz, damping: 0.7}},
-   drag: {{type: coulomb, T_c: 0.15 N*m, width: 3 rad/s}}{motor}}}
+   drag: {{type: coulomb, T_c: 0.15 N*m}}{motor}}}
 load: {{inertia: 1.3 kg*m^2, drag: {{type: angle_torque, amplitude: 60 N*m}}}}
 damping: {{B: 25 N*m*s/rad}}
 speed: {{from: {low} rpm, to: {high} rpm, shaft: motor}}

@@ -13,9 +13,9 @@ from ...base.sentences import told
 from ...base.units import ARCSEC, Speeds
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
+from ...drive.friction.standstill import standing
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
-from ...drive.standstill import standing
 from ...drive.two_turns import A_TURN, beat_said
 from ...files.notes import load_remark, posture_note, remarks, source_facts, sources_said, unsaid
 from ...files.reading import read_project

@@ -155,6 +155,18 @@ def first_stop(system: Any, omega: float, t: float, h: float, w: Any, guard: Any
 
 
 @routine
+def stop_at(
+    pair: Any, system: Any, omega: float, t: float, h: float, rtol: float, atol: float, w: Any, guard: Any,
+    square: float,
+) -> Any:  # fmt: skip
+    """Whether a step stops where a guard becomes negative, the share of it that is taken, and what `attempt` returns."""
+    s = first_stop(system, omega, t, h, w, guard)
+    if s < 1.0:
+        square = attempt(pair, omega * t, omega * s * h, s * h, rtol, atol, w)
+    return s <= 1.0, min(s, 1.0), square
+
+
+@routine
 def largest(n: int, y: Floats) -> float:
     """Largest absolute value of n numbers."""
     most = 0.0
@@ -311,11 +323,8 @@ def adaptive(
                 last, kink = False, kink if met else -1
         stops = False
         if guarded and square >= 0.0:
-            s = first_stop(system, omega, t, h, w, guard_at)
-            stops = s <= 1.0
-            if s < 1.0:
-                h, last, kink = s * h, False, -1
-                square = attempt(pair, omega * t, omega * h, h, rtol, atol, w)
+            stops, s, square = stop_at(pair, system, omega, t, h, rtol, atol, w, guard_at, square)
+            last, h, kink = last and s == 1.0, s * h, kink if s == 1.0 else -1
         good = 0.0 <= square <= 1.0
         if not good or (between and not undisturbed(look_at, system, omega, t, h, w, rtol, atol)):
             rejected += 1

@@ -17,10 +17,10 @@ from ...base.results import SolveError
 from ...base.sentences import Angle, Sentence, Speed, number, silent
 from ...base.units import Speeds
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
+from ...drive.friction.standstill import standing
 from ...drive.postures import titled
 from ...drive.project import Project
 from ...drive.response import exact_response
-from ...drive.standstill import standing
 from ...drive.train_curve import FEW, refuse_free, unfollowed
 from ...drive.two_turns import NONE_STABLE
 from ...model.gears.gear import Gear

@@ -121,7 +121,7 @@ def _visits(
     if len(path) < CHECKS:
         return [(float(omega), None, None) for omega in np.linspace(first, last, CHECKS)]
     omega, peak = exact.curve.omega[path], exact.curve.peak[path]
-    arc = np.cumsum(np.hypot(np.diff(omega) / (speeds[1] - speeds[0]), np.diff(peak) / np.max(peak)))
+    arc = np.cumsum(np.hypot(np.diff(omega) / (speeds[1] - speeds[0]), np.diff(peak) / (np.max(peak) or 1.0)))
     places = np.minimum(1 + np.searchsorted(arc, arc[-1] * (np.arange(CHECKS) + 0.5) / CHECKS), len(path) - 1)
     folds = np.array([fold.omega for fold in exact.curve.folds])
     clear = np.array([np.all(np.abs(folds / w - 1.0) > NEAR_FOLD) for w in omega])

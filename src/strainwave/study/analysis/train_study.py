@@ -15,12 +15,12 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, silent
 from ...base.series import largest_of_samples, sizes_of_samples
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
+from ...drive.friction.standstill import Standstill
 from ...drive.loop_margin import Bode, bode
 from ...drive.operating_point import operating_state, with_mean_torques
 from ...drive.reductions import Reductions, compare_with_train
 from ...drive.response import damping_of
 from ...drive.run import DriveRun, drive_run
-from ...drive.standstill import Standstill
 from ...drive.two_turns import drive_curve
 from ...model.excitation import mean_torque
 from ...model.gears.gear import Gear

@@ -204,15 +204,9 @@ class Judged(NamedTuple):
     @property
     def failures(self) -> tuple[str, ...]:
         """Limits of the gear and of the motor by which the drive fails, a limit out of reach, and jumps."""
-        jumps = ["The motion jumps on a slow run-up or run-down."] if self.jumps else []
-        below = [self.below] if self.fails else []
-        return (
-            *filter(None, [self.verdict.fault]),
-            *below,
-            *jumps,
-            *filter(None, [self.leaves]),
-            *(finding.sentence for finding in gravest(self.findings) if finding.fails),
-        )
+        jumps = "The motion jumps on a slow run-up or run-down." if self.jumps else ""
+        said = self.verdict.fault, self.below if self.fails else "", jumps, self.leaves
+        return (*filter(None, said), *(finding.sentence for finding in gravest(self.findings) if finding.fails))
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -241,18 +235,9 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor, (need,), resting)
     avoid = _avoid(project, response)
     verdict = verdict_of(
-        speeds.limits,
-        (response,),
-        avoid,
-        usage,
-        findings,
-        None,
-        motor,
-        turns,
-        project.motor_limits,
-        (need,),
+        speeds.limits, (response,), avoid, usage, findings, None, motor, turns, project.motor_limits, (need,),
         project.loop_fault,
-    )
+    )  # fmt: skip
     passes: bool | None = verdict.answer is Answer.ALL_RIGHT
     if project.limit is None:
         passes = False if verdict.fault or verdict.exceeded or avoid is None or avoid.unstable else None

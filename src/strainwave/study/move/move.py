@@ -19,9 +19,9 @@ from ...base.quantities import checked, interval, number
 from ...base.results import Floats, SolveError
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import PEAK, Feedforward, MotorLimits, Payload, Task
+from ...drive.friction.standstill import standing
 from ...drive.project import Project
 from ...drive.run import INPUTS, waiting
-from ...drive.standstill import standing
 from ...drive.state_space import state_space
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, bearing_life, check_limits

@@ -7,24 +7,24 @@ from typing import Any
 
 import numpy as np
 
-from ..base.facts import Fact
-from ..base.law import states_of, torque_of
-from ..base.records import Result
-from ..base.results import Floats, SolveError
-from ..base.sentences import number
-from ..base.units import ARCSEC, HERTZ
-from ..model.excitation import NoError
-from ..model.laws.dry import REST, breakaway, settled
-from ..model.train.controls import CascadeLoop, core_of, off_reference
-from ..model.train.drive_train import DriveTrain
-from ..model.train.motion import AtRest
-from ..numerics.integration.methods import Dopri5
-from ..numerics.integration.simulate import simulate
-from .operating_point import operating_state, repeats, with_mean_torques, with_more
-from .project import train_of
-from .run import holds_its_place
-from .state_space import state_space
-from .train_curve import torques_of_angle, without_gravity
+from ...base.facts import Fact
+from ...base.law import states_of, torque_of
+from ...base.records import Result
+from ...base.results import Floats, SolveError
+from ...base.sentences import number
+from ...base.units import ARCSEC, HERTZ
+from ...model.excitation import NoError
+from ...model.laws.dry import REST, breakaway, settled
+from ...model.train.controls import CascadeLoop, core_of, off_reference
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import AtRest
+from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.simulate import simulate
+from ..operating_point import operating_state, repeats, with_mean_torques, with_more
+from ..project import train_of
+from ..run import holds_its_place
+from ..state_space import state_space
+from ..train_curve import torques_of_angle, without_gravity
 
 SLIPS, SAME = 80, 1e-4  # slips that are followed, and relative difference of two turns of a cycle
 LONGEST = 26  # doublings of a stretch without a slip after which there is none

@@ -12,15 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.results import Branch, Floats
-from ..base.sentences import Sentence, Speed
-from ..model.laws.dry import parted
-from ..model.train.drive_train import DriveTrain
-from ..numerics.integration.methods import Dopri5
-from ..numerics.integration.simulate import simulate
-from .drive_response import DriveResponse
-from .operating_point import operating_state
-from .state_space import state_space
+from ...base.results import Branch, Floats
+from ...base.sentences import Sentence, Speed
+from ...model.laws.dry import parted
+from ...model.train.drive_train import DriveTrain
+from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.simulate import simulate
+from ..drive_response import DriveResponse
+from ..operating_point import operating_state
+from ..state_space import state_space
 
 SPEEDS = 7  # that are integrated, evenly over the logarithm
 SETTLED, LONGEST = 80.0, 240.0  # time constants of the slowest motion before, and at most in which sizes count
