@@ -15,7 +15,7 @@ from strainwave.drive.asked import Need, sheet_findings
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.verdict import Answer
 
-N, J_M, J_L, PULL, T_C, WIDTH = 50.0, 6e-4, 1.3, 60.0, 0.15, 3.0
+N, J_M, J_L, PULL, T_C, WIDTH = 50.0, 6e-4, 1.3, 60.0, 0.15, 0.01
 GEAR = (1e5, 1.4e5, 1.8e5, 28.0, 108.0)
 LINES = ((1, 6.0), (2, 23.0))  # order, arcsec
 DRIVE = """
