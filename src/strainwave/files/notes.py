@@ -121,6 +121,12 @@ def posture_note(project: Project) -> Iterator[str]:
         )
 
 
+def move_note(project: Project) -> tuple[str, ...]:
+    """Which answers are about the move of a project, where it has one."""
+    asked = project.move is not None and bool(project.move.profile)
+    return ("The move of the file is judged by `analyze` and `move`; this is about steady motions.",) * asked
+
+
 def load_remark(project: Project) -> tuple[str, ...]:
     """Which torque of the load one curve is for, where the load has a range of them."""
     low, high = project.other_loads

@@ -17,7 +17,7 @@ VERDICT = Verdict(Answer.NOT, ((100.0, 120.0),), (), ())
 
 def words(ratio, exceeds):
     best = Remedy("damping of the loop", 0.3, 0.0, ratio, 110.0, 1.0, 1.3, "", exceeds=exceeds)
-    view = SimpleNamespace(analysis=SimpleNamespace(avoid=AVOID, remedies=(best,), verdict=VERDICT))
+    view = SimpleNamespace(analysis=SimpleNamespace(avoid=AVOID, remedies=(best,), verdict=VERDICT, moved=None))
     return str(_remedy(view, VERDICT))
 
 
@@ -33,13 +33,14 @@ def test_a_remedy_that_misses_the_limit_is_the_best_of_no_change():
     assert "torque of the largest oscillation" not in said
 
 
-def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), posture=None, run_up=None):
+def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), posture=None, run_up=None, moved=None):
     passed = ((100.0, 120.0),) if run_up else ()
     avoid = Avoid((*unstable, *passed), peak, 110.0, 1.0, (), limit, passed, run_up and (110.0, run_up), unstable)
     analysis = SimpleNamespace(
         train=None,
         avoid=avoid,
         posture=posture,
+        moved=moved,
         jumping=jumping,
         largest_oscillation=lambda: SimpleNamespace(peak=peak),
     )
@@ -66,6 +67,10 @@ BAND = ((100.0, 120.0),)
         (
             (Answer.BUT, 92.0, (), (), 100.0, (), None, 116.0),
             "Fail at some speeds; the oscillation in the run-up is 16 % above its limit",
+        ),
+        (
+            (Answer.NOT, 14.0, (), (), 100.0, (), None, None, SimpleNamespace(findings=(TORQUE,))),
+            "Fail; in the move of the file 616.8 N·m are above the repeated peak torque of 523 N·m",
         ),
         ((Answer.ALL_RIGHT, 14.0, (), (), None), "Pass; the file has no limit of the oscillation"),
     ],

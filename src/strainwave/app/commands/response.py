@@ -17,7 +17,7 @@ from ...drive.friction.standstill import standing
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
 from ...drive.two_turns import A_TURN, beat_said
-from ...files.notes import load_remark, posture_note, remarks, source_facts, sources_said, unsaid
+from ...files.notes import load_remark, move_note, posture_note, remarks, source_facts, sources_said, unsaid
 from ...files.reading import read_project
 from ...plot import axes
 from ...plot.drive import HEIGHT, comparison_panels, drive_panels, reference
@@ -156,7 +156,10 @@ def _ranged(project: Project) -> bool:
 
 def _remarks(project: Project) -> list[str]:
     """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
-    texts, speeds = [*remarks(project), *posture_note(project), *load_remark(project)], project.speeds
+    texts, speeds = (
+        [*remarks(project), *posture_note(project), *move_note(project), *load_remark(project)],
+        project.speeds,
+    )
     if speeds.single:
         ends = _speeds([speeds.own(omega) for omega in speeds.limits], " to ")
         texts.append(

@@ -8,14 +8,15 @@ from typing import Any
 
 from ...base.sentences import Angle, Sentence, Speed, listed
 from ...base.units import ARCSEC, RPM
-from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits
+from ...drive.asked import BRAKE, RMS, MotorLimits
 from ...files.fields.groups import MEASURED
-from ...model.gears.limits import RATED, Finding, gravest
+from ...model.gears.limits import Finding, gravest
 from ...study.analysis.avoid import out_of_reach
 from ...study.analysis.remedies import Remedy
 from ...study.analysis.verdict import Answer, Verdict
 from ..console import number, percent
 from ..view import View, equation_alone, place_said, sizes, under_load
+from .limits import MOTOR, REST, above, move_said, named, of_move
 from .remedies import helps, words
 
 ADD_LIMIT = (
@@ -30,14 +31,6 @@ NOTHING_STABLE = "no steady motion of the range is stable"
 RUN_UP = " In the run-up the oscillation about the mean of its turns reaches {}."
 TWICE = 2.0  # times a limit, from which on the size is told as a multiple
 NONE = 1e-9  # relative oscillation below which nothing is left but rounding
-MOTOR = (PEAK, "motor speed", RMS, RATED, BRAKE)
-REST = ("max_rpm", "average_rpm", "average_torque", *MOTOR)  # limits that are named only where they are passed
-NAMES = {
-    "max_rpm": "largest input speed", "average_rpm": "average input speed", "motor torque": "motor's largest torque",
-    "motor speed": "motor's largest speed", RMS: "motor's continuous torque", RATED: "motor's rated speed",
-    BRAKE: "torque of the motor's brake",
-}  # fmt: skip
-
 LEAST = 0.01  # share of the motor's torque from which on the steady part is told
 FEW = 6  # speeds of jumps that are listed; of more the ends
 
@@ -92,7 +85,7 @@ def _passes(view: View, verdict: Verdict) -> str:
         faults.append(f"the oscillation{case} is {size} its limit")
     passed = gravest(verdict.exceeded)
     first = [finding for finding in passed if finding.limit not in MOTOR][:1]
-    faults += map(_above, [*first, *(finding for finding in passed if finding.limit in MOTOR)])
+    faults += map(above, [*first, *(finding for finding in passed if finding.limit in MOTOR)])
     if avoid is None:
         faults.append(view.project.undamped.partition(":")[0] or NOTHING_STABLE)
     elif avoid.unstable:
@@ -101,6 +94,7 @@ def _passes(view: View, verdict: Verdict) -> str:
         faults.append("the motion jumps")
     if (worst := view.analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
         faults.append(f"{worst.title} of {worst.rows} fails")
+    faults += [f"in the move of the file {above(one)}" for one in of_move(view)]
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
         return "; ".join(["Some speeds are to be avoided", *faults, NO_LIMIT])
     return "; ".join(["Fail at some speeds" if verdict.answer is Answer.BUT else "Fail", *(faults or [NO_LIMIT])])
@@ -157,23 +151,10 @@ def torque_said(view: View, verdict: Verdict, with_motor: bool = True) -> str:
     if not torques:
         against = "and its largest torques are not known"
     elif passed := [finding for finding in exceeded if finding.limit not in REST]:
-        against = f"above {_named(passed[0])}"
+        against = f"above {named(passed[0])}"
     else:
-        against = f"within {_named(min(torques, key=lambda finding: finding.bound))}"
-    return "; ".join([f"{size}, {against}", *(_above(finding) for finding in exceeded if finding.limit in REST)])
-
-
-def _above(finding: Finding) -> str:
-    return f"{number(finding.value)} {_unit(finding)} are above {_named(finding)}"
-
-
-def _named(finding: Finding) -> str:
-    name = NAMES.get(finding.limit, finding.limit.replace("_", " "))
-    return f"the {name} of {number(finding.bound)} {_unit(finding)}"
-
-
-def _unit(finding: Finding) -> str:
-    return finding.unit.replace("*", "·")
+        against = f"within {named(min(torques, key=lambda finding: finding.bound))}"
+    return "; ".join([f"{size}, {against}", *(above(finding) for finding in exceeded if finding.limit in REST)])
 
 
 def _remedy(view: View, verdict: Verdict) -> str:
@@ -214,7 +195,7 @@ def changes_said(
         sentences.append(Sentence(text, under, words(best), Angle(best.ratio * avoid.largest), there))
     elif over_limit(view):
         sentences.append(Sentence("No change that was tried brings the oscillation within its limit."))
-    of_motor = [finding.limit in MOTOR for finding in verdict.exceeded]
+    of_motor = [finding.limit in MOTOR for finding in (*verdict.exceeded, *of_move(view))]
     if not all(of_motor):
         sentences.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
     remedy = Sentence("Motor limit exceeded: reduce load or speed, or take another ratio or a stronger motor.")
@@ -268,6 +249,7 @@ def answers(view: View) -> dict[str, Any]:
         "jumps": _jumps(view),
         "torque": f"{torque[0].upper()}{torque[1:]}.",
         "motor": _motor(view),
+        "move of the file": move_said(view),
         "loop": "" if loop is None else loop.sentence,
         "how sure": how_sure(view),
         "smallest change": _change(view),

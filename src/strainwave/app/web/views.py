@@ -16,7 +16,7 @@ from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
-from ...files.notes import exciting, load_remark, unsaid
+from ...files.notes import exciting, load_remark, move_note, unsaid
 from ...files.variants.sureness import how_sure
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.in_time import drive_motion
@@ -153,6 +153,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             *([HELD] if project.train is None and project.motor == "held" else []),
             *judged.remarks,
             *unsaid(project.notes, judged.remarks),
+            *move_note(project),
             *load_remark(project),
         ],
         "whole": whole,

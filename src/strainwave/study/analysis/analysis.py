@@ -16,6 +16,7 @@ from ...base.results import Branch, SolveError, Status
 from ...base.sentences import Sentence, Speed, on_screen
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
 from ...drive.jumps import HysteresisBand
+from ...drive.project import Project
 from ...drive.response import UNDAMPED, loses_energy
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator, VaryingOscillator
@@ -24,6 +25,8 @@ from ...theory.parametric import ParametricResonance, parametric_resonances
 from ...theory.slow_flow.setting import Resonance
 from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
+from ..move.move import move
+from ..move.result import Move
 from .avoid import Avoid, searched
 from .in_time import Beat, RunUp
 from .load_cases import LoadCase
@@ -81,6 +84,16 @@ def parametric_of(system: Any, speeds: tuple[float, float]) -> tuple[tuple[Param
         return tuple(parametric_resonances(system, speeds)), []
     except ValueError as error:
         return (), [Sentence("Parametric resonances are not searched for: {}.", error)]
+
+
+def move_of(project: Project) -> tuple[Move | None, list[str]]:
+    """The move that the file of a project asks for, or why it is not computed."""
+    if project.move is None or not project.move.profile:
+        return None, []
+    try:
+        return move(project), []
+    except (ValueError, SolveError) as error:
+        return None, [Sentence("The move of the file is not computed: {}.", error)]
 
 
 def gear_loop(law: Any, torque: float, rated: bool) -> GearLoop:
@@ -220,6 +233,8 @@ class Analysis(Result):
         The posture of the project in which the drive is judged worst, which counts in the verdict.
     beat : Beat or None
         The largest motion turn by turn, where motions beat.
+    moved : Move or None
+        The move that the file asks for; a limit that it passes counts in the verdict.
     """
 
     system: Oscillator | VaryingOscillator
@@ -249,6 +264,7 @@ class Analysis(Result):
     other_damping: tuple[Remedy, ...] = ()
     posture: WorstPosture | None = None
     beat: Beat | None = None
+    moved: Move | None = None
 
     def coordinates(self) -> Labelled:
         """As of the response."""

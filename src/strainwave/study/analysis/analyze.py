@@ -30,7 +30,7 @@ from ...numerics.curves.torus_motion import largest_sizes
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
-from .analysis import Analysis, GearLoop, loop_of, parametric_of
+from .analysis import Analysis, GearLoop, loop_of, move_of, parametric_of
 from .avoid import HALF_POWER, between, in_run, merged, searched, speeds_to_avoid
 from .in_time import RunUp, beat_of, run_up_and_down
 from .knobs import Subject
@@ -203,12 +203,16 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         fault=project.loop.fault if project.loop else "",
     )  # fmt: skip
     verdict, worst = over_postures(project, verdict, lambda title: progress(title, 0.95))
+    progress("the move of the file", 0.97)
+    moved, unmoved = move_of(project)
+    if moved is not None and moved.failures:
+        verdict = replace(verdict, answer=Answer.NOT)
     return Analysis(
         system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
-        largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict, (*no_loop, *not_searched),
-        tuple(implausible(project.gear, project.rated_torque, loop, largest)), motor,
-        with_other_damping(subject, drive, avoid, by_load) if advice else (), worst,
-        beat_of(project, drive) if project.is_beating else None,
+        largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict,
+        tuple(no_loop + not_searched + unmoved), tuple(implausible(project.gear, project.rated_torque, loop, largest)),
+        motor, with_other_damping(subject, drive, avoid, by_load) if advice else (), worst,
+        beat_of(project, drive) if project.is_beating else None, moved,
     )  # fmt: skip
 
 

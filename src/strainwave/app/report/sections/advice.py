@@ -9,8 +9,9 @@ from ....plot.svg import figure
 from ....study.analysis.avoid import AMPLIFIED, Avoid
 from ...console import number
 from ...view import View, place, sizes, under_load
+from ..limits import MOTOR
 from ..remedies import remedies_data, remedies_figure
-from ..verdict import MOTOR, band_data
+from ..verdict import band_data
 
 if TYPE_CHECKING:
     from ....study.compensation.result import Compensation as Found

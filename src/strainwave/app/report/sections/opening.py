@@ -17,6 +17,7 @@ from ....study.analysis.analysis import Analysis, Largest
 from ....study.analysis.verdict import Answer
 from ...console import WHAT_X_IS, number, percent
 from ...view import View, equation_alone, place_said, sizes, under_load
+from ..limits import named, of_move
 from ..remedies import after_change, can_be_ordered, helps, words
 from ..verdict import answers, how_sure, ranges, verdict_data
 from .speed_range import drive_figure, figure_said
@@ -57,6 +58,7 @@ class Opening:
             "largest_error": _largest(view, worst, "peak"),
             "largest_torque": _largest_torque(view),
             "required_motor": _required_motor(view),
+            "move": None if view.analysis.moved is None else told_once(view.analysis.moved.facts()),
             "loop_margins": None if project.loop is None else project.loop.data(),
             "how_sure": told_once(project.sureness.facts(project.limit))["how_sure"]
             | {
@@ -135,7 +137,7 @@ class Opening:
         text = f"largest torque through the gear{condition}, at " + Speed(torque["omega_rad_per_s"], digits=5)
         text += under_load(torque["load_torque_Nm"])
         rows.append((f"{number(size, view.project.digits())} N·m", view.told(text) + excess, bool(excess)))
-        return [*rows, *_motor_numbers(view)]
+        return [*rows, *_motor_numbers(view), *_move_numbers(view)]
 
 
 def _largest(view: View, largest: Largest, name: str) -> dict[str, Any]:
@@ -204,6 +206,19 @@ def _motor_numbers(view: View) -> list[tuple[str, str, bool]]:
     if "motor speed" in exceeded:
         speed = f"{number(exceeded['motor speed'].value, 5)} rpm"
         rows.append((speed, "speed at which the motor must turn" + excess("motor speed"), True))
+    return rows
+
+
+def _move_numbers(view: View) -> list[tuple[str, str, bool]]:
+    """Key numbers of the move of the file."""
+    moved = view.analysis.moved
+    if moved is None:
+        return []
+    rows = []
+    for where, size in (("of the motor", moved.peak_motor_torque), ("through the gear", moved.peak_gear_torque)):
+        excess = "".join(f": above {named(one)}" for one in of_move(view) if one.value == size)
+        text = f"largest torque {where} in the move of the file{excess}"
+        rows.append((f"{number(size, view.project.digits())} N·m", text, bool(excess)))
     return rows
 
 
