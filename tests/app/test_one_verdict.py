@@ -50,12 +50,15 @@ def test_a_first_drive_of_the_app_is_a_cascade_and_its_error_alone_decides():
         assert not [said for said in (*shown["failures"], *shown["remarks"]) if "input speed reaches" in said]
 
 
-def test_every_first_drive_of_a_gear_assumes_the_error_of_its_accuracy_class(tmp_path):
-    path, assumed = tmp_path / "new.yaml", accuracy_spectrum(gear("CSG-40-50").accuracy)
-    given = ["new", "--gear", "CSG-40-50", "--load-inertia", "1", "-o", str(path)]
+@pytest.mark.parametrize("name", ["CSG-40-50", "SHG-25-50", "HFUS-25-80"])  # the last two have no accuracy
+def test_every_first_drive_of_a_gear_assumes_the_error_of_its_accuracy_class(tmp_path, name):
+    path, accuracy = tmp_path / "new.yaml", gear(name).accuracy or 60.0 * ARCSEC
+    given = ["new", "--gear", name, "--load-inertia", "1", "-o", str(path)]
     assert CliRunner().invoke(command.cli, given).exit_code == 0
-    for drive in (sw.read_project(path), from_text(first_text("CSG-40-50"), Path("first.yaml"))):
-        assert drive.kinematic_error == assumed
+    for drive in (sw.read_project(path), from_text(first_text(name), Path("first.yaml"))):
+        assert drive.kinematic_error.lines == pytest.approx(np.array(accuracy_spectrum(accuracy).lines), rel=1e-9)
+        assert drive.limit == pytest.approx(accuracy, rel=0.005)
+        assert any("which is assumed" in note for note in drive.notes) is (gear(name).accuracy is None)
         assert ("excitation.accuracy", "assumed") in {(one.name, one.word) for one in drive.sources}
 
 

@@ -350,7 +350,7 @@ def _error(project: Project) -> Iterator[str]:
 
 
 NO_NUMBERS = ("scatter", "excitation.accuracy")
-ACCURACY = "orders 1, 2 and 4 share the accuracy as 1 : 4 : 1"
+ACCURACY = "orders 1, 2 and 4 share the accuracy as 1 : 4 : 1, with phases zero"
 UNNAMED = "the file names neither a mode nor a loop of the motor"
 
 
@@ -385,7 +385,15 @@ def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> I
     if spec.excitation.accuracy is not None:
         grade = spec.excitation.accuracy
         given = (0.0 if gear is None else gear.accuracy_of(grade) or 0.0) if isinstance(grade, str) else grade
-        yield Source("excitation.accuracy", f"{given / ARCSEC:.4g} arcsec", ASSUMED, ACCURACY)
+        why = f"the accuracy is assumed; {ACCURACY}" if class_assumed(spec) else ACCURACY
+        yield Source("excitation.accuracy", f"{given / ARCSEC:.4g} arcsec", ASSUMED, why)
+
+
+def class_assumed(spec: ProjectSpec) -> bool:
+    """Whether the file calls its accuracy assumed: one that no record gives."""
+    words, given = spec.sources or {}, spec.excitation.accuracy
+    named = ASSUMED in (words.get("excitation.accuracy"), words.get("excitation"))
+    return named and given is not None and given != CATALOGUE
 
 
 def source_facts(project: Project) -> tuple[tuple[Fact, ...], ...]:

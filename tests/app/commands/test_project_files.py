@@ -100,7 +100,12 @@ def test_an_accuracy_takes_the_place_of_the_record_s_in_error_and_budget(tmp_pat
     assert sw.gears.peak_to_peak(project.kinematic_error) == pytest.approx(45.0 * ARCSEC, rel=1e-12)
     assert project.limit == pytest.approx(45.0 * ARCSEC, rel=1e-12)
     unknown = ("--gear", "HFUC-90-100", "--load-inertia", "200", "--motor-inertia", "300")
-    assert "or give --accuracy" in invoke("new", *unknown, "--budget", "none", "-o", path, "--force").output
+    assert invoke("new", *unknown, "--budget", "none", "-o", path, "--force").exit_code == 0
+    bare = read_project(path)
+    assert sw.gears.peak_to_peak(bare.kinematic_error) == pytest.approx(60.0 * ARCSEC, rel=1e-12)
+    (why,) = (one.why for one in bare.sources if (one.name, one.word) == ("excitation.accuracy", "assumed"))
+    assert why.startswith("the accuracy is assumed; ")
+    assert any("60 arcsec peak-to-peak, which is assumed: " in note for note in bare.notes)
     assert invoke("new", *unknown, "--accuracy", "1 arcmin", "-o", path, "--force").exit_code == 0
     assert read_project(path).limit == pytest.approx(60.0 * ARCSEC, rel=1e-12)
 

@@ -12,7 +12,7 @@ import click
 
 from ...base.archive import atomic
 from ...base.units import ARCSEC
-from ...files.fields.groups import ACCURACY, ASSUMED
+from ...files.fields.groups import ACCURACY, ASSUMED, UNPRINTED
 from ...files.fields.kinds import BANDWIDTH, Place
 from ...files.fields.kinds import number as number_in
 from ...files.fields.schema import TITLE
@@ -76,7 +76,10 @@ QUESTIONS = (
         "Bandwidth of the cascade that holds the motor; none is a motor that keeps its speed ideally.",
     ),
     Question("gravity", "Gravity", "N*m", NONE, "Torque of the load's weight on a level arm, on the output side."),
-    Question("accuracy", "Accuracy of the gear", "arcsec", "catalogue", "Peak-to-peak; special: a selected gear."),
+    Question(
+        "accuracy", "Accuracy of the gear", "arcsec", "catalogue",
+        "Accuracy class of the gear, peak-to-peak; special: a selected gear; "
+        f"without one in the catalogue {UNPRINTED} are assumed."),
     Question(
         "kinematic_error", "Kinematic error", "arcsec", "catalogue",
         "Amplitude of order 2 of the motor, 0-to-peak; catalogue shares the gear's accuracy by the usual orders.",
@@ -85,7 +88,7 @@ QUESTIONS = (
     Question(
         "budget", "Budget of the oscillation", "arcsec", "catalogue",
         "Largest distance of the pointing error from its mean; catalogue takes the accuracy class, peak-to-peak, which "
-        "is twice the error in slow rotation; none takes no limit.",
+        "is 1.54 times the error in slow rotation; none takes no limit.",
     ),
     Question("speed_from", "Lowest speed", "rpm", "500 rpm", "Of the motor."),
     Question("speed_to", "Highest speed", "rpm", "catalogue",
@@ -240,7 +243,16 @@ def _assumed(options: Mapping[str, str | None], answers: dict[str, str]) -> str:
     groups |= {"speed_from": "speed.from", "speed_to": "speed.to"}
     asked = [q for q in QUESTIONS if q.name in groups and options.get(q.name) is None]
     usual = [q.name for q in asked if answers[q.name] and answers[q.name] == _read(q, q.default, answers)]
-    return f"{{{', '.join(f'{groups[name]}: {ASSUMED}' for name in usual)}}}" if usual else ""
+    unprinted = not answers["accuracy"] and _accuracy(answers) == UNPRINTED
+    names_of = [*(groups[name] for name in usual), *["excitation.accuracy"] * unprinted]
+    return f"{{{', '.join(f'{name}: {ASSUMED}' for name in names_of)}}}" if names_of else ""
+
+
+def _accuracy(answers: dict[str, str]) -> str:
+    """The accuracy that the file has: the answer, that of the catalogue, or the assumed one; "" beside an amplitude."""
+    if answers["kinematic_error"] != "catalogue":
+        return ""
+    return answers["accuracy"] or ("catalogue" if gear(answers["gear"]).accuracy else UNPRINTED)
 
 
 def _of_catalogue(name: str, answers: dict[str, str]) -> str:
@@ -255,12 +267,9 @@ def _of_catalogue(name: str, answers: dict[str, str]) -> str:
         return f"{min(FASTEST, record.average_rpm or FASTEST):g} rpm"
     if answers["accuracy"] == SPECIAL and name == "budget":
         return f"{(record.special_accuracy or 0.0) / ARCSEC:.3g} arcsec"
-    if record.accuracy is None and not answers["accuracy"]:
-        remedy = {"budget": "it in arcsec, or none"}.get(name, "the amplitude of order 2 in arcsec, or give --accuracy")
-        raise ValueError(f"the catalogue has no accuracy of {gear_name}; write {remedy}")
     if name == "kinematic_error":
         return "catalogue"
-    return answers["accuracy"] or f"{(record.accuracy or 0.0) / ARCSEC:.3g} arcsec"
+    return answers["accuracy"] or (UNPRINTED if record.accuracy is None else f"{record.accuracy / ARCSEC:.3g} arcsec")
 
 
 def _fields(answers: dict[str, str]) -> dict[str, str]:
@@ -280,7 +289,7 @@ def _fields(answers: dict[str, str]) -> dict[str, str]:
         "speed.to": answers["speed_to"],
         "speed.shaft": "motor",
         "excitation.kinematic_error": "" if error == "catalogue" else f"[{{order: 2, amplitude: {error}}}]",
-        "excitation.accuracy": (answers["accuracy"] or error) if error == "catalogue" else "",
+        "excitation.accuracy": _accuracy(answers),
         "limit.oscillation": answers["budget"],
     }
 

@@ -18,7 +18,7 @@ from starlette.requests import Request
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...files.fields.entries import EXAMPLE_LOOP
-from ...files.fields.groups import ASSUMED, CATALOGUE
+from ...files.fields.groups import ASSUMED, CATALOGUE, UNPRINTED
 from ...files.fields.rows import inside
 from ...files.project_text import project_text
 from ...files.reading import ProjectError, from_text
@@ -30,7 +30,6 @@ from ...model.gears import catalogue
 NOWHERE = Path("/nonexistent-strainwave-app/project.yaml")  # a project of the page has no files beside it
 FROM_FILES = ("python", "file")  # fields that name a file
 FASTEST = 3000.0  # rpm of a gear's first project, where the gear's own average is not lower
-ACCURACY = 60.0  # arcsec peak-to-peak, of a gear without one in the catalogue
 
 MOST_VALUES, LONGEST = 64, 80
 MOST_LOADS = 40  # of a speed map
@@ -213,7 +212,7 @@ def yaml_of(project: Project) -> str:
 
 @lru_cache(256)
 def first_text(name: str) -> str:
-    """First project of a gear: an axis in a cascade, whose limit is twice what its accuracy class is in slow rotation.
+    """First project of a gear: an axis in a cascade, whose limit is its accuracy class, 1.54 times its slow error.
 
     Order 2 meets the resonance of the load, the motor held, at half of the largest speed. The stiffness is K1. The
     motor's inertia is that of the wave generator, else matched to the load. The kinematic error is the accuracy class,
@@ -223,7 +222,7 @@ def first_text(name: str) -> str:
     gear.check_law()
     fastest = min(FASTEST, gear.average_rpm or gear.max_rpm or FASTEST)
     inertia = (gear.K1 or 1e4) / (fastest * math.pi / 30.0) ** 2
-    accuracy = f"{ACCURACY if gear.accuracy is None else gear.accuracy / ARCSEC:.3g} arcsec"
+    accuracy = UNPRINTED if gear.accuracy is None else f"{gear.accuracy / ARCSEC:.3g} arcsec"
     rotor = f"{1e4 * gear.input_inertia:.6g}" if gear.input_inertia else f"{1e4 * inertia / gear.ratio**2:.2g}"
     return (
         f"title: {gear.name}\n"

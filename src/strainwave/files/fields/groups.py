@@ -35,6 +35,7 @@ from .rows import Fields, Group, Points, field, needed
 
 MOST_LINES = 64
 CATALOGUE = "catalogue"  # in place of an accuracy: the one that the gear's record gives
+UNPRINTED = "60 arcsec"  # in place of an accuracy: that of a first project of a gear whose record gives none
 WORST = 1.0  # deg: an accuracy class is at most 3 arcmin in catalogues
 LINE = "{order: 2, amplitude: 23 arcsec}"
 TORQUE_LINE = "{order: 1, amplitude: 0.1 N*m}"
