@@ -179,8 +179,7 @@ def reported(title: str, facts: Sequence[Fact], as_json: bool, *more: str) -> st
     if as_json:
         return to_json({"title": title} | data(facts))
     fails = len(facts[0].value) if facts[0].key == "failures" else 0
-    rows = [*lines(facts), *more]
-    rows = [in_options(row) for row in rows]
+    rows = [in_options(row) for row in (*lines(facts), *more)]
     return "\n".join([*rows[:fails], title, *(f"  {line}" for line in rows[fails:])])
 
 
@@ -282,7 +281,15 @@ REMEDIES = {
     errno.ENOTDIR: "a file stands where a folder is to go; choose another place",
 }
 WRITTEN: list[Path] = []  # folders with results of this process
+INPUTS: list[Path] = []  # what the command of this process reads
 LAST = "report.html"  # moved last: where it stands, the files that belong to it are there
+
+
+def refuse_inputs(*outputs: Path) -> None:
+    """Refuse a file to write that the command reads (ValueError)."""
+    for output in outputs:
+        if output.is_file() and any(one.is_file() and output.samefile(one) for one in INPUTS):
+            raise ValueError(f"{output} is an input of this command and would be replaced; write elsewhere")
 
 
 @contextmanager
@@ -308,6 +315,7 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
     try:
         yield part
         files = sorted(part.iterdir(), key=lambda f: (f.name == LAST, f.name))
+        refuse_inputs(*(folder / file.name for file in files))
         for path in filter(Path.is_dir, (folder / file.name for file in files)):
             raise IsADirectoryError(errno.EISDIR, "a folder stands where a result is to go", str(path))
         for file in files:

@@ -11,6 +11,7 @@ import json
 import os
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from importlib import import_module
@@ -53,14 +54,19 @@ class atomic:
         return str(self.part)
 
     def __exit__(self, kind: object, value: object, trace: object) -> None:
-        if kind is not None:
-            Path(self.part).unlink(missing_ok=True)
+        try:
+            if kind is None:
+                os.replace(self.part, self.path)
+        except OSError as error:
+            value = error
+            raise
+        finally:
+            with suppress(OSError):  # where nothing can be written, nothing is there
+                Path(self.part).unlink()
             # The user knows the other name; an error while writing has none.
             named = (None, str(self.part), self.part)
             if isinstance(value, OSError) and value.errno is not None and value.filename in named:
-                value.filename = str(self.path)
-        else:
-            os.replace(self.part, self.path)
+                value.filename, value.filename2 = str(self.path), None
 
 
 def write(result: object, labelled: Any, path: Path) -> None:

@@ -177,6 +177,11 @@ def number(value: float | str | bool | None, digits: int = 4) -> str:
     return mantissa.replace("-", "−") + "×10" + str(int(exponent)).translate(RAISED)
 
 
+def counted(count: int, noun: str) -> str:
+    """A number of things: "1 sample", "2 samples"."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def sign(unit: str) -> str:
     """A unit such as "kg*m**2" as it is printed."""
     return unit.replace("**2", "²").replace("**3", "³").replace("*", "·")

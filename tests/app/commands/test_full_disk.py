@@ -1,11 +1,17 @@
 """A disk that is full, a path that is too long, a file in a folder's place: one sentence, and the old file intact."""
 
+import errno
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 from linear_drive import LINEAR
+
+from strainwave.app.commands.cli import cli
+from strainwave.base.archive import atomic
 
 pytest.importorskip("resource")  # Windows cannot limit the size of a file
 
@@ -103,6 +109,52 @@ def test_a_full_standard_output_is_named_and_the_files_are_there(drive, tmp_path
     assert run.returncode == 1
     assert run.stderr.splitlines()[-1].startswith("strainwave: standard output: no space left on device; files")
     assert (tmp_path / file).is_file()
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="the system has no device that is always full")
+@pytest.mark.parametrize("call", ["--help", "--version", "response --help"])
+def test_help_on_a_full_standard_output_is_one_sentence(call):
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        line = [sys.executable, "-m", "strainwave", *call.split()]
+        run = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert run.returncode == 1
+    (told,) = run.stderr.splitlines()
+    assert told.startswith("strainwave: standard output: no space left on device; files")
+
+
+def test_a_disk_that_takes_no_file_is_named_by_what_was_asked(tmp_path, monkeypatch):
+    def refuse(path, *_, **__):
+        raise OSError(errno.EROFS, "Read-only file system", str(path))
+
+    monkeypatch.setattr(Path, "unlink", refuse)
+    monkeypatch.setattr(Path, "write_text", refuse)
+    outer, inner = tmp_path / "x.h", tmp_path / "x.c"
+    with pytest.raises(OSError, match="Read-only") as told, atomic(outer) as header, atomic(inner):
+        Path(header).write_text("", encoding="utf-8")
+    assert told.value.filename == str(outer)
+    monkeypatch.setattr(os, "replace", lambda old, _: refuse(old))
+    with pytest.raises(OSError, match="Read-only") as told, atomic(outer):
+        pass
+    assert told.value.filename == str(outer)
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        ("response {} -o {}", "me.csv"),
+        ("export {} --to c -o {}", "me.c"),
+        ("tune {} -o {folder}", "tuned.yaml"),
+        ("read-log {} -o {folder}", "log.csv"),
+        ("order-table {} {}", "table.json"),
+    ],
+)
+def test_an_output_that_is_an_input_is_refused_before_anything_is_computed(tmp_path, call, name):
+    path = tmp_path / name
+    path.write_text(PROJECT, encoding="utf-8")
+    run = CliRunner().invoke(cli, call.format(path, path, folder=tmp_path).split())
+    assert run.exit_code == 1
+    assert run.output == (f"strainwave: {path} is an input of this command and would be replaced; write elsewhere\n")
+    assert path.read_text(encoding="utf-8") == PROJECT
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="its shell closes no streams")

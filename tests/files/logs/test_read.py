@@ -12,6 +12,7 @@ import scipy.io
 
 import strainwave as sw
 from strainwave.files.logs import mat_file
+from strainwave.files.yaml_text import FileError
 
 KINOVA = Path(__file__).parents[2] / "measured/kinova_gen3"
 RNG = np.random.default_rng(16)
@@ -105,7 +106,12 @@ def test_repeated_times_are_averaged(tmp_path):
     log = sw.read_log(path)
     assert np.array_equal(log.time, [0.0, 1.0, 2.0, 3.0])
     assert np.array_equal(log.channels["torque"], [1.0, 3.0, 3.0, 5.0])
-    assert "3 samples repeat the time of the one before and were averaged with it" in log.notes
+    assert "3 samples at the time of the one before: averaged with it" in log.notes
+
+
+def test_one_sample_is_not_samples(tmp_path):
+    with pytest.raises(FileError, match="has 1 sample; a log has two"):
+        sw.read_log(save(tmp_path / "log.csv", time=[0.0], torque=[1.0]))
 
 
 def test_gaps_and_jitter_are_found(tmp_path):
@@ -115,7 +121,7 @@ def test_gaps_and_jitter_are_found(tmp_path):
     assert gap == pytest.approx((299 / 500, 350 / 500))
     assert log.rate == pytest.approx(500.0)
     assert log.jitter < 1e-9
-    assert any(note.startswith("1 gaps, the longest of 0.102 s") for note in log.notes)
+    assert any(note.startswith("1 gap, the longest of 0.102 s") for note in log.notes)
     shaken = t + 2e-4 * RNG.uniform(-0.5, 0.5, len(t))
     log = sw.read_log(save(tmp_path / "log.csv", time=shaken, torque=np.sin(t)))
     assert log.jitter == pytest.approx(2e-4 / np.sqrt(6.0), rel=0.1)

@@ -9,6 +9,8 @@ import os
 import re
 import signal
 import sys
+from collections.abc import Callable
+from functools import wraps
 from io import TextIOWrapper
 from pathlib import Path
 from typing import Any
@@ -60,6 +62,8 @@ class Sentences(click.Group):
             return None
         module, _ = COMMANDS[cmd_name]
         command: click.Command = thing(f"{__package__}.{module}", cmd_name.replace("-", "_"))
+        if command.callback is not None and not hasattr(command.callback, "__wrapped__"):
+            command.callback = _apart(command, command.callback)
         return command
 
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -105,6 +109,27 @@ class Sentences(click.Group):
             ctx.exit(FAILED)
 
 
+def _apart(command: click.Command, run: Callable[..., Any]) -> Callable[..., Any]:
+    """What a command runs, once none of its outputs is one of its inputs."""
+    from .options import folder_type, written_type
+
+    options = [param for param in command.params if param.type in (folder_type, written_type)]
+    outputs = {param.name: set(re.findall(r"[\w.-]+\.\w+", getattr(param, "help", "") or "")) for param in options}
+
+    @wraps(run)
+    def checked(**given: Any) -> Any:
+        from ..console import INPUTS, refuse_inputs
+
+        read = [value if isinstance(value, tuple) else (value,) for name, value in given.items() if name not in outputs]
+        INPUTS[:] = [Path(one) for value in read for one in value if isinstance(one, str | Path)]
+        for name, files in outputs.items():  # a folder, with the files that its help names, or a file
+            if given[name] is not None:
+                refuse_inputs(given[name], *(given[name] / file for file in files))
+        return run(**given)
+
+    return checked
+
+
 def _sentence(error: Exception) -> str:
     """One line about an error."""
     if isinstance(error, OSError) and error.strerror:
@@ -146,6 +171,9 @@ def main() -> None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 (open as long as the process)
     try:
         cli(prog_name="strainwave")
+    except OSError as error:  # of what `--help` and `--version` say
+        click.echo(f"strainwave: {_sentence(error)}", err=True)
+        sys.exit(FAILED)
     except SystemExit as end:
         if not end.code:  # all is done: what is asked of the process on its way out interrupts nothing
             signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...base.quantities import numbers
 from ...base.results import Floats
+from ...base.sentences import counted
 from ...study.identification.log import Log, LogSegment
 from .mat_file import NoReader, mat_variables
 from .names import TURN, canonical, epoch_unit, named
@@ -238,7 +239,7 @@ def _ordered(path: Path, name: str, time: Floats, values: Floats) -> tuple[Float
 
 def _ascends(path: Path, name: str, time: Floats) -> None:
     if len(time) < 2:
-        raise refuse(path, f"has {len(time)} samples; a log has two or more", what=name)
+        raise refuse(path, f"has {counted(len(time), 'sample')}; a log has two or more", what=name)
     back = np.flatnonzero(np.diff(time) < 0.0)
     if len(back):
         i = int(back[0])
@@ -295,7 +296,8 @@ def averaged(time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats
     times, place, count = np.unique(time, return_inverse=True, return_counts=True)
     if len(times) == len(time):
         return time, channels
-    notes.append(f"{len(time) - len(times)} samples repeat the time of the one before and were averaged with it")
+    again = counted(len(time) - len(times), "sample")
+    notes.append(f"{again} at the time of the one before: averaged with it")
     return times, {name: np.bincount(place, values) / count for name, values in channels.items()}
 
 
@@ -335,6 +337,6 @@ def regular(log: Log, notes: list[str]) -> None:
     if gaps:
         longest = max(gap.stop - gap.start for gap in gaps)
         first = gaps[0].start
-        notes.append(f"{len(gaps)} gaps, the longest of {longest:.4g} s, the first at {first:.6g} s")
+        notes.append(f"{counted(len(gaps), 'gap')}, the longest of {longest:.4g} s, the first at {first:.6g} s")
     if log.jitter > 0.01 * log.step:
         notes.append(f"steps of the time vary by {100.0 * log.jitter / log.step:.2g} % (one standard deviation)")

@@ -15,6 +15,7 @@ import numpy as np
 
 from ...base.quantities import joined
 from ...base.results import Floats
+from ...base.sentences import counted
 from ..yaml_text import FileError, Problem, complaint, shown, text_of
 from .names import Dialect, Unclear, converted, find, header_cells, is_number, named, number, split, unit_row
 
@@ -188,11 +189,13 @@ def place_of(path: Path, file: list[Column], channel: str, column: str | int, hi
     if isinstance(column, int) and not isinstance(column, bool):
         if 0 <= column < len(file):
             return column
-        raise refuse(path, f"has {len(file)} columns, so none at the place {column} for {channel}; 0 is the first")
+        raise refuse(
+            path, f"has {counted(len(file), 'column')}, so none at the place {column} for {channel}; 0 is the first"
+        )
     for names in ([c.name for c in file], [named(c.name).name for c in file]):
         if names.count(str(column)) == 1:
             return names.index(str(column))
-    available = ", ".join(c.name for c in file if c.name) or f"{len(file)} columns without names, from 0 on"
+    available = ", ".join(c.name for c in file if c.name) or f"{counted(len(file), 'column')} without names, from 0 on"
     raise refuse(path, f"has no single column {shown(column)} for {channel}; it has {available}{hint}")
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.facts import Fact
 from ...base.records import Labelled, Result
-from ...base.sentences import number
+from ...base.sentences import counted, number
 from ...base.units import RPM
 from .specification import Specification
 
@@ -183,7 +183,8 @@ class Design(Result):
         """Everything that is said of the designs, once."""
         gears, unlisted = len({c.gear for c in self.feasible}), len(self.pareto) - SHOWN
         low, high = [number(speed / RPM) for speed in self.specification.speeds]
-        serve = f"{len(self.feasible)} designs of {gears} gears serve, {len(self.rejected)} gears do not"
+        others = counted(len(self.rejected), "gear")
+        serve = f"{len(self.feasible)} designs of {counted(gears, 'gear')} serve, {others} do not"
         if self.not_judged:
             serve += f", {len(self.not_judged)} are not judged, as a number is missing"
         first = (s for s in self.sensitivities if s[:2] == self.sensitivities[0][:2])

@@ -13,7 +13,7 @@ import numpy as np
 from ...base.quantities import joined, number_of, numbers, shown
 from ...base.records import Along, Labelled
 from ...base.results import Floats, SolveError
-from ...base.sentences import on_screen
+from ...base.sentences import counted, on_screen
 from .driven import Between
 from .experiment import Experiment, Record
 from .fitted import Fitted
@@ -52,9 +52,8 @@ def record_of(setup: Experiment, channels: Mapping[str, Any], number_of: int | N
         if not np.ptp(measured) > LEAST:
             raise ValueError(f"{label}: {name} is {measured[0]:g} throughout; nothing moves: give a record with motion")
         if f"{state}.delay" in setup.free and len(measured) < len(time):
-            raise ValueError(
-                f"{label}: {name} has {len(time) - len(measured)} gaps, and a delay of it is free: fill or cut them"
-            )
+            gaps = counted(len(time) - len(measured), "gap")
+            raise ValueError(f"{label}: {name} has {gaps}, and a delay of it is free: fill or cut them")
     inputs = np.array([rows[name] for name in setup.inputs.values()]).reshape(len(setup.inputs), len(time))
     outputs = np.array([rows[name] for name in setup.outputs.values()])
     outputs[~np.isfinite(outputs)] = np.nan

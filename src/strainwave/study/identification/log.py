@@ -19,7 +19,7 @@ from scipy.ndimage import uniform_filter1d
 from ...base.quantities import LARGEST, SMALLEST, joined, numbers, reals, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import on_screen
+from ...base.sentences import counted, on_screen
 from .run import CANONICAL, Run
 
 HOLE = 1.5  # of the usual step: a longer one is a gap
@@ -357,7 +357,7 @@ class Log(Result):
 
     def __str__(self) -> str:
         ends = f"{self.time[0]:.6g} .. {self.time[-1]:.6g} s"
-        lines = [f"Log: {len(self)} samples, {ends}, {self.rate:.6g} Hz, {len(self.gaps)} gaps"]
+        lines = [f"Log: {len(self)} samples, {ends}, {self.rate:.6g} Hz, {counted(len(self.gaps), 'gap')}"]
         for n, v in self.channels.items():
             lines.append(f"  {n}: {np.min(v):.4g} .. {np.max(v):.4g} {self.units[n]}".rstrip())
         told = [("note", note) for note in self.notes] + [("doubt", doubt) for doubt in self.doubts]

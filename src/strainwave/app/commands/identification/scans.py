@@ -8,6 +8,7 @@ from typing import Any
 import click
 import numpy as np
 
+from ....base.sentences import counted
 from ....base.units import ARCSEC
 from ....files.logs.read import read_log
 from ....files.scan_file import read_scan
@@ -81,7 +82,7 @@ def error_scan(
         told = {"file": file.name, "turn": turn or shaft, "unit": "rad"} | asdict(scan)
         click.echo(to_json(told | {"peak_to_peak": scan.peak_to_peak}))
         return
-    click.echo(f"{file.name}: {len(scan.lines)} lines, orders per turn of the {turn or shaft}\n{scan}")
+    click.echo(f"{file.name}: {counted(len(scan.lines), 'line')}, orders per turn of the {turn or shaft}\n{scan}")
     if scan.lines:
         click.echo(f"for a project file:\n{project_lines(scan.lines)}")
 

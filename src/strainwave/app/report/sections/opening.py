@@ -6,7 +6,7 @@ from typing import Any
 from ....base.archive import version
 from ....base.facts import data as told_once
 from ....base.law import spring_stiffness
-from ....base.sentences import Sentence, Speed
+from ....base.sentences import Sentence, Speed, counted
 from ....base.units import RPM
 from ....drive.asked import MotorLimits
 from ....files.notes import unsaid
@@ -245,7 +245,7 @@ class Warnings:
     def lines(self, _: View, data: dict[str, Any]) -> list[str]:
         """Their number."""
         count = len(data["warnings"])
-        return [f"{count} warning(s) in the report"] if count else []
+        return [f"{counted(count, 'warning')} in the report"] if count else []
 
 
 def warnings(view: View) -> list[str]:
