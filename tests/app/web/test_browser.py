@@ -36,6 +36,50 @@ def test_dragged_slider_changes_the_curve_and_the_address_holds_it(page):
     assert page.locator(f'[id="value-{name}"]').input_value() == value
 
 
+EVENT = """([name, at]) => {
+    const slider = document.getElementById(`value-${name}-slider`);
+    slider.value = at;
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+}"""
+SLOW = "() => { let now = Date.now(); Date.now = () => (now += 1); }"  # of a loaded machine too
+
+
+def test_a_slider_draws_while_it_is_dragged_and_its_last_value_at_the_end(page):
+    name, held, lost = "load.inertia", [], []
+    page.wait_for_function(SURE)
+    page.evaluate(SLOW)
+    page.route("**/api/response", lambda route: held.append(route))
+    page.on("requestfailed", lambda request: "/api/response" in request.url and lost.append(request.url))
+
+    def answered():
+        was = drawn(page, "response")
+        while not held:
+            page.wait_for_timeout(5)
+        (route,) = held  # one request is under way
+        held.clear()
+        route.continue_()
+        until_drawn_again(page, was, "response")
+
+    begin = int(drawn(page, "response"))
+    for i in range(40):  # an event every 16 ms, and an answer every 48 ms
+        page.evaluate(EVENT, [name, 500 + i])
+        if i % 3 == 2:
+            answered()
+    assert int(drawn(page, "response")) - begin >= 12
+    answered()
+    answered()  # the newest value
+    page.wait_for_function(SURE)
+    assert int(drawn(page, "response")) - begin <= 17  # 15 answers, the last of them again with its band
+    assert not held
+    assert not lost
+    value = page.locator(f'[id="value-{name}"]').input_value()
+    assert f"v.{name}={value}+" in page.url
+    with page.expect_response("**/api/response") as last:
+        page.unroute("**/api/response")
+        page.evaluate(EVENT, [name, 539])
+    assert last.value.json()["largest"]["oscillation_arcsec"] == pytest.approx(largest(page), rel=5e-3)
+
+
 def test_the_page_says_what_it_is_until_the_first_picture(browser, address, page):
     plain = browser.new_context(java_script_enabled=False).new_page()
     plain.goto(address)

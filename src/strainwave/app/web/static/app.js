@@ -7,7 +7,8 @@ import { build, hideGoals, showGoal } from "/static/sliders.js";
 import { about, asked, BACK, FIRST, FORTH, recall, remember, setAbout, state, step, undoable } from "/static/state.js";
 import { take, VIEWS } from "/static/views.js";
 
-let seeking = 0, timer = 0, typing = 0, resizing = 0;
+const PATIENCE = 2000; // ms after which a newer value ends the request under way
+let seeking = 0, began = 0, newer = false, typing = 0, resizing = 0;
 
 function say(text, bad) {
   byId("status").textContent = text;
@@ -30,13 +31,12 @@ async function trying(work, refused = (sentence) => say(sentence, true)) {
   }
 }
 
-async function show() {
+async function show(answered) {
   seeking += 1;
   hideGoals();
   leave("goal");
   leave("beside");
-  await remember();
-  undo();
+  if (!answered) await keep();
   say("");
   let waiting = true;
   const slow = setTimeout(() => say("computing …"), 400);
@@ -44,7 +44,7 @@ async function show() {
     const now = await call("/api/status").catch(() => ({}));
     if (waiting && now.compiling) say(now.compiling);
   }, 1000);
-  const remarks = await trying(() => VIEWS[state.view].show(soon), (sentence) => {
+  const remarks = await trying(() => VIEWS[state.view].show(soon, answered), (sentence) => {
     say("");
     answer(sentence, false, true);
   });
@@ -66,9 +66,21 @@ async function seek() {
   }
 }
 
-function soon() {
-  clearTimeout(timer);
-  timer = setTimeout(show, 25);
+// Follow a value that changes: one request is under way, and its answer is followed by that of the newest value.
+async function soon() {
+  newer = Date.now() - began < PATIENCE;
+  if (newer) return;
+  const mine = (began = Date.now());
+  let overtaken = false;
+  const answered = () => {
+    if (mine !== began) return overtaken;
+    began = 0;
+    overtaken = newer;
+    if (newer) soon();
+    return overtaken;
+  };
+  await show(answered);
+  if (!answered()) await keep();
 }
 
 async function again() {
@@ -81,7 +93,8 @@ function typed() {
   typing = setTimeout(again, 250);
 }
 
-function undo() {
+async function keep() {
+  await remember();
   [byId("undo").disabled, byId("redo").disabled] = undoable().map((can) => !can);
 }
 

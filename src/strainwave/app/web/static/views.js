@@ -82,10 +82,19 @@ async function drawRange(picture, top, s) {
   await draw("response", picture);
 }
 
-async function response(again) {
+async function drawTorque(draw, r, x, under, table) {
+  const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, `largest${under}`, "N·m")];
+  const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
+  r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));
+  await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: "torque in the gear [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear${under} over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
+  link(["response", "torque"]);
+}
+
+async function response(again, answered = () => false) {
   const draw = pictures(), mine = epoch, drive = JSON.stringify(asked());
   clearTimeout(pause);
   const r = await call("/api/response", { body: { state: asked(), whole: false }, kind: "view" });
+  const overtaken = answered(); // by a newer value, whose answer is on its way while this one is drawn
   if (current?.drive === rested) ghost = { ...current, name: "before" };
   const unbounded = /grows without bound/.test(r.message); // then the picture has what is near the limit
   if (unbounded) {
@@ -108,11 +117,8 @@ async function response(again) {
   const later = structuredClone(picture), top = Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite)));
   await draw("response", picture);
   const [low, mean, high] = r.load_torques, under = low < high ? (mean ? ` at ${signed(round(mean))} N·m on the load` : " without the load's torque") : "";
-  const torque = [...beside("torque", "N·m"), ...curve(r, r.torque, `largest${under}`, "N·m")];
-  const dashes = ["dot", "dashdot", "longdash"], tints = [GREEN, ORANGE, PINK];
-  r.torque_limits.filter((l) => l.torque < 4 * Math.max(...r.torque)).forEach((l, i) => torque.push(level(r, l.torque, l.name, tints[i % 3], dashes[i % 3], "N·m")));
-  await draw("torque", { data: torque, layout: { hovermode: "x", xaxis: x, yaxis: { title: "torque in the gear [N·m]", rangemode: "tozero" } }, table, label: `Largest torque in the gear${under} over the ${r.speed_name}, ${between(r.torque, "N·m")}`, size: "second" });
-  link(["response", "torque"]);
+  if (current.drive !== drive) throw new DOMException("a newer one is drawn", "AbortError");
+  if (!overtaken) await drawTorque(draw, r, x, under, table);
   pinControls(again);
   const said = `Oscillation up to ${sure(r.largest.oscillation_arcsec)} arcsec at ${sure(r.largest.speed)} ${r.speed_unit}${r.beat ? ` (${sure(r.beat.smallest_at_largest_arcsec)} in the smallest turn of a beat of ${round(r.beat.period_s, 3)} s)` : ""}`;
   const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
