@@ -24,3 +24,7 @@ def test_the_command_writes_what_the_verb_writes(to, name, drive, tmp_path):
     assert json.loads(run.stdout)["format"] == to
     own = sw.export(sw.read_project(drive), tmp_path / "own" / name, to=to, step=1e-4)
     assert own.path.read_bytes() == (tmp_path / name).read_bytes()
+    told = invoke(drive, "--to", to, "-o", tmp_path / name, "--step", "100 us").stdout
+    assert told.splitlines()[1:] == json.loads(run.stdout)["notes"] == list(own.notes)
+    left = "the control loop of the motor" if to == "mjcf" else "the motor's control loop is left out"
+    assert left in told

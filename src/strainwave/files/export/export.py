@@ -1,7 +1,6 @@
 """The verb that takes a plant, a controller or a joint to another program.
 
-A sampled controller in C: one update a sample, recorded from the controller's own method. A drive train as the joint of
-a robot simulator: MJCF (MuJoCo), with what this format cannot carry.
+A sampled controller in C: one update a sample, recorded from the controller's own method.
 """
 
 import os
@@ -11,9 +10,8 @@ from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ...base.archive import atomic, version
-from ...base.law import spring_stiffness, states_of
-from ...base.protocols import Law, lacking, need
+from ...base.archive import atomic
+from ...base.protocols import lacking, need, terms_of
 from ...base.quantities import checked, choice, floated, shown
 from ...base.sentences import on_screen
 from ...compile.tree import is_model, leaves, mapped, numbers
@@ -21,83 +19,26 @@ from ...drive.project import Project
 from ...model.controllers.closed_loop import LOST
 from ...model.controllers.loops import Measurement
 from ...model.drive import Drive
-from ...model.excitation import NoError
-from ...model.laws.friction import Coulomb, LuGre, NoFriction, Stribeck, Viscous
-from ...model.laws.hysteresis import Parallel
-from ...model.laws.springs import Linear
 from ...model.train.drive_train import DriveTrain
 from ...numerics.integration.methods import FixedStep
 from .c_code import CCode, Parameters, as_name, c_name, function, guarded, opening, struct, text_of, with_parameters
-from .fmu import child, element, write_fmu, written
+from .fmu import write_fmu
+from .joint import mjcf, working_torque
 from .plant import creep_of, plant_code, plant_of
 from .traced import Recording, literal
 
-SMALL = "1e-09"  # kg*m^2 of the rotor's body: its inertia is the armature of its joint, and MuJoCo refuses 0
 
-
-def _friction(law: Law) -> tuple[float, float, list[str]]:
-    """Dry friction [N*m] and viscous damping [N*m*s/rad] of a drag, and the laws that are neither."""
-    if isinstance(law, Parallel):
-        parts = _friction(law.first), _friction(law.second)
-        return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1], parts[0][2] + parts[1][2]
-    if isinstance(law, Viscous):
-        return 0.0, float(law.torque(0.0, 1.0)), []
-    if isinstance(law, Coulomb | Stribeck | LuGre):
-        viscous, kept = (law.sigma_2, " and sigma_2") if isinstance(law, LuGre) else (0.0, "")
-        return (
-            law.T_c,
-            viscous,
-            [] if isinstance(law, Coulomb) else [f"{type(law).__name__} friction but its T_c{kept}"],
-        )
-    return 0.0, 0.0, [] if law == Linear(0.0) else [f"{type(law).__name__} drag"]
-
-
-def _left_out(train: DriveTrain) -> list[str]:
-    """Parts of a train that no joint has."""
-    memory, law = bool(states_of(train.law)), type(train.law).__name__
+def _outside(train: DriveTrain) -> list[str]:
+    """What a plant in C or an FMU leaves to its surroundings, a sentence each."""
+    held = "the motor, which the file holds, is free" if train.motor.held else "the motor's control loop is left out"
+    own = [shaft.excitation for shaft in (train.motor, train.load.end())]
     parts = {
-        "the kinematic error": not isinstance(train.error, NoError),
-        "the hysteresis of the gear": memory,
-        f"the torsion law {law} but its slope at rest": not memory and not isinstance(train.law, Linear),
-        "the friction of the meshing, a share of the torque": not isinstance(train.friction, NoFriction),
-        "the couplings behind the gear, which are taken as rigid": bool(train.load.couplings()),
-        "the control loop of the motor": not train.motor.free,
+        f"{held}: its torque is the input motor_torque": not train.motor.free,
+        "torques of the file on the shafts are left out: give them as motor_torque and load_torque": any(
+            getattr(term, size, 1.0) for torque in own for term in terms_of(torque) for size in ("mean", "amplitude")
+        ),
     }
     return [part for part, lost in parts.items() if lost]
-
-
-def mjcf(train: DriveTrain, name: str) -> str:
-    """Text of an MJCF file: motor and load as two joints of one parent, the gear as a spring between them.
-
-    All is on the output side; the spring has the slope of the gear's law at rest.
-    """
-    N, end = train.N, train.load.end()
-    motor, load = _friction(train.motor.drag), _friction(end.drag)
-    root = element("mujoco", {"model": name})
-    world = child(root, "worldbody")
-    for shaft, mass, inertia, armature, viscous, dry in (
-        ("motor", "1e-06", SMALL, N * N * train.motor.J, N * N * motor[1], N * motor[0]),
-        ("load", "1", repr(train.load_inertia), 0.0, load[1], load[0]),
-    ):
-        body = child(world, "body", name=f"{name}_{shaft}")
-        child(body, "inertial", pos="0 0 0", mass=mass, diaginertia=" ".join([inertia] * 3))
-        own = {"armature": repr(armature), "damping": repr(viscous), "frictionloss": repr(dry)}
-        child(body, "joint", name=f"{name}_{shaft}", type="hinge", axis="0 0 1", **own)
-    spring = {"stiffness": repr(float(spring_stiffness(train.law, 0.0))), "damping": repr(train.B), "springlength": "0"}
-    gear = child(child(root, "tendon"), "fixed", name=f"{name}_gear", **spring)
-    child(gear, "joint", joint=f"{name}_motor", coef="1")
-    child(gear, "joint", joint=f"{name}_load", coef="-1")
-    child(child(root, "actuator"), "motor", name=f"{name}_torque", joint=f"{name}_motor", gear=repr(N))
-    of_shafts = [f"{what} of the {shaft}" for shaft, drag in (("motor", motor), ("load", load)) for what in drag[2]]
-    return written(root, "\n".join(f"  {line}" for line in [
-        f"Written by strainwave {version()}; SI units.",
-        f"Angles and torques are on the output side: {name}_motor is the motor's angle over {N:g}.",
-        f"The control of {name}_torque is the torque of the motor [N*m]; gear multiplies it by the ratio.",
-        "A flexible gear takes two joints. For a rigid one put armature, damping and frictionloss on the load's joint.",
-        "Masses are placeholders, and so is the shape of the load: its inertia about the axis counts.",
-        "Left out, as the format does not have it:",
-        *([f"- {what}" for what in [*_left_out(train), *of_shafts]] or ["- nothing"]),
-    ]))  # fmt: skip
 
 
 Target = Literal["c", "fmu2", "fmu3", "mjcf"]
@@ -290,10 +231,11 @@ def export(
     train = _train(source)
     if to == "mjcf":
         with atomic(path) as part:
-            Path(part).write_text(mjcf(checked(train), name), encoding="utf-8")
-        return Exported(path)
+            text, notes = mjcf(checked(train), name, working_torque(source, train))
+            Path(part).write_text(text, encoding="utf-8")
+        return Exported(path, notes)
     plant = plant_of(train, step, method, start)
-    remarks: list[str] = []
+    remarks = _outside(train)
     if step is None:
         remarks += [f"it takes steps of {plant.step:.6g} s, chosen for the fastest motion of this train", STIFFER]
     if getattr(source, "loaded_error", None) is not None:
