@@ -60,6 +60,24 @@ def test_a_comparison_alone_and_what_is_not_clear_in_options(files):
     assert "is it Hz or rad/s? --unit frequency=Hz" in run.output
 
 
+def test_the_measured_loop_is_judged_beside_the_fit(files):
+    s = 2j * np.pi * HZ
+    loop = 0.2 * (1.0 + 1.0 / (0.016 * s)) * plant(2.0 * np.pi * HZ)
+    rows = np.column_stack([HZ, 20.0 * np.log10(np.abs(loop)), np.degrees(np.angle(loop))])
+    np.savetxt(files / "loop.csv", rows, delimiter=",", header="f [Hz],size [dB],phase [deg]", comments="")
+    given = files / "axis.yaml", files / "loop.csv", "--quantity", "open loop", "--free", "", "--margins"
+    data = json.loads(invoke(*given, "--json").stdout)["margins"]
+    own = sw.read_frd(files / "loop.csv", quantity="open loop").margins()
+    assert data["phase_margin_deg"] == pytest.approx(np.degrees(own.margins.phase_margin))
+    assert data["peak_sensitivity"] == pytest.approx(own.margins.peak_sensitivity)
+    said = invoke(*given).stdout
+    assert f"peak sensitivity: {own.margins.peak_sensitivity:.4g} at " in said
+    assert f"the measured loop is {'stable' if own.margins.stable else 'unstable'}, if" in said
+    refused = invoke(files / "axis.yaml", files / "units.csv", "--margins")
+    assert refused.exit_code == 1
+    assert "it is that of the plant alone" in refused.output
+
+
 def test_the_blocks_to_paste_are_the_numbers_fitted_with_their_source(files):
     run = invoke(files / "axis.yaml", files / "units.csv")
     blocks = run.stdout.partition("for a project file, into its groups:\n")[2]

@@ -124,12 +124,7 @@ class WorstMargins:
         if not self.stable:
             return ""
         phase, gain, down, _, rise = self.sizes.values()
-        said = [f"peak sensitivity {number(rise, 3)} (at most {SENSITIVE:g})"] * (rise > SENSITIVE)
-        said += [f"phase margin {number(phase, 2)}° (at least {PHASE:g}°)"] * (phase < PHASE)
-        said += [f"gain margin {_decibels(gain)} dB (at least 6 dB)"] * (gain < GAIN)
-        if GAIN * down > 1.0:
-            said.append(f"a gain lower by {_decibels(1.0 / down)} dB makes it unstable (by at least 6 dB)")
-        return f"The loop is close to instability{self.worst[0].said}: {', '.join(said)}." if said else ""
+        return weakness(phase, gain, down, rise, self.worst[0].said)
 
     @property
     def sentence(self) -> str:
@@ -154,6 +149,16 @@ class WorstMargins:
         time = {"period_s": sampling and sampling.period, "delay_s": sampling and sampling.delay}
         growth = {"growth_per_s": found.slowest.real, "at_hertz": abs(found.slowest.imag) / (2.0 * pi)}
         return {"stable": self.stable} | sizes | growth | time | {"load_torque_Nm": load.load, "weak": self.weak}
+
+
+def weakness(phase: float, gain: float, down: float, rise: float, where: str = "") -> str:
+    """That a loop is close to instability, by phase margin [deg], gain margin, reduction of the gain, sensitivity."""
+    said = [f"peak sensitivity {number(rise, 3)} (at most {SENSITIVE:g})"] * (rise > SENSITIVE)
+    said += [f"phase margin {number(phase, 2)}° (at least {PHASE:g}°)"] * (phase < PHASE)
+    said += [f"gain margin {_decibels(gain)} dB (at least 6 dB)"] * (gain < GAIN)
+    if GAIN * down > 1.0:
+        said.append(f"a gain lower by {_decibels(1.0 / down)} dB makes it unstable (by at least 6 dB)")
+    return f"The loop is close to instability{where}: {', '.join(said)}." if said else ""
 
 
 def _decibels(factor: float) -> str:

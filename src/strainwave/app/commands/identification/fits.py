@@ -7,6 +7,7 @@ from typing import Any, get_args
 import click
 import numpy as np
 
+from ....base.facts import Fact
 from ....files.logs.frd import read_frd
 from ....files.logs.names import named as name_and_unit
 from ....files.logs.read import read_log as log_of
@@ -48,12 +49,15 @@ from ..options import (
     "Column of frequency, size, phase, real, imaginary, or of records; repeatable.",
 )  # fmt: skip
 @pairs_option("--unit", "units", "CHANNEL=UNIT", "Unit, as frequency=Hz, size=dB or phase=deg; repeatable.")
+@click.option(
+    "--margins", is_flag=True, help="Judge the measured loop: its phase and gain margins and its sensitivity."
+)
 @dialect_options
 @output_option("Folder for bode.svg, bode.csv and bode.json.")
 @json_option
 def fit_bode(
     project: Path, file: Path, free: str | None, speed: str, amplitude: float | None, second: Path | None,
-    second_amplitude: float | None, output: Path | None, as_json: bool, **reading: Any,
+    second_amplitude: float | None, output: Path | None, margins: bool, as_json: bool, **reading: Any,
 ) -> None:  # fmt: skip
     """Fit numbers of a drive to a measured Bode plot.
 
@@ -63,22 +67,23 @@ def fit_bode(
     measured = [read_frd(file, amplitude=amplitude, **reading)]
     if second is not None:
         measured.append(read_frd(second, amplitude=second_amplitude, **reading))
+    judged = measured[0].margins().facts() if margins else ()
     names = None if free is None else tuple(filter(None, map(str.strip, free.split(","))))
     fit = bode_fitted(measured, drive, free=names, speed=value_of("--speed", speed, "rad/s"))
     if output is not None:
-        _write(drive.title, fit, output)
+        _write(drive.title, fit, (*judged, *fit.facts()), output)
     written = [f"for a project file, into its groups:\n{fit.yaml}".rstrip()] if fit.yaml else []
     written += [] if output is None else [f"written: {output}/bode.svg, bode.csv, bode.json"]
-    click.echo(reported(drive.title, fit.facts(), as_json, *written))
+    click.echo(reported(drive.title, (*judged, *fit.facts()), as_json, *written))
 
 
-def _write(title: str, fit: BodeFit, folder: Path) -> None:
+def _write(title: str, fit: BodeFit, facts: tuple[Fact, ...], folder: Path) -> None:
     responses = {"measured": fit.measured.value, "drive": fit.model, "fitted": fit.computed}
     columns = [("omega_rad_per_s", fit.measured.omega)]
     for name, values in responses.items():
         columns += [(f"{name}_real", np.real(values)), (f"{name}_imaginary", np.imag(values))]
     figure = stacked(named(fit.panels(), title), 260.0, "a measured Bode plot and that of the drive")
-    write_all(folder, {"bode.csv": columns, "bode.svg": figure, "bode.json": reported(title, fit.facts(), True)})
+    write_all(folder, {"bode.csv": columns, "bode.svg": figure, "bode.json": reported(title, facts, True)})
 
 
 @click.command()

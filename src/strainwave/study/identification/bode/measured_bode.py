@@ -14,6 +14,7 @@ from ....base.records import Along, Labelled, Result
 from ....base.results import Floats
 from ....model.train.controls import HERTZ
 from ..identified import even_step
+from .measured_margins import MeasuredMargins, measured_margins
 
 Complexes = NDArray[np.complex128]
 Quantity = Literal["plant", "open loop", "closed loop"]
@@ -81,6 +82,16 @@ class MeasuredBode(Result):
         return (
             np.asarray(np.unwrap(np.angle(self.value)) * 180.0 / pi) if self.phased else np.full(len(self.omega), nan)
         )
+
+    def margins(self) -> MeasuredMargins:
+        """Margins of the loop between its lowest and highest frequency; of a closed loop T the open one is T/(1 - T).
+
+        Raises
+        ------
+        ValueError
+            If it is a Bode plot of the plant, or without phases.
+        """
+        return measured_margins(self)
 
     def variables(self) -> Labelled:
         """Values and their deviations."""
