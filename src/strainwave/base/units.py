@@ -127,6 +127,8 @@ def _decimal_point(plain: str) -> str:
     head, _, tail = digits.rpartition(",")
     if digits.count(",") > 1 or "." in tail:
         return f"{digits.replace(',', '')} without separators, not {digits}"
+    if len(tail) == 3 and "." not in head and head.lstrip("+-0"):
+        return f"{head}{tail} or {head}.{tail.rstrip('0') or '0'}, as it is meant: {digits} may be either"
     return f"{head.replace('.', '')}.{tail}, not {digits}"
 
 
