@@ -50,7 +50,7 @@ def test_a_first_drive_of_the_app_is_a_cascade_and_its_error_alone_decides():
         assert not [said for said in (*shown["failures"], *shown["remarks"]) if "input speed reaches" in said]
 
 
-@pytest.mark.parametrize("name", ["CSG-40-50", "SHG-25-50", "HFUS-25-80"])  # the last two have no accuracy
+@pytest.mark.parametrize("name", ["CSG-40-50", "SHG-25-50", "HFUS-50-80"])  # the last two have no accuracy
 def test_every_first_drive_of_a_gear_assumes_the_error_of_its_accuracy_class(tmp_path, name):
     path, accuracy = tmp_path / "new.yaml", gear(name).accuracy or 60.0 * ARCSEC
     given = ["new", "--gear", name, "--load-inertia", "1", "-o", str(path)]

@@ -7,6 +7,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.base.units import RPM
+from strainwave.files.reading import ProjectError
 
 PROJECT = """\
 title: Joint
@@ -83,3 +84,14 @@ def test_a_curve_needs_speeds_of_a_shaft_and_the_sheet_of_python_is_checked_too(
     ):
         with pytest.raises(ValueError, match=said):
             limits.check()
+
+
+def test_units_of_the_drive_are_read_in_si_and_written_back(tmp_path):
+    found = project(tmp_path, "drive_units: {K_v: 0.1 1/s, K_p: 250 uN*m*s/rad, T_n: 0.01 ms}")
+    assert [one.gain for one in found.drive_units] == ["K_v", "K_p", "T_n"]
+    assert [one.size for one in found.drive_units] == pytest.approx([0.1, 2.5e-4, 1e-5])
+    text = sw.project_text(replace(found, title="Changed"))
+    (tmp_path / "again.yaml").write_text(text, encoding="utf-8")
+    assert sw.read_project(tmp_path / "again.yaml").drive_units == found.drive_units
+    with pytest.raises(ProjectError, match=r"motor\.drive_units\.K_v: '0.1 Hz' may be turns or radians a second"):
+        project(tmp_path, "drive_units: {K_v: 0.1 Hz}")

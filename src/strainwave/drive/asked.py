@@ -293,6 +293,14 @@ class Feedforward(NamedTuple):
                 raise ValueError(f"Feedforward.{name} is {value:g}; it must be zero or more, 1 is exact")
 
 
+class DriveUnit(NamedTuple):
+    """What 1 of a drive's own parameter is: the gain of the loop that it sets, its size, and the unit of that."""
+
+    gain: str
+    size: float
+    unit: str
+
+
 class Task(NamedTuple):
     """What a project file asks of a move: parts of the profile, angle at the begin [rad], payload, window [rad].
 

@@ -22,7 +22,7 @@ from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, 
 from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
-from .asked import MotorLimits, Source, Task, mean_of, with_mean
+from .asked import DriveUnit, MotorLimits, Source, Task, mean_of, with_mean
 from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
@@ -85,6 +85,8 @@ class Project:
         Largest torque [N*m] and speed [rad/s] of the motor, where the file gives them.
     move, sampling : Task, Sampling or None
         What the file asks of a move; samples and encoders of the drive's controller, with the motor's largest torque.
+    drive_units : tuple of DriveUnit
+        What 1 of the drive's own parameters is, by the gains of the loop that they set.
     postures : tuple of Posture
         Loads of the drive in the postures of the machine.
     arrangement : Arrangement or None
@@ -124,6 +126,7 @@ class Project:
     postures: tuple[Any, ...] = ()
     arrangement: Arrangement | None = None
     revision: str = ""
+    drive_units: tuple[DriveUnit, ...] = ()
     loaded_error: LoadedError | None = None
     sources: tuple[Source, ...] = field(default=(), compare=False)
 

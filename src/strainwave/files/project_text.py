@@ -9,7 +9,7 @@ from typing import Any
 from ..base.protocols import Law
 from ..base.quantities import checked, interval, number, shown
 from ..base.units import Speeds
-from ..drive.asked import MotorLimits
+from ..drive.asked import DriveUnit, MotorLimits
 from ..drive.project import Project
 from ..model.error_spectrum import LoadedError
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
@@ -21,6 +21,7 @@ from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
 from .fields import groups, schema
+from .fields.drive_units import DriveUnitsSpec
 from .fields.postures import PostureSpec
 from .fields.rows import texts_of
 from .reading import ProjectError, from_text
@@ -133,11 +134,12 @@ def _parts(project: Project) -> dict[str, Any]:
     drive, load = project.drive, project.load_torque or Harmonics((Harmonic(0.0),))
     train = project.whole or drive.train(motor_torque=project.motor_torque, load_torque=project.load_torque)
     motor, free = train.motor._replace(J=drive.J_m), project.motor_torque
+    mode = project.motor if project.motor_named else None
     return {
         "title": project.title,
         "revision": project.revision,
         "load_friction": _friction(train.friction),
-        "motor": _motor(motor, project.motor if project.motor_named else None, project.motor_limits),
+        "motor": _motor(motor, mode, project.motor_limits, project.drive_units),
         "controller": project.sampling and groups.ControllerSpec.of(project.sampling),
         "load": _load(train.load),
         "damping": _damping(project),
@@ -201,12 +203,15 @@ def _friction(friction: object) -> float | None:
     return friction.mu
 
 
-def _motor(motor: Any, mode: str | None, limits: MotorLimits | None = None) -> schema.MotorSpec:
+def _motor(
+    motor: Any, mode: str | None, limits: MotorLimits | None = None, units: tuple[DriveUnit, ...] = ()
+) -> schema.MotorSpec:  # fmt: skip
     return schema.MotorSpec(
         inertia=motor.J or None,
         mode=mode,
         loop=None if motor.free or motor.held else motor.control,
         drag=_drag(motor.drag),
+        drive_units=DriveUnitsSpec.of(units),
         **schema.MotorSpec.sheet_of(limits),
     )
 

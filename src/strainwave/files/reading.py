@@ -89,6 +89,7 @@ def resolved(
         motor_named=spec.motor.named,
         motor_limits=sheet,
         sampling=None if spec.controller is None else spec.controller.sampling(sheet),
+        drive_units=() if spec.motor.drive_units is None else spec.motor.drive_units.sizes,
         arrangement=None if fixed is None else BY_FIXED[fixed],
         scatter=tuple((spec.scatter or {}).items()),
         correlation=spec.scatter_correlation,

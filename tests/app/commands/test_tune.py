@@ -12,7 +12,8 @@ from strainwave.app.commands import cli as command
 PROJECT = """\
 title: Level axis
 gear: {ratio: 50, law: {type: linear, K: 3e4 N*m/rad}}
-motor: {inertia: 4.5 kg*cm^2, loop: {type: speed_loop, K_p: 0.2 N*m*s/rad, K_i: 5 N*m/rad, lag: 0.5 ms}}
+motor: {inertia: 4.5 kg*cm^2, loop: {type: speed_loop, K_p: 0.2 N*m*s/rad, K_i: 5 N*m/rad, lag: 0.5 ms},
+  drive_units: {K_p: 250 uN*m*s/rad, K_i: 0.02 N*m/rad, K_v: 0.1 1/s}}
 load: {inertia: 1.2 kg*m^2}
 damping: {B: 11 N*m*s/rad}
 speed: {from: 500 rpm, to: 3000 rpm, shaft: motor}
@@ -39,6 +40,8 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(moving, tmp_pa
     best = data["points"][2]
     assert (best["gains"], best["K_p"]) == ("recommended", pytest.approx(found.recommended.gains[0]))
     assert json.loads((tmp_path / "out/tune.json").read_text()) == data
+    assert data["in_drive_units"] == {"K_p": pytest.approx(found.recommended.gains[0] / 2.5e-4, rel=1e-9)}
+    assert f"in the drive's own units: K_p {found.recommended.gains[0] / 2.5e-4:.4g}" in str(found).replace("\n  ", " ")
     rows = list(csv.DictReader((tmp_path / "out/tune.csv").read_text().splitlines()))
     assert list(rows[0]) == ["K_p_N_m_s_per_rad", "pointing_rad", "peak_sensitivity"]
     assert len(rows) == len(found.front)

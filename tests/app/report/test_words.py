@@ -81,7 +81,10 @@ def key_numbers(shown, **torque):
 )
 def test_a_key_number_beyond_what_the_gear_bears_says_so(torque, end):
     limits = dict(zip(TORQUES, (523.0, 892.0, 2300.0), strict=True))
-    shown = view(SimpleNamespace(train=None, train_curve=None, run_alone=None, motor=None, limits=()), has_memory=False)
+    shown = view(
+        SimpleNamespace(train=None, train_curve=None, run_alone=None, motor=None, moved=None, limits=()),
+        has_memory=False,
+    )
     *_, (value, text, beyond) = key_numbers(shown, torque_Nm=torque, **limits)
     assert value == f"{torque:g} N·m"
     assert text == "largest torque through the gear in a steady motion, at 100 rpm at the motor" + end
@@ -99,7 +102,7 @@ def test_numbers_of_the_error_equation_say_so_where_the_whole_drive_has_no_stabl
     largest = Largest(9e-4, 100.0 * RPM, "error equation", "harmonic balance", None)
     analysis = SimpleNamespace(
         train=None if train is None else SimpleNamespace(train=train, ramp=None), train_curve=None, motor=None,
-        limits=(), largest_oscillation=lambda: largest,
+        moved=None, limits=(), largest_oscillation=lambda: largest,
     )  # fmt: skip
     shown = view(analysis, has_memory=False, motor="loop")
     (_, oscillation, _), (_, error, _), *_ = key_numbers(shown)

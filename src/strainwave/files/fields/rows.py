@@ -110,13 +110,14 @@ def _kind_of(hint: object, cls: type, key: str) -> Kind:
     if unit == "rad/s" and cls in FILTERS:
         return BANDWIDTH
     if unit == "1/s":
-        return Quantity(unit, "positive", check=_no_frequency)
+        return Quantity(unit, "positive", check=no_frequency)
     if cls in FILTERS or key == "T_n":
         return Quantity(unit, "not negative" if key in ("depth", "zero_damping") else "positive")
     return PHASE if key == "phase" else Quantity(unit, SIGN_OF.get(unit, "any") if cls.__module__ in SPRINGS else "any")
 
 
-def _no_frequency(_: float, text: str) -> None:
+def no_frequency(_: float, text: str) -> None:
+    """Refuse a gain in Hz (ValueError)."""
     if "hz" in text.lower():
         raise ValueError(f"{text!r} may be turns or radians a second; write it in 1/s, for example 30 1/s")
 

@@ -17,6 +17,7 @@ from ...model.orders import BY_FIXED, LARGEST_RATIO
 from ...model.oscillator import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
 from ..scan_file import ProfileFile, read_profile, read_torque_curve
+from .drive_units import DriveUnitsSpec
 from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop
 from .groups import (
     ASSUMED,
@@ -155,11 +156,8 @@ EXAMPLE_CONTINUOUS = "[[0 rpm, 1.3 N*m], [3000 rpm, 1.2 N*m], [6000 rpm, 0.6 N*m
 class MotorSpec(Group):
     """What turns with the motor shaft, and how it is driven."""
 
-    inertia: float | None = field(
-        INERTIA,
-        "4.5 kg*cm^2",
-        "Inertia of motor and wave generator, on the motor side; without it that of the catalogue's gear.",
-    )
+    inertia: float | None = field(INERTIA, "4.5 kg*cm^2",
+        "Inertia of motor and wave generator, on the motor side; without it that of the catalogue's gear.")  # fmt: skip
     mode: Literal["free", "held"] = field(Word(("free", "held")), "held",
         "Whether the motor keeps its speed (held) or follows its torque (free).", "held")  # fmt: skip
     loop: Any = field(Loop(), EXAMPLE_LOOP,
@@ -176,6 +174,7 @@ class MotorSpec(Group):
     rated_speed: float | None = field(SPEED, "3000 rpm", "Largest mean speed of the motor.")
     brake: float | None = field(Quantity("N*m", "positive"), "2 N*m", "Torque that the brake of the motor holds.")
     K_t: float | None = field(Quantity("N*m/A", "positive"), "0.12 N*m/A", "Torque of the motor per current.")
+    drive_units: DriveUnitsSpec | None = field(DriveUnitsSpec, "{K_v: 0.1 1/s, K_p: 3e-4 N*m*s/rad, T_n: 0.01 ms}")
 
     def limits(self, folder: Path) -> MotorLimits | None:
         """Sheet of the motor, where the file gives a part of it, with curves of a folder's files (FileError)."""

@@ -1,6 +1,6 @@
 """`TunedLoop`: what `tune` returns."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 from typing import Any, ClassVar, NamedTuple, get_type_hints
@@ -10,6 +10,7 @@ import numpy as np
 from ...base.facts import Fact
 from ...base.records import Labelled, Result
 from ...base.sentences import number
+from ...drive.asked import DriveUnit
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import HERTZ
@@ -82,6 +83,8 @@ class TunedLoop(Result):
         A notch filter that makes the goals better, where one was asked for and does.
     remarks : tuple of str
         What was assumed.
+    drive_units : tuple of DriveUnit
+        What 1 of the drive's own parameters is, where the file says it.
     """
 
     goals: tuple[str, ...]
@@ -100,6 +103,7 @@ class TunedLoop(Result):
     computed: int
     notch: NotchAdvice | None = None
     remarks: tuple[str, ...] = ()
+    drive_units: tuple[DriveUnit, ...] = ()
 
     rows: ClassVar[str] = "point"
 
@@ -132,6 +136,7 @@ class TunedLoop(Result):
                 "unstable", not stable, "" if stable else "the loop of the file is unstable with the delay that counts"
             ),
             Fact("broken", tuple(broken), "the gains of the file break the limit of the {}" if stable else ""),
+            *self._in_drive_units(),
             Fact("binding", self.binding, "binds: {}"),
             Fact("sensitivities", tuple(change.facts() for change in self.sensitivities)),
             Fact("", tuple(map(str, self.sensitivities)), "{}"),
@@ -153,6 +158,16 @@ class TunedLoop(Result):
             Fact("disturbance_settling_s", p.figures.settling, "settling after a torque"),
             Fact("motor_torque_N_m", p.motor_torque if isfinite(p.motor_torque) else None, "motor"),
         )  # fmt: skip
+
+    def _in_drive_units(self) -> Iterator[Fact]:
+        """The recommended gains as the drive has them."""
+        gains, units = dict(zip(self.gains, self.recommended.gains, strict=True)), self.drive_units
+        known = [one for one in units if one.gain in gains and gain_unit(self.control, one.gain) == one.unit]
+        values = {one.gain: gains[one.gain] / one.size for one in known}
+        if values:
+            yield Fact("in_drive_units", values)
+            said = ", ".join(f"{gain} {number(value)}" for gain, value in values.items())
+            yield Fact("", said, "recommended, in the drive's own units: {}")
 
     def _notch(self, notch: NotchAdvice) -> tuple[Fact, ...]:
         change = np.mean(np.log(np.array(notch.point.goals) / np.array(self.recommended.goals)))

@@ -162,7 +162,7 @@ def tune(
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return TunedLoop(
         setting.goals, loop.names, limits, ranges, of_file, of_rule, recommended, front(search), binding, sensitivities,
-        loop.control(best), before, after, trial.computed, advice, remarks,
+        loop.control(best), before, after, trial.computed, advice, remarks, project.drive_units,
     )  # fmt: skip
 
 

@@ -1,0 +1,37 @@
+"""What one of a drive's own parameters is, so that gains can be said as the drive has them."""
+
+from typing import Any
+
+from ...drive.asked import DriveUnit
+from .kinds import Quantity
+from .rows import Group, field, no_frequency
+
+UNITS = {"K_v": "1/s", "K_p": "N*m*s/rad", "K_i": "N*m/rad", "T_n": "s", "T_p": "s"}
+
+
+def _one(gain: str, size: str, what: str) -> Any:
+    """Row of a gain: what 1 of the drive's parameter is."""
+    unit, check = UNITS[gain], no_frequency if gain == "K_v" else None
+    return field(
+        Quantity(unit, "positive", check=check), f"{size} {unit}", f"{what} that 1 of the drive's parameter is."
+    )
+
+
+class DriveUnitsSpec(Group):
+    """What 1 of each of the drive's own parameters is; `tune` says its gains in them."""
+
+    K_v: float | None = _one("K_v", "0.1", "Gain of the position loop")
+    K_p: float | None = _one("K_p", "3e-4", "Gain of the speed loop")
+    K_i: float | None = _one("K_i", "0.01", "Integral gain of the speed loop")
+    T_n: float | None = _one("T_n", "1e-5", "Time of the speed loop's integral")
+    T_p: float | None = _one("T_p", "1e-3", "Time of the position loop's integral")
+
+    @property
+    def sizes(self) -> tuple[DriveUnit, ...]:
+        """Sizes of those that are given, in SI."""
+        return tuple(DriveUnit(gain, getattr(self, gain), unit) for gain, unit in UNITS.items() if gain in self.given)
+
+    @staticmethod
+    def of(units: tuple[DriveUnit, ...]) -> "DriveUnitsSpec | None":
+        """The group of sizes; None of none."""
+        return DriveUnitsSpec(**{one.gain: one.size for one in units}) if units else None
