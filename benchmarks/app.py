@@ -6,7 +6,7 @@
 
 Each starts `strainwave app` as a process of its own on a free port; the visitors are in this process, on the same
 cores. `sessions`: everybody has a gear of his own and drags its sliders: the next position is sent 100 to 150 ms after
-the last one, or when its answer has come, whichever is later, as the page does. No two requests are equal. `kill`:
+the last one, or when its answer has come, whichever is later. No two requests are equal. `kill`:
 SIGKILL at random while visitors save curves, project files, scripts and reports; then every saved file is whole, no
 process of the app is left, and the next app gives the same answer. `start` measures from the start of the process until
 the picture is drawn, with a browser that runs already and with one that has to be started; it needs playwright and
