@@ -29,6 +29,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.archive import refuse_inputs
 from ..base.facts import Fact, data, lines
 from ..base.results import Interrupted
 from ..base.sentences import number as number
@@ -281,15 +282,7 @@ REMEDIES = {
     errno.ENOTDIR: "a file stands where a folder is to go; choose another place",
 }
 WRITTEN: list[Path] = []  # folders with results of this process
-INPUTS: list[Path] = []  # what the command of this process reads
 LAST = "report.html"  # moved last: where it stands, the files that belong to it are there
-
-
-def refuse_inputs(*outputs: Path) -> None:
-    """Refuse a file to write that the command reads (ValueError)."""
-    for output in outputs:
-        if output.is_file() and any(one.is_file() and output.samefile(one) for one in INPUTS):
-            raise ValueError(f"{output} is an input of this command and would be replaced; write elsewhere")
 
 
 @contextmanager

@@ -24,6 +24,7 @@ import numpy as np
 from ..compile.tree import is_model, shown
 
 MARK = "strainwave"
+INPUTS: list[Path] = []  # what the command of this process reads
 STORED: dict[str, tuple[type, ...]] = {
     "b": (np.int8,), "i": (np.int32, np.float64), "u": (np.int32, np.float64), "f": (np.float64,)
 }  # fmt: skip
@@ -36,6 +37,13 @@ Arrays = dict[str, Any]
 def version() -> str:
     """Version of this package, which stands above: it is looked up by name."""
     return str(vars(import_module(MARK))["__version__"])
+
+
+def refuse_inputs(*outputs: Path) -> None:
+    """Refuse a file to write that the command reads (ValueError)."""
+    for output in outputs:
+        if output.is_file() and any(one.is_file() and output.samefile(one) for one in INPUTS):
+            raise ValueError(f"{output} is an input of this command and would be replaced; write elsewhere")
 
 
 class atomic:

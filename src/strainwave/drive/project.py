@@ -85,10 +85,8 @@ class Project:
         Largest torque [N*m] and speed [rad/s] of the motor, where the file gives them.
     move, sampling : Task, Sampling or None
         What the file asks of a move; samples and encoders of the drive's controller, with the motor's largest torque.
-    drive_units : tuple of DriveUnit
-        What 1 of the drive's own parameters is, by the gains of the loop that they set.
-    postures : tuple of Posture
-        Loads of the drive in the postures of the machine.
+    drive_units, postures : tuple of DriveUnit, tuple of Posture
+        What 1 of the drive's own parameters is; loads of the drive in the postures of the machine.
     arrangement : Arrangement or None
         Members of the gear that are fixed and the output, where the file says it.
     revision : str

@@ -11,30 +11,24 @@ torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from functools import reduce
 from typing import Any
 
 import numpy as np
 
-from ..base.facts import Fact
 from ..base.law import spring_stiffness
-from ..base.units import ARCSEC, RPM, convert
-from ..drive.asked import Source, mean_of
+from ..base.units import RPM, convert
+from ..drive.asked import mean_of
 from ..drive.project import Project
 from ..drive.reductions import error_slope
-from ..model.gears.gear import HEAVY, NUMBERS, Gear
+from ..model.gears.gear import HEAVY, NUMBERS
 from ..model.gears.limits import RATCHETING
 from ..model.laws.friction import NO_FRICTION
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.springs import Backlash, Play
 from ..model.orders import without_teeth
-from ..model.train.controls import USUAL, CascadeLoop, PositionLoop, SpeedLoop, core_of
+from ..model.train.controls import CascadeLoop, PositionLoop, SpeedLoop, core_of
 from ..model.train.filters import NotchFilter, apart
 from ..model.train.shafts import NO_DRAG
-from .fields.groups import ASSUMED, CATALOGUE, MEASURED, YOURS
-from .fields.rows import inside
-from .fields.schema import ProjectSpec
-from .variants.names import keys_of, numbers_of
 
 FACTOR = 10.0  # beyond what gears have
 STIFFNESS = 340.0, 1.45e6  # N*m/rad
@@ -349,66 +343,6 @@ def _error(project: Project) -> Iterator[str]:
         )
 
 
-NO_NUMBERS = ("scatter", "excitation.accuracy")
-ACCURACY = "orders 1, 2 and 4 share the accuracy as 1 : 4 : 1, with phases zero"
-UNNAMED = "the file names neither a mode nor a loop of the motor"
-
-
-def sources_of(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> tuple[Source, ...]:
-    """Every number of a file, and those that stand in for what it leaves out, with the source of each."""
-    named = (spec.sources or {}).items()
-    declared = {("speed",) if name == "speed" else keys_of(content, name): word for name, word in named}
-    given = list[Source]()
-    for name in numbers_of(content):
-        if not name.startswith(NO_NUMBERS):
-            keys = tuple(name.split("."))  # what is said of the narrowest group; a number of the file is its writer's
-            word = next((declared[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in declared), YOURS)
-            given.append(Source(name, str(reduce(inside, keys, content)), word))
-    return *_implied(content, spec, gear), *given
-
-
-def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> Iterator[Source]:
-    """What follows from a name of the catalogue or from a default."""
-    motor, loop = spec.motor, inside(content.get("motor"), "loop")
-    if gear is not None:
-        yield Source("gear", gear.name, CATALOGUE, gear.source)
-        if motor.inertia is None:
-            yield Source("motor.inertia", f"{gear.input_inertia:.4g} kg*m^2", CATALOGUE, "the wave generator alone")
-        if spec.hysteresis == CATALOGUE:
-            yield Source("hysteresis", CATALOGUE, CATALOGUE, "fitted to the hysteresis loss; it yields over a quarter")
-        if isinstance(spec.load_friction, str):
-            yield Source("load_friction", CATALOGUE, CATALOGUE, "from its efficiency")
-    if not motor.named:
-        yield Source("motor.mode", motor.mode, ASSUMED, UNNAMED)
-    if isinstance(loop, dict) and "bandwidth" in loop and "damping" not in loop:
-        yield Source("motor.loop.damping", f"{USUAL.damping:g}", ASSUMED, "the default of a loop")
-    if spec.excitation.accuracy is not None:
-        grade = spec.excitation.accuracy
-        given = (0.0 if gear is None else gear.accuracy_of(grade) or 0.0) if isinstance(grade, str) else grade
-        why = f"the accuracy is assumed; {ACCURACY}" if class_assumed(spec) else ACCURACY
-        yield Source("excitation.accuracy", f"{given / ARCSEC:.4g} arcsec", ASSUMED, why)
-
-
-def class_assumed(spec: ProjectSpec) -> bool:
-    """Whether the file calls its accuracy assumed: one that no record gives."""
-    words, given = spec.sources or {}, spec.excitation.accuracy
-    named = ASSUMED in (words.get("excitation.accuracy"), words.get("excitation"))
-    return named and given is not None and given != CATALOGUE
-
-
-def source_facts(project: Project) -> tuple[tuple[Fact, ...], ...]:
-    """A row for every number: its name, its text, its source, and why where the file does not give it."""
-    keys = ("name", "value", "source", "why")
-    return tuple(tuple(map(Fact, keys, row)) for row in project.sources)
-
-
-def sources_said(project: Project) -> str:
-    """Numbers by where they come from; of the catalogue and of measurements, and what is assumed."""
-    words = {ASSUMED: "assumed", MEASURED: "measured", CATALOGUE: "from the catalogue"}
-    told = [one for one in project.sources if not one.name.endswith(".order")]
-    some = {word: [f"{one.name} {one.value}".strip() for one in told if one.word == word] for word in words}
-    parts = [f"{words[word]}: {', '.join(names)}" for word, names in some.items() if names]
-    return "; ".join([*parts, "the other numbers are yours" if parts else "all numbers are yours"])
 
 
 def remarks(project: Project) -> tuple[str, ...]:

@@ -31,9 +31,10 @@ from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec
 from .fields.postures import postures_of
 from .fields.rows import read_file
 from .fields.schema import ExplicitGear, NamedGear, ProjectSpec, SpeedSpec
-from .notes import class_assumed, notes, posture_note, sources_of
+from .notes import notes, posture_note
 from .own_gears import read_gears
 from .python_law import with_python_laws
+from .sources import class_assumed, sources_of
 from .yaml_text import FileError, Keys, Located, Problem, complaint, name, read, refuse, shown, text_of
 
 T = TypeVar("T")

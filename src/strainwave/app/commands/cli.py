@@ -118,7 +118,7 @@ def _apart(command: click.Command, run: Callable[..., Any]) -> Callable[..., Any
 
     @wraps(run)
     def checked(**given: Any) -> Any:
-        from ..console import INPUTS, refuse_inputs
+        from ...base.archive import INPUTS, refuse_inputs
 
         read = [value if isinstance(value, tuple) else (value,) for name, value in given.items() if name not in outputs]
         INPUTS[:] = [Path(one) for value in read for one in value if isinstance(one, str | Path)]

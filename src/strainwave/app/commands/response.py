@@ -17,8 +17,9 @@ from ...drive.friction.standstill import standing
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
 from ...drive.two_turns import A_TURN, beat_said
-from ...files.notes import load_remark, move_note, posture_note, remarks, source_facts, sources_said, unsaid
+from ...files.notes import load_remark, move_note, posture_note, remarks, unsaid
 from ...files.reading import read_project
+from ...files.sources import source_facts, sources_said
 from ...plot import axes
 from ...plot.drive import HEIGHT, comparison_panels, drive_panels, reference
 from ...plot.panels import named

@@ -19,7 +19,7 @@ from ....base.law import spring_stiffness
 from ....base.protocols import terms_of
 from ....base.sentences import Angle, listed, printable
 from ....drive.train_curve import in_turns
-from ....files.notes import source_facts
+from ....files.sources import source_facts
 from ....plot.panels import BLACK, BLUE, Axis, Panel
 from ....plot.portrait import proof_panels
 from ....plot.svg import figure
