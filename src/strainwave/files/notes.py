@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..base.law import spring_stiffness
-from ..base.units import RPM, convert
+from ..base.units import ARCSEC, RPM, convert
 from ..drive.asked import mean_of
 from ..drive.project import Project
 from ..drive.reductions import error_slope
@@ -341,8 +341,6 @@ def _error(project: Project) -> Iterator[str]:
             f"The kinematic error has amplitudes of {convert(size, 'rad', 'arcmin'):.4g} arcmin in all, and gears have "
             "at most 1 arcmin; check the unit, and that they are angles of the output."
         )
-
-
 
 
 def remarks(project: Project) -> tuple[str, ...]:

@@ -41,7 +41,6 @@ def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), po
         avoid=avoid,
         posture=posture,
         moved=moved,
-        train=None,
         jumping=jumping,
         largest_oscillation=lambda: SimpleNamespace(peak=peak),
     )

@@ -159,7 +159,9 @@ def stop_at(
     pair: Any, system: Any, omega: float, t: float, h: float, rtol: float, atol: float, w: Any, guard: Any,
     square: float,
 ) -> Any:  # fmt: skip
-    """Whether a step stops where a guard becomes negative, the share of it that is taken, and what `attempt` returns."""
+    """Whether a step stops where a guard becomes negative, the share that is taken of it, and what `attempt` returns."""
+    if length(guard) == 0 or square < 0.0:
+        return False, 1.0, square
     s = first_stop(system, omega, t, h, w, guard)
     if s < 1.0:
         square = attempt(pair, omega * t, omega * s * h, s * h, rtol, atol, w)
@@ -304,7 +306,7 @@ def adaptive(
     rates(system, omega * t, row(w, Y), row(w, K))
     if kinked:
         set_sides(system, omega, t, w, kinks_at, kink)
-    status, steps, rejected, switches, old, guarded = PAUSED, 0, 0, 0, LEAST, length(guard_at) > 0
+    status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST
     calm = calm_to = calm_step(stable, system, omega, t, w, Y, span)
     between = True  # look between the stages of this step too
     if h <= 0.0:
@@ -321,10 +323,8 @@ def adaptive(
             if kink >= 0:
                 met, h, square = step_onto(pair, system, omega, t, s * h, rtol, atol, w, row(kinks_at, 0)[kink], t_end)
                 last, kink = False, kink if met else -1
-        stops = False
-        if guarded and square >= 0.0:
-            stops, s, square = stop_at(pair, system, omega, t, h, rtol, atol, w, guard_at, square)
-            last, h, kink = last and s == 1.0, s * h, kink if s == 1.0 else -1
+        stops, share, square = stop_at(pair, system, omega, t, h, rtol, atol, w, guard_at, square)
+        last, h, kink = last and share == 1.0, share * h, kink if share == 1.0 else -1
         good = 0.0 <= square <= 1.0
         if not good or (between and not undisturbed(look_at, system, omega, t, h, w, rtol, atol)):
             rejected += 1
