@@ -159,7 +159,7 @@ def stop_at(
     pair: Any, system: Any, omega: float, t: float, h: float, rtol: float, atol: float, w: Any, guard: Any,
     square: float,
 ) -> Any:  # fmt: skip
-    """Whether a step stops where a guard becomes negative, the share that is taken of it, and what `attempt` returns."""
+    """Whether a step stops where a guard becomes negative, the share of it that is taken, its square of the error."""
     if length(guard) == 0 or square < 0.0:
         return False, 1.0, square
     s = first_stop(system, omega, t, h, w, guard)
