@@ -288,8 +288,10 @@ def doubled(branch: Branch) -> NDArray[np.bool_]:
 def doubled_spans(branch: Branch, some: NDArray[np.bool_] | bool = True) -> tuple[tuple[float, float], ...]:
     """Values in the range of a branch between which `some` motions are unstable by a multiplier below -1."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], doubled(branch) & some, [False]])))
-    inside = np.clip(branch.values, *branch.span)
-    runs = (inside[max(a - 1, 0) : b + 1] for a, b in edges.reshape(-1, 2))  # from one special point to the other
+    inside, special = np.clip(branch.values, *branch.span), {orbit.value for orbit in branch.doublings}
+    values = branch.values.tolist()
+    ends = ((a - (values[a] not in special), b + (values[b - 1] not in special)) for a, b in edges.reshape(-1, 2))
+    runs = (inside[max(a, 0) : b] for a, b in ends)  # from one special point to the other
     return tuple((float(np.min(run)), float(np.max(run))) for run in runs if np.ptp(run) > 0.0)
 
 

@@ -178,7 +178,7 @@ def test_a_line_that_was_cut_off_at_the_end_is_left_out_and_one_in_the_middle_re
         ("nothing but words\nand more of them\n", "has no table of numbers"),
         ("0.5,1.5\n1.5,2.5\n", "has 2 columns without names"),
         ("position,current\n0.5,1.5\n1.5,2.5\n", "has no column of the time; the channels are load_angle, current"),
-        ("time,current\n0.5,1.5\n", "has 1 samples"),
+        ("time,current\n0.5,1.5\n", "has 1 sample"),
         ("time,current [kg]\n0.5,1.5\n1.5,2.5\n3.0,3\n", "current: cannot convert 'kg' to 'A'"),
         ("time [kg],load_angle\n0.5,1.5\n1.5,2.5\n", "time: cannot convert 'kg' to 's'"),
     ],

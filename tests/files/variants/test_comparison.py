@@ -73,7 +73,8 @@ def test_a_drive_without_a_stable_motion_has_no_size_of_the_error_equation():
     assert [lost[key] for key in sizes] == [None] * 5
     assert known["oscillation_arcsec"] == pytest.approx(found.largest_oscillation().peak / ARCSEC)
     told = list(lines(compared.facts()))
-    assert told[-1].startswith("  axis (CSG-40-50): no steady motion of the whole drive is stable; ")
+    lost_drive = "  axis (CSG-40-50): no steady motion of the whole drive is stable; "
+    assert any(line.startswith(lost_drive) for line in told)
     panels = comparison_panels(compared.titles, compared.responses, [None, None], axis().speeds, [True, False])
     names = {curve.label for curve in panels[0].curves}
     assert {"1: axis (error equation alone)", "2: axis"} <= names

@@ -44,7 +44,7 @@ def rates(_, y, torque):
     slope = error(angle, 1)
     u, du = angle / N - load - error(angle, 0), speed / N - load_speed - slope * speed
     transmitted = K * (u + ALPHA * u**3) + K_Z * z + B * du
-    friction = 0.02 * speed / math.hypot(speed, 1.0)
+    friction = math.copysign(0.02, speed)
     dz = du - (z / YIELD) ** 2 * 0.5 * (abs(du) * np.sign(z) + du)
     motor = (torque - friction - (1.0 / N - slope) * transmitted) / J_M
     return [speed, motor, load_speed, (transmitted - GRAVITY * math.sin(ANGLE)) / J_L, dz]

@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from ...base.facts import Fact
 from ...drive.asked import MotorLimits
 from ...drive.project import Project
 from ...files.fields.kinds import Kind, Place, Wrong
@@ -78,10 +79,10 @@ def move(
             return
         result = moved(drive, parts or None, bands=avoided, **options)
         progress.show("writing", 0.9)
-        _write(drive, result, output)
+        facts = (*result.facts(), *(drive.loop.facts() if drive.loop else ()))
+        _write(drive, result, facts, output)
     written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"
-    loop = drive.loop.facts() if drive.loop else ()
-    click.echo(reported(drive.title, (*result.facts(), *loop), as_json, written))
+    click.echo(reported(drive.title, facts, as_json, written))
 
 
 def profile_part(text: str, **table: str | None) -> Any:
@@ -104,8 +105,8 @@ def _read(text: str, fields: str, kind: Kind, subject: str) -> Any:
     raise click.BadParameter(f"the {subject} {text!r} is wrong: {reasons}")
 
 
-def _write(project: Project, result: Move, output: Path) -> None:
+def _write(project: Project, result: Move, facts: tuple[Fact, ...], output: Path) -> None:
     panels = named(move_panels(result, project.gear, project.motor_limits or MotorLimits()), project.title)
     drawn = stacked(panels, 215.0, "a move over the time")
     table = columns(result.coordinates(), result.variables())
-    write_all(output, {CSV: table, SVG: drawn, JSON: reported(project.title, result.facts(), True)})
+    write_all(output, {CSV: table, SVG: drawn, JSON: reported(project.title, facts, True)})

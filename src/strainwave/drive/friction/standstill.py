@@ -15,7 +15,7 @@ from ...base.sentences import number
 from ...base.units import ARCSEC, HERTZ
 from ...model.excitation import NoError
 from ...model.laws.dry import REST, breakaway, settled
-from ...model.train.controls import CascadeLoop, core_of, off_reference
+from ...model.train.controls import CascadeLoop, Held, core_of, off_reference
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import AtRest
 from ...numerics.integration.methods import Dopri5
@@ -31,7 +31,7 @@ LONGEST = 26  # doublings of a stretch without a slip after which there is none
 FADES = 0.5  # of a slip half of them before: smaller ones may end
 SMALL = 1e-3  # of the largest slip: smaller ones are none
 HEAVY = 1e12  # times its inertia: a shaft that sticks
-STANDS = 1e-5  # of the largest pole: a smaller one is no motion
+STANDS = 1e-3  # of the largest pole: a smaller one is no motion
 INTEGRATED = 1e-9  # rad for 1 N*m: deviation of a motor that an integrator holds
 METHOD = Dopri5(rtol=1e-8)
 
@@ -176,9 +176,11 @@ def standstill(project: Any) -> Standstill:
     sag, error = [(min(column), max(column)) for column in zip(*corners, strict=True)]
     integrates = bool(np.ptp([_rest(train, (torque, 0.0))[0] for torque in (0.0, 1.0)]) < INTEGRATED)
     period, size, regular, slips = _hunting(train) if integrates and frictions[0] else (nan, nan, False, 0)
-    shafts = train.with_motor(J=HEAVY * train.motor.J), train.with_load(J=HEAVY * train.load.end().J)
-    state = operating_state(train, 0.0)
-    stuck = [_vibration(held, state) if T else nan for held, T in zip(shafts, frictions, strict=True)]
+    held, heavy = train.with_motor(control=Held()), train.with_load(J=HEAVY * train.load.end().J)
+    stuck = [
+        _vibration(shaft, operating_state(rests, 0.0)) if T else nan
+        for shaft, rests, T in zip((held, heavy), (held, train), frictions, strict=True)
+    ]
     return Standstill(sag, error, loads, *frictions, integrates, period, size, regular, slips, (stuck[0], stuck[1]))
 
 
