@@ -107,7 +107,8 @@ class DryInertias(NamedTuple):
         found = []
         for i, (v, pull) in enumerate(zip(y[1:4:2], self.pulls(y, reference)[:2], strict=True)):
             rests = abs(v) < 1e-9 if before is None else before[i] * v <= 0.0
-            sticks = rests and abs(pull) <= (self.motor, self.load)[i].high
+            high = (self.motor, self.load)[i].high
+            sticks = rests and 0.0 < high >= abs(pull)
             found.append(0.0 if sticks else math.copysign(1.0, pull if rests else v))
         return found
 
@@ -121,7 +122,7 @@ class DryInertias(NamedTuple):
         def guard(i, friction):
             def spare(t, y):
                 if signs[i]:
-                    return signs[i] * y[1 + 2 * i] + 1e-11
+                    return signs[i] * y[1 + 2 * i] + 1e-11 if friction.high else 1.0
                 return (1.0 + SPARE) * friction.high - abs(self.pulls(y, reference(t))[i])
 
             spare.terminal, spare.direction = True, -1
