@@ -20,7 +20,13 @@ from zipfile import ZipFile
 
 ROOT = Path(__file__).resolve().parent.parent
 LARGEST = 3_000_000  # bytes of the wheel
-DATA = ("app/report/page.html.j2", "app/projects/CSG-40-50.yaml", "app/web/static/index.html", "units.txt", "py.typed")
+DATA = (
+    "app/report/page.html.j2",
+    "app/projects/CSG-40-50.yaml",
+    "app/web/static/index.html",
+    "base/units.txt",
+    "py.typed",
+)
 
 
 def run(command: list[str | Path], folder: Path, **more: str) -> str:

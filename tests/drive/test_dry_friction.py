@@ -72,6 +72,21 @@ def test_moves_with_dry_friction_agree_with_an_integration_that_locates_every_st
     assert np.interp(t, found.time, found.pointing_error) == pytest.approx(error, abs=2e-3 * found.peak_error)
 
 
+def test_a_motor_that_dry_friction_holds_is_not_told_as_settled():
+    train = STICKY.train()
+    held = sw.move(train.with_motor(drag=sw.laws.Coulomb(1e6)), sw.Trapezoid(0.1, 0.3), tail=0.1)
+    assert held.settling_times == (None,)
+    assert "The motor does not break away: dry friction holds it through the whole move." in held.remarks
+    assert held.peak_error == pytest.approx(0.1, rel=1e-6)
+
+
+@pytest.mark.compiled
+def test_while_the_motor_sticks_the_load_vibrates_on_the_gear():
+    found = sw.study.standstill(STICKY.train())
+    assert found.stuck[0] == pytest.approx(np.sqrt(STICKY.K / STICKY.J_l), rel=1e-6)
+    assert "While the motor sticks, the load vibrates on the gear at 7.503 Hz." in " ".join(str(found).split())
+
+
 STICKY = DryInertias(
     2.5e-4, 18.0, N, 4e4, 30.0, Friction(0.05, 0.12, 0.05), Friction(2.0, 2.0, 1.0), 0.0, 0.0, ((2, 1e-9),), 8.0, 0.1,
     0.06,

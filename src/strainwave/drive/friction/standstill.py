@@ -11,7 +11,7 @@ from ...base.facts import Fact
 from ...base.law import states_of, torque_of
 from ...base.records import Result
 from ...base.results import Floats, SolveError
-from ...base.sentences import number
+from ...base.sentences import counted, number
 from ...base.units import ARCSEC, HERTZ
 from ...model.excitation import NoError
 from ...model.laws.dry import REST, breakaway, settled
@@ -27,7 +27,7 @@ from ..state_space import state_space
 from ..train_curve import torques_of_angle, without_gravity
 
 SLIPS, SAME = 80, 1e-4  # slips that are followed, and relative difference of two turns of a cycle
-LONGEST = 26  # doublings of a stretch without a slip after which there is none
+LONGEST = 1000.0  # time constants of the slowest motion without a slip, after which there is none
 FADES = 0.5  # of a slip half of them before: smaller ones may end
 SMALL = 1e-3  # of the largest slip: smaller ones are none
 HEAVY = 1e12  # times its inertia: a shaft that sticks
@@ -109,7 +109,7 @@ class Standstill(Result):
         if not self.hunts and self.slips >= SLIPS:
             return f"After {SLIPS} slips the motor still sticks and slips; whether it ends was not found."
         if not self.hunts:
-            return f"No hunting was found: after a kick the motor comes to rest in {self.slips} slips."
+            return f"No hunting was found: after a kick the motor comes to rest in {counted(self.slips, 'slip')}."
         period = f"a period of {self.period:.4g} s"
         if not self.regular:
             period = f"no fixed period, {self.period:.4g} s in the mean"
@@ -220,17 +220,19 @@ def _rest(train: DriveTrain, pushes: tuple[float, ...]) -> tuple[float, float]:
 def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     """Period [s] and size [rad, output side] of hunting, whether it is regular, and the slips that were followed."""
     state = operating_state(train, 0.0)
-    span = 2.0 * pi / float(np.max(np.abs(state_space(train, at=state).poles)))
+    poles = state_space(train, at=state).poles
+    fastest = float(np.max(np.abs(poles)))
+    span, most = 2.0 * pi / fastest, LONGEST / float(np.min(-poles.real[-poles.real > STANDS**2 * fastest]))
     core, T = core_of(train.motor.control), breakaway(train.motor.drag)
     state[2] += 2.0 * T / torque_of(core, 1.0, 0.0, (0.0,) * states_of(core))  # its torque is twice what breaks it away
-    t, angle, moves, still = np.zeros(1), state[2:3], np.zeros(1, bool), 0
-    while still < LONGEST:
-        run = simulate(train, state, (t[-1], t[-1] + span * 2**still), method=METHOD)
+    t, angle, moves, rested = np.zeros(1), state[2:3], np.zeros(1, bool), False
+    while not rested:
+        run = simulate(train, state, (t[-1], t[-1] + span), method=METHOD)
         if not run.status:
             raise SolveError(f"the motion between two stops was not found: {run.status.name}")
         state, slides = run.y[:, -1], np.abs(run.y[3]) > REST
         t, angle, moves = np.append(t, run.t), np.append(angle, run.y[2]), np.append(moves, slides)
-        still += not np.any(slides)
+        rested, span = span >= most and not np.any(slides), span if np.any(slides) else min(2.0 * span, most)
         ends = np.flatnonzero(moves[:-1] & ~moves[1:]) + 1
         places, times = np.append(angle[0], angle[ends]), np.append(0.0, t[ends])
         ways, slips = np.abs(np.diff(places)), len(ends)

@@ -58,6 +58,7 @@ SENTENCES = {
     "angle": "Angle of the move.",
     "time": "Time that it takes.",
     "ramp": "Share of the time for each ramp.",
+    "rise": "Torsion beyond the gap over which contact takes hold.",
     "rounding": "Share of a ramp for the rise and the fall of the acceleration.",
     "speed": "Largest speed, in place of the time.",
     "acceleration": "Largest acceleration, in place of the time.",

@@ -44,6 +44,8 @@ DECAY = 7.0  # time constants of the slowest vibration after the end: 0.1 % of i
 LONGEST = 20.0  # durations of the profile that the run goes on at most
 RESONANT = math.sqrt(0.5)  # damping ratio from which on a vibration has no resonance
 
+STANDS = 1e-6  # of the mean speed of a profile: a motor that is never faster does not break away
+STUCK = "The motor does not break away: dry friction holds it through the whole move."
 WITHIN = 8  # places in a step at which the error is looked at
 
 
@@ -301,6 +303,8 @@ def _result(
     whole = Quintic.through(run.t, *run.pointing(), run.steps)
     times = zip(path.motions(), _waits(path, run), rests, strict=True)
     settled = tuple(settling(whole, rest, window, end, until) for (_, end), until, rest in times)
+    if is_dry(train) and peaks[3] * path.duration < STANDS * turned:
+        settled, remarks = (None,) * len(settled), (*remarks, STUCK)
     energy = np.asarray(train.energy(run.t, tuple(run.y)))
     gap = energy - energy[0] - np.sum(run.work[:INPUTS], axis=0) + np.sum(run.work[INPUTS:], axis=0)
     scale = max(float(np.max(np.abs(run.work))), float(np.max(np.abs(energy))), 1e-300)
