@@ -298,13 +298,11 @@ def _result(
         peaks[1] = min(peaks[1], mover.limits.most)
         remarks = (*remarks, *_times_at_limits(run, motor, speed, mover.limits))
     rms = [math.sqrt(max(integral, 0.0) / path.duration) for integral in run.means[:3]]
-    turned = train.N * path.travel()
-    average = math.cbrt(run.means[3] / turned)
+    average = math.cbrt(run.means[3] / (turned := train.N * path.travel()))
     whole = Quintic.through(run.t, *run.pointing(), run.steps)
+    stands = is_dry(train) and peaks[3] * path.duration < STANDS * turned
     times = zip(path.motions(), _waits(path, run), rests, strict=True)
-    settled = tuple(settling(whole, rest, window, end, until) for (_, end), until, rest in times)
-    if is_dry(train) and peaks[3] * path.duration < STANDS * turned:
-        settled, remarks = (None,) * len(settled), (*remarks, STUCK)
+    settled = tuple(None if stands else settling(whole, rest, window, end, until) for (_, end), until, rest in times)
     energy = np.asarray(train.energy(run.t, tuple(run.y)))
     gap = energy - energy[0] - np.sum(run.work[:INPUTS], axis=0) + np.sum(run.work[INPUTS:], axis=0)
     scale = max(float(np.max(np.abs(run.work))), float(np.max(np.abs(energy))), 1e-300)
@@ -350,7 +348,7 @@ def _result(
         work={name: float(value) for name, value in zip(train.power_names(), run.work[:, -1], strict=True)},
         stored=float(energy[-1] - energy[0]),
         imbalance=float(np.max(np.abs(gap))) / scale,
-        remarks=remarks,
+        remarks=(*remarks, *[STUCK] * stands),
         K_t=mover.limits.K_t if math.isfinite(mover.limits.K_t) else None,
     )
 
