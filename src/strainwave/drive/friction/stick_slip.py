@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.results import Branch, Floats
+from ...base.results import Branch, Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ...model.laws.dry import parted
 from ...model.train.drive_train import DriveTrain
@@ -101,9 +101,12 @@ def in_time(train: DriveTrain, speed: float) -> Sizes:
     if not train.motor.held:
         state[3] = -speed  # behind its reference
     decays = -poles.real[poles.real < -SLOWEST * np.max(np.abs(poles))]
-    turn, slowest = 2.0 * math.pi / speed, 1.0 / float(np.min(decays))
+    turn = 2.0 * math.pi / speed
+    slowest = 1.0 / float(np.min(decays)) if len(decays) else turn
     length = min(turn, LONGEST * slowest)
     run = simulate(moving, state, (0.0, SETTLED * slowest + length), method=METHOD)
+    if not run.status:
+        raise SolveError(f"the motion with dry friction at {speed:.4g} rad/s is not followed: {run.message}")
     use = run.t >= run.t[-1] - length
     t, y, phase = run.t[use], tuple(run.y[:, use]), speed * run.t[use]
     error, torque, motor = moving.pointing_error(y), moving.torque(phase, y), moving.motor_torque(phase, y)
