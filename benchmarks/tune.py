@@ -1,9 +1,11 @@
 """Gains of `sw.tune` on ten drives: against every step of one or two gains, the rule, and differential evolution.
 
-    python benchmarks/tune.py [--drives 0 1 ...] [--evolution SEED ...]
+    python benchmarks/tune.py [--drives 0 1 ...] [--evolution SEED ...] [--unasked]
 
 Steps and goals are computed here anew: the goal from `Project.response` under each load, the peak sensitivity from the
 open loop of `strainwave.drive.margins`. Differential evolution has ten times as many nonlinear responses as `tune`.
+Unasked, without goals: compliance, settling after a torque and settling of a move, recommended over those of the file,
+of twelve drives, from the linear train and from `move`.
 """
 
 import argparse
@@ -36,6 +38,12 @@ DRIVES = (  # gear, loop, inertia of the load, its drag, more groups, units
     (CUBIC, CASCADE, 1.2, "", BOUC_WEN, 0), (CUBIC, SPEED, 2.0, "", BOUC_WEN, 0), (CUBIC, CASCADE, 1.2, "", SCATTER, 8),
     (CURVE, SPEED, 3.0, GRAVITY, SCATTER, 3),
 )  # fmt: skip
+MOVE = "move: {profile: [{type: s_curve, angle: 90 deg, time: 0.6 s}]}"
+UNASKED = (
+    *((*row[:4], f"{row[4]}\n{MOVE}", 0) for row in DRIVES),
+    ("CSG-40-50", "{type: cascade, bandwidth: 30 Hz, lag: 0.5 ms}", 1.3, "", MOVE, 0),
+    ("CSG-32-100", "{type: cascade, K_v: 40 1/s, K_p: 0.15 N*m*s/rad, T_n: 15 ms, lag: 1 ms}", 3.0, "", MOVE, 0),
+)
 SIZES = [sign * size for size in (0.02, 0.05, 0.2) for sign in (1.0, -1.0)]
 LARGEST = 2.0
 
@@ -125,11 +133,45 @@ def evolution(judge, tuning, seed):
     return 1.0 - best[0] / judge.goal(tuning.recommended.gains)
 
 
+def of_a_torque(train):
+    """Compliance [rad/(N*m)] of the load, and settling [s] after a step of torque on it."""
+    linear = sw.state_space(train, at=sw.study.operating_state(train, train.omega), speed=train.omega)
+    load, torque = linear.outputs.index("load speed"), linear.inputs.index("load torque")
+    grid = np.geomspace(1.0, 1e4, 4001)
+    poles, vectors = np.linalg.eig(linear.A)
+    moving = np.abs(poles) > 1e-9 * np.max(np.abs(poles))
+    parts = (linear.C[load] @ vectors * np.linalg.solve(vectors, linear.B[:, torque]))[moving] / poles[moving]
+    time = np.linspace(0.0, 10.0 / np.min(np.abs(poles[moving].real)), 20_001)
+    off = np.abs((np.exp(np.multiply.outer(time, poles[moving])) @ parts).real)
+    compliance = np.max(np.abs(linear.response(grid)[load, torque] / grid))
+    return np.array([compliance, time[np.flatnonzero(off > 0.02 * np.max(off))[-1]]])
+
+
+def unasked():
+    """Print what becomes worse where no goal is given."""
+    print("drive  seconds  compliance  settling  of the move  oscillation")
+    for i, row in enumerate(UNASKED):
+        project = project_of(*row)
+        begin = process_time()
+        tuning = sw.tune(project)
+        seconds, better = process_time() - begin, tuning.applied(project)
+        cases = [[p.under(float(t)) for t in np.linspace(*p.load_torques, 3)] for p in (project, better)]
+        before, after = [np.max([of_a_torque(case.train) for case in some], axis=0) for some in cases]
+        moves = [sw.move(p).settling_times[-1] or inf for p in (project, better)]
+        peaks = [max(np.max(r.oscillation) for r in (c.response(coexisting=False) for c in some)) for some in cases]
+        ratios = [*(after / before), moves[1] / moves[0], peaks[1] / peaks[0]]
+        print(f"{i:5d} {seconds:8.1f}  {'  '.join(f'{ratio:10.4f}' for ratio in ratios)}", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--drives", type=int, nargs="*", default=range(len(DRIVES)))
     parser.add_argument("--evolution", type=int, nargs="*", default=[], metavar="SEED")
+    parser.add_argument("--unasked", action="store_true")
     given = parser.parse_args()
+    if given.unasked:
+        unasked()
+        return
     print("drive  seconds  responses  rule, arcsec  best, arcsec  best step  evolution")
     for i in given.drives:
         project = project_of(*DRIVES[i])
@@ -137,7 +179,7 @@ def main():
         units = tuple(sw.sample.scattered(project, count)) if count else ()
         sw.tune(project, goals=("compliance",))  # compiles
         begin = process_time()
-        tuning = sw.tune(project, units=units)
+        tuning = sw.tune(project, goals=("pointing",), units=units)
         seconds, judge, arcsec = process_time() - begin, Judge(project, units, tuning), np.pi / 648_000
         rule, best = judge.goal(tuning.rule.gains) / arcsec, judge.goal(tuning.recommended.gains) / arcsec
         step, found = best_step(judge, tuning), [evolution(judge, tuning, seed) for seed in given.evolution]

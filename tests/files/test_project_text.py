@@ -1,6 +1,7 @@
 """Drive trains written as project files: what is read back moves as what was written."""
 
 from dataclasses import fields, replace
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -181,3 +182,60 @@ def test_a_variation_of_ones_own_is_in_no_project_file(tmp_path):
     project = written(tmp_path / "drive.yaml", PROJECTS["varying stiffness and damping"])
     with pytest.raises(ValueError, match="no project file says what Own holds; it has ripples of a Variation"):
         sw.project_text(replace(project, stiffness=Own(0.1)))
+
+
+AUTHORS = """\
+# azimuth of the dish
+title: azimuth
+gear: CSG-32-100   # from the shelf
+motor:
+  inertia: 4.5 kg*cm^2
+  loop:            # set in May
+    type: cascade
+{gains}    lag: 0.5 ms      # drive manual
+load: {{inertia: 5 kg*m^2}}
+damping: {{ratio: 3 %}}
+speed: {{from: 500 rpm, to: 3000 rpm, shaft: motor}}
+excitation: {{kinematic_error: [{{order: 2, amplitude: 23 arcsec}}]}}
+scatter: {{damping.ratio: 20 %}}
+"""
+FLOW = AUTHORS.replace("loop:            # set in May\n    type: cascade\n", "loop: {{type: cascade, ").replace(
+    "    lag: 0.5 ms      #", "lag: 0.5 ms}}      #"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "before", "after"),
+    [
+        (
+            AUTHORS, "    bandwidth: 30 Hz  # old\n    damping: 0.8\n",
+            "    K_v: 40.5 1/s\n    K_p: 0.15 N*m*s/rad\n    T_n: 0.02 s  # old\n",
+        ),
+        (
+            AUTHORS, "    K_v: 50 1/s\n    K_p: 200 mN*m*s/rad  # soft\n    T_n: 18 ms\n",
+            "    K_v: 40.5 1/s\n    K_p: 150 mN*m*s/rad  # soft\n    T_n: 20 ms\n",
+        ),
+        (
+            FLOW, "bandwidth: 30 Hz, damping: 0.8, ",
+            "K_v: 40.5 1/s, K_p: 0.15 N*m*s/rad, T_n: 0.02 s, ",
+        ),
+        (
+            FLOW, "damping: 0.8, bandwidth: 30 Hz, ",
+            "K_v: 40.5 1/s, K_p: 0.15 N*m*s/rad, T_n: 0.02 s, ",
+        ),
+    ],
+)  # fmt: skip
+def test_another_loop_changes_the_gains_alone_in_the_authors_file(text, before, after):
+    read = from_text(text.format(gains=before), Path("axis.yaml"))
+    control = sw.train.Lagged(sw.train.CascadeLoop(40.5, 0.15, 0.02), 5e-4)
+    train = read.train.with_motor(control=control)
+    assert sw.project_text(replace(read, train=train, whole=train)) == text.format(gains=after)
+
+
+def test_a_changed_drive_with_a_scattering_damping_ratio_is_written():
+    read = from_text(AUTHORS.format(gains="    bandwidth: 30 Hz\n"), Path("axis.yaml"))
+    read = replace(read, scatter=(*read.scatter, ("loop.bandwidth", 0.1)))
+    train = read.train._replace(B=2.0 * read.drive.B)
+    changed = replace(read, drive=read.drive._replace(B=train.B), damping=None, train=train, whole=train)
+    again = from_text(sw.project_text(changed), Path("axis.yaml"))
+    assert (again.drive.B, again.scatter) == (train.B, (("damping.B", 0.2),))

@@ -24,9 +24,11 @@ from .fields import groups, schema
 from .fields.drive_units import DriveUnitsSpec
 from .fields.postures import PostureSpec
 from .fields.rows import texts_of
+from .loop_text import with_loop
 from .reading import ProjectError, from_text
 
 KEPT = (groups.ASSUMED, groups.MEASURED, groups.CATALOGUE)  # sources that are written
+BY_BANDWIDTH = ("loop.bandwidth", "loop.damping")
 NEIGHBOURS = (0.0, -math.inf, math.inf)
 
 
@@ -49,7 +51,8 @@ def project_text(
     Returns
     -------
     str
-        Of a project that is still what its file says, the text of that file. Else YAML in SI units, with every number
+        Of a project that is still what its file says, the text of that file; of one whose loop alone is another, that
+        text with the other loop. Else YAML in SI units, with every number
         as it is. A line of negative amplitude is written with its size and the phase moved by half a turn.
 
     Raises
@@ -89,6 +92,10 @@ def _of_project(project: Project) -> str:
     """Text of a project that reads back equal: the file's own, or one that is written from its parts."""
     if _reads_as(project, project.text):
         return project.text
+    edited = project.whole and with_loop(project.text, project.whole.motor.control)
+    if edited and _reads_as(project, edited):
+        return edited
+    project = _written_scatter(project)
     for gear in _gears(project):
         if _reads_as(project, text := _file(**gear, **_parts(project))):
             return text
@@ -96,6 +103,15 @@ def _of_project(project: Project) -> str:
         f"no project file says what project {project.title!r} holds: its parts contradict each other (a changed drive "
         "needs a changed train and whole, too), or a file does not take them; change the file, or use it in Python"
     )
+
+
+def _written_scatter(project: Project) -> Project:
+    """The project with the scatter of what is written: B for a ratio of damping, and no bandwidth beside gains."""
+    names = {"damping.ratio": "damping.B", "damping.quality": "damping.B"}  # B is as many percent off as they are
+    rows = [(names.get(name, name), share) for name, share in project.scatter]
+    kept = [i for i, (name, _) in enumerate(rows) if name.removeprefix("motor.") not in BY_BANDWIDTH]
+    table = project.correlation and tuple(tuple(project.correlation[i][j] for j in kept) for i in kept)
+    return replace(project, scatter=tuple(rows[i] for i in kept), correlation=table)
 
 
 def _reads_as(project: Project, text: str) -> bool:

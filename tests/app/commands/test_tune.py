@@ -34,9 +34,9 @@ def invoke(*given):
 
 @pytest.mark.slow
 def test_the_command_writes_and_prints_the_numbers_of_the_library(moving, tmp_path):
-    run = invoke(moving, "--gain", "K_p", "-o", tmp_path / "out", "--json")
+    run = invoke(moving, "--gain", "K_p", "--goal", "pointing", "-o", tmp_path / "out", "--json")
     assert run.exit_code == 0, run.output
-    found, data = sw.tune(sw.read_project(moving), gains=("K_p",)), json.loads(run.stdout)
+    found, data = sw.tune(sw.read_project(moving), goals=("pointing",), gains=("K_p",)), json.loads(run.stdout)
     best = data["points"][2]
     assert (best["gains"], best["K_p"]) == ("recommended", pytest.approx(found.recommended.gains[0]))
     assert json.loads((tmp_path / "out/tune.json").read_text()) == data

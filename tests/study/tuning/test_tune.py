@@ -15,6 +15,7 @@ from strainwave.drive.margins import ABOUT, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
 from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
+from strainwave.study.tuning.result import GainCost
 from strainwave.study.tuning.search import PROOF, moves
 from strainwave.study.tuning.trial import Setting, Trial, TuningLimits
 from strainwave.study.tuning.tune import ASSUMED, Loop, rule
@@ -144,7 +145,58 @@ def closed_form(gains, lag=5e-4):
 
 @pytest.fixture(scope="module")
 def tuned():
-    return sw.tune(project())
+    return sw.tune(project(), goals=("pointing",))
+
+
+def of_a_torque(gains):
+    """Compliance [rad/(N*m)], and time [s] from which on a step of torque on the load is settled to 2 %, own model."""
+    K_p, K_i, lag = *gains, 5e-4  # states: motor's angle and speed, load's, delayed torque
+    A = np.zeros((5, 5))
+    A[0, 1] = A[2, 3] = 1.0
+    motor = np.array([-K / N, -B / N, K, B, 0.0]) / N
+    A[1] = (motor + np.eye(5)[4]) / J_M
+    A[3] = np.array([K / N, B / N, -K, -B, 0.0]) / J_L
+    A[4] = np.array([-K_i, -K_p, 0.0, 0.0, -1.0]) / lag
+    into, grid = np.eye(5)[3] / J_L, np.geomspace(1.0, 1e4, 5001)
+    response = [abs(np.linalg.solve(1j * w * np.eye(5) - A, into)[2]) for w in grid]
+    poles, vectors = np.linalg.eig(A)
+    parts, time = vectors[2] * np.linalg.solve(vectors, into) / poles, np.linspace(0.0, 3.0, 30_001)
+    off = np.abs((np.exp(np.multiply.outer(time, poles)) @ parts).real)
+    return max(response), time[np.flatnonzero(off > 0.02 * max(off))[-1]]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("loop", [SPEED, SPEED.replace("0.2 ", "0.1 ").replace("5 ", "9 ", 1)])
+def test_without_goals_nothing_becomes_worse(loop):
+    found = sw.tune(project(f"loop: {loop}"))
+    compliance, settling = of_a_torque(found.before.gains)
+    after = of_a_torque(found.recommended.gains)
+    assert (found.before.figures.compliance, found.before.figures.settling) == pytest.approx(
+        (compliance, settling), rel=0.01
+    )
+    assert after[0] <= 1.02 * compliance
+    assert after[1] <= 1.02 * settling
+    assert closed_form(found.recommended.gains) < 0.9 * closed_form(found.before.gains)
+    for row, change in product(np.eye(2), (0.95, 1.05)):
+        beside = of_a_torque(np.where(row, change, 1.0) * found.recommended.gains)
+        assert np.all(np.array(beside) < 1.2 * np.array(after))
+    assert "No goal is given: compliance and settling stay within 2 %" in str(found)
+
+
+def test_a_gain_that_costs_much_is_told():
+    cost = GainCost("K_p", 0.05, "settling of the move", 0.0165, 0.0409, "s")
+    assert str(cost) == "5 % more K_p costs most: settling of the move 148 % more"
+
+
+@pytest.mark.slow
+def test_the_settling_of_a_move_is_that_of_its_slowest_motion():
+    move = "move: {profile: [{type: trapezoid, angle: 40 deg, time: 0.4 s}, {type: dwell, time: 0.3 s}, "
+    text = TEXT.format(motor=f"loop: {SPEED}") + move + "{type: trapezoid, angle: 1 deg, time: 0.3 s}]}\n"
+    whole = from_text(text, Path("axis.yaml"))
+    found = sw.tune(whole, goals=("settling",), gains=("K_p",))
+    times = sw.move(found.applied(whole)).settling_times
+    assert found.recommended.goals == pytest.approx((max(times),))
+    assert times[0] > times[1]
 
 
 @pytest.mark.slow
@@ -170,7 +222,7 @@ def test_no_step_of_one_or_two_gains_is_better_and_the_rule_is_worse(tuned):
 @pytest.mark.slow
 def test_a_valley_along_which_all_gains_change_is_followed_to_its_lowest_place():
     whole = project("loop: {type: cascade, bandwidth: 40 Hz, damping: 1, lag: 0.5 ms}")
-    found, linear = sw.tune(whole), OpenLoop(whole.train)
+    found, linear = sw.tune(whole, goals=("pointing",)), OpenLoop(whole.train)
     best = closed_form(found.recommended.gains)
     assert found.recommended.goals[0] == pytest.approx(best, rel=0.01)
     for factor in (0.25, 0.5, 2.0, 4.0):  # of the position gain, with the others at their best
@@ -187,8 +239,8 @@ def test_a_valley_along_which_all_gains_change_is_followed_to_its_lowest_place()
 
 @pytest.mark.slow
 def test_the_same_project_has_the_same_gains_and_the_file_has_them(tuned):
-    again, whole = sw.tune(project()), tuned.applied(project())
-    assert again.recommended == tuned.recommended
+    again, whole = sw.tune(project(), goals=("pointing",)), tuned.applied(project())
+    assert again.recommended[:5] == tuned.recommended[:5]  # the project has no move
     assert from_text(sw.project_text(whole), Path("axis.yaml")).whole.motor.control == tuned.control
     marks = [(p.goals[0], p.figures.peak_sensitivity) for p in tuned.front]
     assert not any(a[0] <= b[0] and a[1] <= b[1] for a, b in combinations(marks, 2))
@@ -205,7 +257,7 @@ def test_limits_bind_and_a_notch_is_offered_only_where_it_helps():
         assert stiff.notch.point.goals[0] < 0.99 * stiff.recommended.goals[0]
     limited = from_text(TEXT.format(motor=f"max_torque: 0.01 N*m, loop: {SPEED}"), Path("axis.yaml"))
     with pytest.raises(ValueError, match=r"keep the motor's torque at every speed: the nearest, K_p .* % above it"):
-        sw.tune(limited)
+        sw.tune(limited, goals=("pointing",))
 
 
 @pytest.mark.slow
@@ -224,7 +276,7 @@ def test_gains_of_a_position_loop_have_their_units_and_keep_the_torque_of_the_mo
         at = free.gains.index(gain)
         gains = [value * (1.05 if i == at else 1.0) for i, value in enumerate(free.recommended.gains)]
         figures = OpenLoop(whole.train, ASSUMED).figures(control_parts(sw.train.PositionLoop(*gains)))
-        assert figures.compliance / free.recommended.figures.compliance - 1.0 == pytest.approx(change, rel=1e-6)
+        assert figures.compliance / free.recommended.figures.compliance - 1.0 == pytest.approx(change, rel=1e-5)
 
 
 def test_all_that_gains_give_is_computed_once_and_anew_with_the_torque_of_the_motor():
@@ -242,7 +294,7 @@ def test_all_that_gains_give_is_computed_once_and_anew_with_the_torque_of_the_mo
 def test_every_posture_counts():
     rows = "postures: [{inertia: 0.5 kg*m^2, torque: 0 N*m}, {inertia: 2 kg*m^2, torque: 0 N*m}]\n"
     whole = from_text(TEXT.format(motor=f"loop: {SPEED}") + rows, Path("axis.yaml"))
-    found = sw.tune(whole)
+    found = sw.tune(whole, goals=("pointing",))
     alone = [max(row.on(found.applied(whole)).response(coexisting=False).oscillation) for row in whole.postures]
     assert found.recommended.goals[0] == pytest.approx(max(alone), rel=2e-3)
     assert any("2 postures" in remark for remark in found.remarks)
@@ -251,7 +303,7 @@ def test_every_posture_counts():
 @pytest.mark.slow
 def test_several_drives_share_gains_and_the_worst_of_them_counts(tuned):
     light = sw.replaced(project(), {"load.inertia": "0.8 kg*m^2"})
-    both = sw.tune(project(), units=(light,))
+    both = sw.tune(project(), goals=("pointing",), units=(light,))
     alone = [both.applied(drive).response(coexisting=False) for drive in (project(), light)]
     assert both.recommended.goals[0] == pytest.approx(max(max(one.oscillation) for one in alone), rel=1e-3)
     assert both.recommended.goals[0] > 0.99 * tuned.recommended.goals[0]

@@ -95,7 +95,9 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
         "goal": GOALS[result.goals[0]].words,
         "points": [
             {
-                "name": name, "gains": point.gains, "oscillation_arcsec": point.goals[0] / ARCSEC,
+                "name": name, "gains": point.gains, "oscillation_arcsec": point.pointing / ARCSEC,
+                "compliance_arcsec_per_N_m": point.figures.compliance / ARCSEC, "settling_s": point.figures.settling,
+                "move_settling_s": None if math.isnan(point.move_settling) else point.move_settling,
                 "peak_sensitivity": point.figures.peak_sensitivity, "gain_margin": point.figures.gain_margin,
                 "phase_margin_deg": math.degrees(point.figures.phase_margin), "motor_torque": point.motor_torque,
             }

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, isnan
 from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import numpy as np
@@ -15,7 +15,9 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import HERTZ
 from ...model.train.filters import apart
-from .trial import GOALS, TuningLimits, TuningPoint, having
+from .trial import CLIFF, GOALS, TuningLimits, TuningPoint, having
+
+LABELS = {"settling": "settling of the move", "move": "error in the move", "motor_rms": "rms of the motor"}
 
 
 class GainSensitivity(NamedTuple):
@@ -39,6 +41,23 @@ class GainSensitivity(NamedTuple):
             for way, change in (("more", self.up), ("less", self.down))
         ]
         return f"{self.gain}: {', '.join(sides)}"
+
+
+class GainCost(NamedTuple):
+    """What 5 % more or less of a gain costs most: the gain, its change, what becomes worse, before, after, its unit."""
+
+    gain: str
+    step: float
+    measure: str
+    before: float
+    after: float
+    unit: str
+
+    def __str__(self) -> str:
+        way = "more" if self.step > 0.0 else "less"
+        ratio = self.after / self.before - 1.0
+        much = f"{number(100.0 * ratio, 2)} % more" if isfinite(ratio) else "without end"
+        return f"{number(100.0 * abs(self.step))} % {way} {self.gain} costs most: {self.measure} {much}"
 
 
 class NotchAdvice(NamedTuple):
@@ -85,6 +104,8 @@ class TunedLoop(Result):
         What was assumed.
     drive_units : tuple of DriveUnit
         What 1 of the drive's own parameters is, where the file says it.
+    cost : GainCost or None
+        What a change of one gain by 5 % costs most; None where nothing becomes worse.
     """
 
     goals: tuple[str, ...]
@@ -104,6 +125,7 @@ class TunedLoop(Result):
     notch: NotchAdvice | None = None
     remarks: tuple[str, ...] = ()
     drive_units: tuple[DriveUnit, ...] = ()
+    cost: GainCost | None = None
 
     rows: ClassVar[str] = "point"
 
@@ -140,6 +162,7 @@ class TunedLoop(Result):
             Fact("binding", self.binding, "binds: {}"),
             Fact("sensitivities", tuple(change.facts() for change in self.sensitivities)),
             Fact("", tuple(map(str, self.sensitivities)), "{}"),
+            *(() if self.cost is None else self._cost(self.cost)),
             Fact("front", tuple(self._row(p) for p in self.front)),
             Fact("", f"{len(self.front)} of the gains tried are best for some peak sensitivity", "{}"),
             Fact("computed", self.computed, "{} nonlinear responses and moves"),
@@ -151,13 +174,23 @@ class TunedLoop(Result):
         names = {name: f"{name} [{gain_unit(self.control, name).replace('*', '·')}]" for name in self.gains}
         return (
             *(Fact(name, p.gains[i], words) for i, (name, words) in enumerate(names.items())),
-            *(Fact(GOALS[n].key, v, n.replace("_", " ")) for n, v in zip(self.goals, p.goals, strict=True)),
+            *(Fact(GOALS[n].key, v, LABELS.get(n, n)) for n, v in zip(self.goals, p.goals, strict=True)),
             Fact("peak_sensitivity", p.figures.peak_sensitivity, "peak sensitivity"),
             Fact("gain_margin", p.figures.gain_margin), Fact("phase_margin_rad", p.figures.phase_margin),
-            *(Fact(GOALS[n].key, p.figures.compliance, n) for n in {"compliance"} - {*self.goals}),
+            *(Fact(GOALS[n].key, v, LABELS.get(n, n)) for n, v in self._beside(p)),
             Fact("disturbance_settling_s", p.figures.settling, "settling after a torque"),
             Fact("motor_torque_N_m", p.motor_torque if isfinite(p.motor_torque) else None, "motor"),
         )  # fmt: skip
+
+    def _beside(self, p: TuningPoint) -> Iterator[tuple[str, float]]:
+        """What is told beside the goals."""
+        beside = {"pointing": p.pointing, "compliance": p.figures.compliance, "settling": p.move_settling}
+        return ((name, value) for name, value in beside.items() if name not in self.goals and not isnan(value))
+
+    def _cost(self, cost: GainCost) -> Iterator[Fact]:
+        yield from (Fact(f"cost.{key}", value) for key, value in cost._asdict().items())
+        if cost.after > (1.0 + CLIFF) * cost.before:
+            yield Fact("", str(cost), "{}")
 
     def _in_drive_units(self) -> Iterator[Fact]:
         """The recommended gains as the drive has them."""

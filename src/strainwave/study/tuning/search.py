@@ -25,6 +25,7 @@ MANY = 8  # drives from which on no points are computed to the end for the front
 REACH, SHORTEST = 0.3, 0.01  # of the logarithm of a gain: the longest step of all at first, and in the end
 LONGER, SHORTER = 2.0, 0.4  # times the longest step, after one that keeps half of its promise, and one that is no help
 ROUNDS = 40
+CHOICES = 20  # gains that are looked at where the best are not sturdy
 COUNTED = 0.7  # of the highest crest: lower ones do not count
 DIFFERENCE = 1e-3  # of a gain, of slopes
 PROMISED = 1e-3  # of the measure: a program that promises less is the last
@@ -35,8 +36,11 @@ LITTLE = 1e-3  # share of a limit that does not count
 class Search:
     """The search of one trial in a box of logarithms of gains (low, high); every point is computed once.
 
-    `reference` has the goals by which they are divided before they count together.
+    `reference` has the goals by which they are divided before they count together. Where it is `sturdy`, gains do not
+    count of which 5 % more or less cost more than 20 % of compliance or settling.
     """
+
+    sturdy = False
 
     def __init__(self, trial: Trial, box: tuple[Floats, Floats], reference: Floats) -> None:
         self.trial, self.low, self.high = trial, *box
@@ -53,7 +57,15 @@ class Search:
             if point is None:
                 return inf
             self.computed[key] = point
-        return self.of(self.computed[key])
+        value = self.of(self.computed[key])
+        return inf if self.sturdy and value < bound and not self.trial.sturdy(x) else value
+
+    def first(self, best: Floats) -> Floats:
+        """Best gains that stay about as good where one is 5 % more or less; the best of all if none does."""
+        value = self.measure(best)
+        others = sorted((self.of(point), key) for key, point in self.computed.items() if value < self.of(point) < inf)
+        places = [best, *(np.array(key) for _, key in others[:CHOICES])]
+        return next((x for x in places if self.measure(x) < inf and self.trial.sturdy(x, True)), best)
 
     def of(self, point: TuningPoint) -> float:
         """The measure of a point; infinite where it breaks a limit."""

@@ -23,6 +23,8 @@ from .linear import UNSTABLE, LoopFigures, OpenLoop
 
 CRESTS, APART = 3, 0.1  # of a drive that are kept, and the least relative distance of their speeds
 SHORT = 1e-4  # s: a move that is settled at its end counts as settled then
+STEP = 0.05  # of a gain, of its sensitivity
+CLIFF = 0.2  # of a number, from which on a small change of a gain costs too much
 
 
 class Goal(NamedTuple):
@@ -44,12 +46,19 @@ GOALS = {
 
 
 class TuningLimits(NamedTuple):
-    """What must hold: largest sensitivity, least gain margin (a factor) and phase margin [rad], sheet of the motor."""
+    """What must hold: largest sensitivity, least gain margin (a factor) and phase margin [rad], sheet of the motor.
+
+    Where no goal is given, also the largest compliance [rad/(N*m)], and settling times [s] after a torque on the load
+    and of the move.
+    """
 
     peak_sensitivity: float = inf
     gain_margin: float = 0.0
     phase_margin: float = 0.0
     motor: MotorLimits = MotorLimits()
+    compliance: float = inf
+    settling: float = inf
+    move_settling: float = inf
 
 
 class TuningPoint(NamedTuple):
@@ -66,6 +75,10 @@ class TuningPoint(NamedTuple):
         not computed.
     motor_share : float
         Largest share of what the motor gives at each speed, peak and rms.
+    pointing : float
+        Largest oscillation [rad] of the pointing error; nan where it was not computed.
+    move_settling : float
+        Longest settling time [s] of the motions of the move; nan where it was not computed.
     """
 
     gains: tuple[float, ...]
@@ -73,15 +86,29 @@ class TuningPoint(NamedTuple):
     figures: LoopFigures
     motor_torque: float = nan
     motor_share: float = nan
+    pointing: float = nan
+    move_settling: float = nan
 
     def used(self, limits: TuningLimits) -> dict[str, float]:
         """Share of every limit that is taken; above 1 it is broken."""
-        peak, gain, phase, *_ = self.figures
+        peak, gain, phase, compliance, settling = self.figures
         return {
             "peak sensitivity": peak / limits.peak_sensitivity if isfinite(peak) else inf,
             "gain margin": limits.gain_margin and (limits.gain_margin / gain if gain else inf),
             "phase margin": limits.phase_margin and (limits.phase_margin / phase if phase else inf),
             "motor torque": 0.0 if isnan(self.motor_share) else self.motor_share,
+            "compliance": compliance / limits.compliance if isfinite(compliance) else inf,
+            "settling after a torque": settling / limits.settling if isfinite(settling) else inf,
+            "settling of the move": 0.0 if isnan(self.move_settling) else self.move_settling / limits.move_settling,
+        }
+
+    def measures(self, goals: Sequence[str]) -> dict[str, tuple[float, str]]:
+        """What a change of gains may cost, with its unit: goals, compliance, settling."""
+        of_goals = {GOALS[name].words: (value, GOALS[name].unit) for name, value in zip(goals, self.goals, strict=True)}
+        return of_goals | {
+            "compliance": (self.figures.compliance, "rad/(N*m)"),
+            "settling after a torque": (self.figures.settling, "s"),
+            "settling of the move": (self.move_settling, "s"),
         }
 
 
@@ -113,19 +140,25 @@ class Trial:
         ]
         self.order = list(range(len(drives)))  # those that refused gains last come first
         self.last: tuple[bytes, Any, dict[int, list[LoopFigures]]] = (b"", None, {})
-        self.moved = any(GOALS[name].of_move for name in setting.goals)
         self.harmonics: int | None = None
         self.crests: dict[tuple[int, int], list[Any]] = {}  # of drive and load, with gains before
         motor = setting.limits.motor
         self.full = isfinite(motor.most) or motor.lasts  # whether the torque of the motor and stability are computed
-        self.points: dict[tuple[bytes, bool], TuningPoint] = {}
+        self.whole = False  # whether the move is computed, too, where no goal or limit asks for it
+        self.points: dict[tuple[bytes, bool, bool], TuningPoint] = {}
         self.computed = 0  # responses and moves
+
+    @property
+    def moved(self) -> bool:
+        """Whether moves are computed: a goal or a limit is one of them."""
+        asked = any(GOALS[name].of_move for name in self.setting.goals) or isfinite(self.setting.limits.move_settling)
+        return asked or (self.whole and self.drives[0].move is not None)
 
     def linear(self, x: Floats) -> TuningPoint:
         """The linear figures alone; goals are infinite."""
         units = [np.max(list(map(_inverse, self._figures(i, x))), axis=0) for i in range(len(self.drives))]
         figures = LoopFigures(*_inverse(self._over(units)).tolist())
-        return TuningPoint(tuple(np.exp(x).tolist()), (inf,) * len(self.setting.goals), figures)
+        return TuningPoint(gains_of(x), (inf,) * len(self.setting.goals), figures)
 
     def broken(self, x: Floats) -> float:
         """Largest share of a limit of the linear loop that gains take; above 1 it is broken."""
@@ -158,7 +191,7 @@ class Trial:
 
     def point(self, x: Floats) -> TuningPoint:
         """All that gains give, also where they break a limit; computed once."""
-        key = x.tobytes(), self.full
+        key = x.tobytes(), self.full, self.moved
         if key not in self.points:
             self.points[key] = self.kept(x) or self.linear(x)
         return self.points[key]
@@ -169,22 +202,45 @@ class Trial:
         None where what the first drives and loads give is a `surplus`.
         """
         if surplus and not self.fits(x):
-            return TuningPoint(tuple(np.exp(x).tolist()), (inf,) * len(self.setting.goals), UNSTABLE)
+            return TuningPoint(gains_of(x), (inf,) * len(self.setting.goals), UNSTABLE)
         point = self.linear(x)
         if not isfinite(point.figures.peak_sensitivity):
             return point
         if surplus and self._exceeds(point, surplus):
             return None
-        worst = np.full((len(self.drives), 2 + len(self.setting.goals)), nan)
+        worst = np.full((len(self.drives), 4 + len(self.setting.goals)), nan)
         for i in tuple(self.order):
             for left, row in self._rows(i, point):
                 worst[i] = np.fmax(worst[i], row)
                 last = i == self.order[-1] and not left
-                if surplus and self.setting.share == 1.0 and not last and surplus(np.fmax.reduce(worst)[2:]):
+                late = row[3] > self.setting.limits.move_settling
+                if surplus and self.setting.share == 1.0 and not last and (late or surplus(np.fmax.reduce(worst)[4:])):
                     self._first(i)
                     return None
-        torque, share, *goals = self._over(worst).tolist()
-        return point._replace(goals=tuple(goals), motor_torque=torque, motor_share=share)
+        torque, share, pointing, late, *goals = self._over(worst).tolist()
+        return point._replace(
+            goals=tuple(goals), motor_torque=torque, motor_share=share, pointing=pointing, move_settling=late
+        )
+
+    def sturdy(self, x: Floats, wholly: bool = False) -> bool:
+        """Whether no gain that is 5 % more or less costs compliance or settling, and `wholly` goals, more than 20 %."""
+        of = self.point if wholly else self.linear
+        goals, base = self.setting.goals, of(x)
+        return not any(_costs(base, of(x + step), goals) > CLIFF for _, _, step in small_steps(x))
+
+    def dearest(self, x: Floats) -> tuple[int, float, str, float, float, str] | None:
+        """Of gains 5 % more or less the one that costs most: its number, the change, what it costs, before and after.
+
+        The last is the unit. None where nothing becomes worse.
+        """
+        base = self.point(x).measures(self.setting.goals)
+        rows = []
+        for i, change, step in small_steps(x):
+            after = self.point(x + step).measures(self.setting.goals)
+            for name, (value, unit) in base.items():
+                if after[name][0] > value > 0.0:
+                    rows.append((after[name][0] / value, (i, change, name, value, after[name][0], unit)))
+        return max(rows)[1] if rows else None
 
     def _exceeds(self, point: TuningPoint, surplus: Callable[[Floats], bool]) -> bool:
         """Whether goals are a surplus at a speed alone near which, with gains before, a drive oscillated most."""
@@ -214,11 +270,11 @@ class Trial:
             self.computed += 1
             yield len(cases), self._of_move(having(self.drives[i], control))
         for k, case in enumerate(cases):
-            torque, share, largest = nan, nan, 0.0
+            torque, share, largest = nan, nan, nan
             if "pointing" in self.setting.goals or self.full:
                 self.computed += 1
                 torque, share, largest = self._of_speeds(having(case, control), (i, k))
-            yield len(cases) - k - 1, np.array([torque, share, *self._goals(largest, point)])
+            yield len(cases) - k - 1, np.array([torque, share, largest, nan, *self._goals(largest, point)])
 
     def _of_speeds(self, drive: Project, place: tuple[int, int]) -> tuple[float, float, float]:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
@@ -250,15 +306,33 @@ class Trial:
         try:
             run = move(drive)
         except SolveError:
-            return np.full(2 + len(self.setting.goals), inf)
-        late = inf if run.settling_time is None else max(run.settling_time, SHORT)
+            return np.full(4 + len(self.setting.goals), inf)
+        late = max(inf if time is None else max(time, SHORT) for time in run.settling_times)
         values = {"move": run.peak_error, "settling": late, "motor_rms": run.rms_motor_torque}
         share = max([0.0, *(found.value / found.bound for found in run.findings if found.limit in (PEAK, RMS))])
-        return np.array([run.peak_motor_torque, share, *(values.get(name, 0.0) for name in self.setting.goals)])
+        goals = [values.get(name, 0.0) for name in self.setting.goals]
+        return np.array([run.peak_motor_torque, share, nan, late, *goals])
 
     def _over(self, units: Any) -> Floats:
         """Worst values of a share of the units."""
         return np.asarray(np.quantile(np.array(units), self.setting.share, axis=0, method="higher"))
+
+
+def gains_of(x: Floats) -> tuple[float, ...]:
+    """Gains of these logarithms, as numbers of seven digits that a file can hold."""
+    return tuple(float(f"{gain:.7g}") for gain in np.exp(x))
+
+
+def small_steps(x: Floats) -> list[tuple[int, float, Floats]]:
+    """Gains by their numbers, with a change up and down, and its step of logarithms."""
+    return [(i, change, np.log1p(change) * row) for i, row in enumerate(np.eye(len(x))) for change in (STEP, -STEP)]
+
+
+def _costs(base: TuningPoint, other: TuningPoint, goals: Sequence[str]) -> float:
+    """Largest relative growth of a number."""
+    before, after = base.measures(goals), other.measures(goals)
+    shares = [after[name][0] / value for name, (value, _) in before.items() if isfinite(value) and value > 0.0]
+    return max(shares, default=1.0) - 1.0
 
 
 def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:

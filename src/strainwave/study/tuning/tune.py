@@ -1,7 +1,7 @@
 """`tune`: gains of the motor's loop that are best for a drive, from classical rules on, with what binds them."""
 
 from collections.abc import Callable, Iterator, Sequence
-from math import inf, pi
+from math import inf, isfinite, pi
 from typing import Any
 
 import numpy as np
@@ -15,18 +15,18 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
-from .result import GainSensitivity, NotchAdvice, TunedLoop, gains_text
+from .result import GainCost, GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, WORTH, Search, least_broken
-from .trial import GOALS, Setting, Trial, TuningLimits, TuningPoint, having, loads_of
+from .trial import GOALS, STEP, Setting, Trial, TuningLimits, TuningPoint, gains_of, having, loads_of
 
 ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
 SPAN = 10.0  # times the gains of the rule and of the file, up and down; squared of those that go with the frequency
 SLOWER = np.geomspace(1.0, 1e3, 121)  # times the sum of lags and delays, of the rule
 NEAR = 0.97  # share of a limit from which on it binds
-STEP = 0.05  # of a gain, of its sensitivity
 NOTCH = 0.5, 0.1  # width over the frequency, and depth
 BETTER = 0.01  # of the measure: a notch that gains less is not offered
 DEFAULT = 2.0
+SLACK = 1.015  # times the compliance and settling of the file, where no goal is given
 NOTHING = 1e-12  # rad, s, N*m: a goal that rounding makes
 
 
@@ -48,7 +48,7 @@ def rule(core: Any, inertia: float, time: float) -> Any:
 def tune(
     project: Project,
     *,
-    goals: Sequence[str] = ("pointing",),
+    goals: Sequence[str] | None = None,
     gains: Sequence[str] | None = None,
     peak_sensitivity: float | None = None,
     gain_margin: float | None = None,
@@ -64,19 +64,22 @@ def tune(
 
     Points spread over a box about the symmetric optimum, the gains of the file among them, are compared by the
     nonlinear response of the drive; from the best ones gains are changed as long as it helps. In the end no change of
-    one or two gains by 2, 5 or 20 % within the limits and the range makes the measure 1 % better. The margins are those
-    of the linear loop about the state of the mean torques at the middle speed. A result is never worse than the rule,
+    one or two gains by 2, 5 or 20 % within the limits and the range makes the measure 1 % better. Without `goals` the
+    pointing error is made small and nothing else worse: compliance, settling after a torque on the load and settling of
+    the project's move stay within 2 % of those of the project's loop, or of the rule where that loop is unstable or
+    assumed, and gains of which 5 % more or less cost more than 20 % are not taken. The margins are those of the linear
+    loop about the state of the mean torques at the middle speed. A result is never worse than the rule,
     slowed down until it keeps the limits.
 
     Parameters
     ----------
     project : Project
         With a loop of the motor, and with a move where a goal is one of it.
-    goals : sequence of str
+    goals : sequence of str, optional
         What shall be small: "pointing" (largest oscillation of the pointing error over the speeds, of the nonlinear
         response), "compliance" (largest deviation of the load over a torque on it, at any frequency), and of the move
-        of the project "move" (largest pointing error), "settling" (time) and "motor_rms" (torque). Of several the
-        geometric mean counts.
+        of the project "move" (largest pointing error), "settling" (longest time of its motions) and "motor_rms"
+        (torque). Of several the geometric mean counts. Default: "pointing", and nothing else worse.
     gains : sequence of str, optional
         Names of the gains to change, as "K_p". Default: all of the loop that are not 0.
     peak_sensitivity : float, optional
@@ -137,32 +140,42 @@ def tune(
     drives = _drives(project, units, loop)
     if project.postures:
         remarks = (*remarks, f"The {len(project.postures)} postures of the project are drives with the same gains.")
-    setting = Setting(loads, _goals(project, goals), limits, share, time, project.sampling if delay is None else None)
+    named, samples = _goals(project, ("pointing",) if goals is None else goals), project.sampling
+    setting = Setting(loads, named, limits, share, time, samples if delay is None else None)
     progress("linear loops", 0.0)
     trial = Trial(drives, setting, loop.control)
     search, by_rule = _search(trial, loop)
-    starts = [by_rule, loop.logs(loop.core)]
+    of_file = loop.logs(loop.core)
+    starts = [by_rule, of_file]
+    if goals is None:
+        remarks = (*remarks, _spare(search, of_file, by_rule, _assumed(project)))
     best = search.run(starts, progress)
+    if goals is None and search.measure(best) == inf:
+        remarks = (*remarks[:-1], _as_today(search, of_file, by_rule))
+        best = search.run(starts, progress)
     if not trial.full and search.measure(best) < inf:
         trial.full = True
         trial.full = inf in trial.point(best).goals
         if trial.full:  # the search has not looked whether motions are stable: it does so now
             search.computed.clear()
             best = search.run(starts, progress)
+    if search.sturdy:
+        best = search.first(best)
     if search.measure(best) == inf:
         raise ValueError(_goal_sentence(search, loop.names))
     progress("before and after", 0.9)
     sensitivities = tuple(_sensitivity(search, best, i, name) for i, name in enumerate(loop.names))
-    advice = _notched(search, loop, best) if notch else None
-    trial.full = True
-    of_file, of_rule, recommended = [trial.point(x) for x in (loop.logs(loop.core), by_rule, best)]
+    advice, dearest = _notched(search, loop, best) if notch else None, trial.dearest(best)
+    trial.full = trial.whole = True
+    today, ruled, recommended = [trial.point(x) for x in (of_file, by_rule, best)]
     cases = drives[: max(1, len(project.postures))]
-    before, after = [_response(cases, loads, loop.control(x)) for x in (loop.logs(loop.core), best)]
+    before, after = [_response(cases, loads, loop.control(x)) for x in (of_file, best)]
     binding = tuple(_binding(search, best, recommended, loop.names))
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return TunedLoop(
-        setting.goals, loop.names, limits, ranges, of_file, of_rule, recommended, front(search), binding, sensitivities,
-        loop.control(best), before, after, trial.computed, advice, remarks, project.drive_units,
+        setting.goals, loop.names, trial.setting.limits, ranges, today, ruled, recommended, front(search),
+        binding, sensitivities, loop.control(best), before, after, trial.computed, advice, remarks, project.drive_units,
+        None if dearest is None else GainCost(loop.names[dearest[0]], *dearest[1:]),
     )  # fmt: skip
 
 
@@ -194,7 +207,7 @@ class Loop:
 
     def control(self, x: Floats, *more: Any) -> Any:
         """The control with gains of these logarithms, and with more filters."""
-        core = self.core._replace(**dict(zip(self.names, np.exp(x).tolist(), strict=True)))
+        core = self.core._replace(**dict(zip(self.names, gains_of(x), strict=True)))
         return around(core, **self.about | {"filters": (*self.about.get("filters", ()), *more)})
 
 
@@ -245,6 +258,48 @@ def _search(trial: Trial, loop: Loop) -> tuple[Search, Floats]:
     if nothing := [name for name, goal in zip(trial.setting.goals, goals, strict=True) if goal < NOTHING]:
         raise ValueError(f"the goal {nothing[0]!r} is 0 with any gains; give the drive an error, or name another goal")
     return Search(trial, box, np.array(goals)), start
+
+
+def _assumed(project: Project) -> bool:
+    """Whether the loop of a project is an assumption."""
+    return any(one.word == "assumed" and one.name.startswith("motor.loop") for one in project.sources)
+
+
+def _spare(search: Search, of_file: Floats, by_rule: Floats, assumed: bool) -> str:
+    """Limit compliance and settling to those of the file, or of the rule; the sentence that says so."""
+    trial = search.trial
+    own = not assumed and isfinite(trial.linear(of_file).figures.peak_sensitivity)
+    trial.whole = True
+    point = trial.point(of_file if own else by_rule)
+    trial.whole = False
+    late = SLACK * point.move_settling if isfinite(point.move_settling) else inf
+    figures = point.figures
+    limits = trial.setting.limits._replace(
+        compliance=SLACK * figures.compliance, settling=SLACK * figures.settling, move_settling=late
+    )
+    trial.setting, search.sturdy = trial.setting._replace(limits=limits), True
+    search.computed.clear()
+    whose = (
+        "of the file"
+        if own
+        else "of the symmetric optimum, as the loop of the file is " + ("assumed" if assumed else "unstable")
+    )
+    return f"No goal is given: compliance and settling stay within 2 % of those {whose}; name goals to give them up."
+
+
+def _as_today(search: Search, of_file: Floats, by_rule: Floats) -> str:
+    """Allow what the gains of the file, or of the rule, have where no gains are better; the sentence that says so."""
+    trial = search.trial
+    kept = trial.setting.limits
+    peaks = [trial.linear(x).figures.peak_sensitivity for x in (of_file, by_rule)]
+    peak = next((peak for peak in peaks if isfinite(peak)), inf)
+    limits = kept._replace(peak_sensitivity=max(kept.peak_sensitivity, peak * (1.0 + 1e-9)))
+    trial.setting, search.sturdy = trial.setting._replace(limits=limits), False
+    search.computed.clear()
+    return (
+        "No goal is given, and no gains keep the margins, compliance and settling: a peak sensitivity of "
+        f"{number(limits.peak_sensitivity)}, as today, is allowed; name goals for other gains."
+    )
 
 
 def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:

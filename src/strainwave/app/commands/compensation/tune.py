@@ -25,8 +25,8 @@ CSV, SVG, JSON, YAML, NOTCHED = "tune.csv", "tune.svg", "tune.json", "tuned.yaml
 @click.command()
 @project_argument
 @click.option(
-    "--goal", "goals", multiple=True, type=click.Choice(list(GOALS)), default=("pointing",),
-    help="What shall be small; of several the geometric mean counts.",
+    "--goal", "goals", multiple=True, type=click.Choice(list(GOALS)),
+    help="What shall be small; of several the geometric mean counts. Default: pointing, and nothing else worse.",
 )  # fmt: skip
 @click.option("--gain", "gains", multiple=True, help="Gain to change, as K_p; repeatable. Default: all.")
 @click.option("--peak-sensitivity", type=float, help="Largest |1/(1 + L)|. Default: 2 where no margin is given.")
@@ -56,21 +56,28 @@ def tune(
     with Progress(drive.title) as progress:
         more = tuple(scattered(drive, units, seed)) if units else ()
         result = tuned(
-            drive, goals=goals, gains=gains or None, peak_sensitivity=peak_sensitivity, gain_margin=gain_margin,
+            drive, goals=goals or None, gains=gains or None, peak_sensitivity=peak_sensitivity, gain_margin=gain_margin,
             phase_margin=margin, loads=torques, units=more, share=share, notch=notch, progress=progress.show,
         )  # fmt: skip
         progress.show("writing", 0.99)
-        if output is not None:
-            _write(drive, result, output, profiles)
+        fault = None if output is None else _write(drive, result, output, profiles)
     click.echo(reported(drive.title, result.facts(), as_json, *([] if output is None else [f"written: {output}"])))
+    if fault:
+        raise fault
 
 
-def _write(project: Project, tuned: TunedLoop, output: Path, profiles: Sequence[str]) -> None:
+def _write(project: Project, tuned: TunedLoop, output: Path, profiles: Sequence[str]) -> ValueError | None:
+    """Write the files; why there is no project file, where one cannot hold the result."""
     label = "response before and after, goal over peak sensitivity"
     drawn = stacked(named(tuned.panels(), project.title), 280.0, label)
     files: dict[str, Any] = {name: Copied(project.path.parent / name) for name in profiles}
     files |= {CSV: columns(tuned.variables()), SVG: drawn, JSON: reported(project.title, tuned.facts(), True)}
-    files[YAML] = project_text(tuned.applied(project))
-    if tuned.notch is not None:
-        files[NOTCHED] = project_text(tuned.applied(project, notch=True))
+    fault = None
+    try:
+        files[YAML] = project_text(tuned.applied(project))
+        if tuned.notch is not None:
+            files[NOTCHED] = project_text(tuned.applied(project, notch=True))
+    except ValueError as error:
+        fault = error
     write_all(output, files)
+    return fault

@@ -1,0 +1,98 @@
+"""The author's project file with another loop of its motor: all else stays as it was written."""
+
+from typing import Any
+
+from ..base.quantities import is_model
+from ..model.train.filters import apart
+from .fields import groups
+from .fields.entries import Loop
+from .fields.kinds import Place
+from .fields.rows import rows_of
+from .variants.names import quantity
+
+BY_BANDWIDTH = ("bandwidth", "damping")
+
+
+def with_loop(text: str, control: Any) -> str | None:
+    """Write a control into the loop of a project file; None where the file has no loop as a group of fields.
+
+    Gains have the author's units. Those that a file gives by a bandwidth take its place.
+    """
+    from ruamel.yaml import YAML
+
+    root = YAML(typ="safe", pure=True).compose(text)
+    loop = _of(_of(root, "motor"), "loop")
+    if loop is None or loop.id != "mapping":
+        return None
+    changes = [_word(source) for source in _sources(root)]
+    core, about = apart(control)
+    if "filters" in about and _of(loop, "filters") is None:
+        changes.append((_span(loop), Loop().text(control)))
+    elif any(_of(loop, key) for key in BY_BANDWIDTH):
+        changes += _gains(text, loop, core)
+    else:
+        kinds = _kinds(core)
+        pairs = [(key.value, value) for key, value in loop.value if key.value in core._fields]
+        changes += [(_span(value), _in_unit(kinds[n], getattr(core, n), value.value)) for n, value in pairs]
+    for (begin, end), new in sorted(changes, reverse=True):
+        text = text[:begin] + new + text[end:]
+    return text
+
+
+def _gains(text: str, loop: Any, core: Any) -> list[tuple[tuple[int, int], str]]:
+    """Changes that put gains in the place of a bandwidth and of its damping."""
+    pairs = {key.value: (key, value) for key, value in loop.value}
+    named = [key for key in BY_BANDWIDTH if key in pairs]
+    first = pairs[named[0]][0]
+    between = ", " if loop.flow_style else "\n" + " " * first.start_mark.column
+    kinds = _kinds(core)
+    gains = [f"{n}: {kinds[n].text(v)}" for n, v in core._asdict().items() if v and not is_model(v)]
+    changes = [((first.start_mark.index, pairs[named[0]][1].end_mark.index), between.join(gains))]
+    for key, value in (pairs[name] for name in named[1:]):
+        begin, end = key.start_mark.index, value.end_mark.index
+        if loop.flow_style:
+            begin = text.rindex(",", 0, begin) if key is not loop.value[0][0] else begin
+        else:
+            begin, end = (
+                text.rindex("\n", 0, begin),
+                next(i for i in range(end, len(text) + 1) if text[i : i + 1] in "\n"),
+            )
+        changes.append(((begin, end), ""))
+    return changes
+
+
+def _kinds(core: Any) -> dict[str, Any]:
+    """How each gain of a loop is written."""
+    cls: Any = type(core)
+    return {name: row.kind for name, row in rows_of(cls).items()}
+
+
+def _in_unit(kind: Any, value: Any, given: str) -> str:
+    """A number in the unit that a text has, where it reads as the same number; else in SI."""
+    unit = quantity(given)[1]
+    scale: Any = unit and kind.read(f"1 {unit}", Place((), []))
+    for digits in (12, 17) if scale else ():
+        if kind.read(written := f"{value / scale:.{digits}g} {unit}", Place((), [])) == value:
+            return written
+    return str(kind.text(value))
+
+
+def _of(node: Any, key: str) -> Any:
+    """Value of a key of a mapping of YAML; None where there is none."""
+    pairs = node.value if node is not None and node.id == "mapping" else ()
+    return next((value for name, value in pairs if name.value == key), None)
+
+
+def _span(node: Any) -> tuple[int, int]:
+    return node.start_mark.index, node.end_mark.index
+
+
+def _sources(root: Any) -> list[Any]:
+    """What a file says of where its loop is from."""
+    node = _of(root, "sources")
+    pairs = node.value if node is not None and node.id == "mapping" else ()
+    return [value for name, value in pairs if name.value.startswith("motor.loop")]
+
+
+def _word(node: Any) -> tuple[tuple[int, int], str]:
+    return _span(node), groups.YOURS
