@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 import strainwave as sw
-from strainwave.drive.margins import MotorLoop
+from strainwave.drive.margins import ABOUT, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.controls import core_of, with_core
 
@@ -85,7 +85,7 @@ class Judge:
             loop = MotorLoop(train, sw.study.operating_state(train, train.omega), train.omega)
             if not loop.closed.stable:
                 return inf
-            grid = loop.frequencies()
+            grid = loop.frequencies(2000, ABOUT)
             worst = max(worst, float(np.max(1.0 / np.abs(1.0 + loop(grid) * np.exp(-1j * grid * self.delay)))))
         return worst
 
@@ -140,7 +140,9 @@ def of_a_torque(train):
     grid = np.geomspace(1.0, 1e4, 4001)
     poles, vectors = np.linalg.eig(linear.A)
     moving = np.abs(poles) > 1e-9 * np.max(np.abs(poles))
-    parts = (linear.C[load] @ vectors * np.linalg.solve(vectors, linear.B[:, torque]))[moving] / poles[moving]
+    parts = (linear.C[load] @ vectors * np.linalg.solve(vectors, linear.B[:, torque]))[moving] / poles[
+        moving
+    ] ** 2  # a step, and an angle
     time = np.linspace(0.0, 10.0 / np.min(np.abs(poles[moving].real)), 20_001)
     off = np.abs((np.exp(np.multiply.outer(time, poles[moving])) @ parts).real)
     compliance = np.max(np.abs(linear.response(grid)[load, torque] / grid))
@@ -157,7 +159,7 @@ def unasked():
         seconds, better = process_time() - begin, tuning.applied(project)
         cases = [[p.under(float(t)) for t in np.linspace(*p.load_torques, 3)] for p in (project, better)]
         before, after = [np.max([of_a_torque(case.train) for case in some], axis=0) for some in cases]
-        moves = [sw.move(p).settling_times[-1] or inf for p in (project, better)]
+        moves = [max(sw.move(p).settling_times[-1] or 0.0, 1e-3) for p in (project, better)]
         peaks = [max(np.max(r.oscillation) for r in (c.response(coexisting=False) for c in some)) for some in cases]
         ratios = [*(after / before), moves[1] / moves[0], peaks[1] / peaks[0]]
         print(f"{i:5d} {seconds:8.1f}  {'  '.join(f'{ratio:10.4f}' for ratio in ratios)}", flush=True)

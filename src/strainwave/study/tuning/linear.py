@@ -21,7 +21,7 @@ POINTS, BEYOND = 500, 30.0  # frequencies, and how far below and above the slowe
 ABOUT = np.tan(np.linspace(-1.45, 1.45, 30))  # places around a resonance, in half widths
 ZOOM = 33  # places between the neighbours of the largest sensitivity
 AT_REST = 1e-9  # of the largest pole: one that stands for 0
-SETTLED, TIMES = 0.02, 1000  # share of the largest deviation, and times that are looked at
+SETTLED, TIMES = 0.02, 4000  # share of the largest deviation, and times that are looked at
 
 
 class LoopFigures(NamedTuple):

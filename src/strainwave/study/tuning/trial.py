@@ -23,6 +23,7 @@ from .linear import UNSTABLE, LoopFigures, OpenLoop
 
 CRESTS, APART = 3, 0.1  # of a drive that are kept, and the least relative distance of their speeds
 SHORT = 1e-4  # s: a move that is settled at its end counts as settled then
+SETTLED_S = 1e-3  # s: shorter settling of a move is not told apart, where no goal is one
 STEP = 0.05  # of a gain, of its sensitivity
 CLIFF = 0.2  # of a number, from which on a small change of a gain costs too much
 
@@ -108,7 +109,7 @@ class TuningPoint(NamedTuple):
         return of_goals | {
             "compliance": (self.figures.compliance, "rad/(N*m)"),
             "settling after a torque": (self.figures.settling, "s"),
-            "settling of the move": (self.move_settling, "s"),
+            "settling of the move": (max(self.move_settling, SETTLED_S), "s"),
         }
 
 

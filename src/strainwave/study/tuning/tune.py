@@ -17,7 +17,7 @@ from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
 from .result import GainCost, GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, WORTH, Search, least_broken
-from .trial import GOALS, STEP, Setting, Trial, TuningLimits, TuningPoint, gains_of, having, loads_of
+from .trial import GOALS, SETTLED_S, STEP, Setting, Trial, TuningLimits, TuningPoint, gains_of, having, loads_of
 
 ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
 SPAN = 10.0  # times the gains of the rule and of the file, up and down; squared of those that go with the frequency
@@ -148,10 +148,13 @@ def tune(
     of_file = loop.logs(loop.core)
     starts = [by_rule, of_file]
     if goals is None:
-        remarks = (*remarks, _spare(search, of_file, by_rule, _assumed(project)))
+        own = [of_file] if isfinite(trial.linear(of_file).figures.peak_sensitivity) else []
+        both = [*own, by_rule] if _assumed(project) or not own else own
+        whose = "today's" if own else "the symmetric optimum's, as the loop of the file is unstable"
+        remarks = (*remarks, _spare(search, both, whose))
     best = search.run(starts, progress)
     if goals is None and search.measure(best) == inf:
-        remarks = (*remarks[:-1], _as_today(search, of_file, by_rule))
+        remarks = (*remarks[:-1], _as_today(search, both[-1], whose))
         best = search.run(starts, progress)
     if not trial.full and search.measure(best) < inf:
         trial.full = True
@@ -262,43 +265,34 @@ def _search(trial: Trial, loop: Loop) -> tuple[Search, Floats]:
 
 def _assumed(project: Project) -> bool:
     """Whether the loop of a project is an assumption."""
-    return any(one.word == "assumed" and one.name.startswith("motor.loop") for one in project.sources)
+    return any(s.word == "assumed" and not s.why and s.name.startswith("motor.loop") for s in project.sources)
 
 
-def _spare(search: Search, of_file: Floats, by_rule: Floats, assumed: bool) -> str:
-    """Limit compliance and settling to those of the file, or of the rule; the sentence that says so."""
+def _spare(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = True) -> str:
+    """Limit compliance and settling to the least of some gains; the sentence that says so."""
     trial = search.trial
-    own = not assumed and isfinite(trial.linear(of_file).figures.peak_sensitivity)
     trial.whole = True
-    point = trial.point(of_file if own else by_rule)
+    points = [trial.point(x) for x in given]
     trial.whole = False
-    late = SLACK * point.move_settling if isfinite(point.move_settling) else inf
-    figures = point.figures
+    late = min((p.move_settling for p in points if isfinite(p.move_settling)), default=inf)
     limits = trial.setting.limits._replace(
-        compliance=SLACK * figures.compliance, settling=SLACK * figures.settling, move_settling=late
+        compliance=SLACK * min(p.figures.compliance for p in points),
+        settling=SLACK * min(p.figures.settling for p in points),
+        move_settling=SLACK * max(late, SETTLED_S),
     )
-    trial.setting, search.sturdy = trial.setting._replace(limits=limits), True
+    trial.setting, search.sturdy = trial.setting._replace(limits=limits), sturdy
     search.computed.clear()
-    whose = (
-        "of the file"
-        if own
-        else "of the symmetric optimum, as the loop of the file is " + ("assumed" if assumed else "unstable")
-    )
-    return f"No goal is given: compliance and settling stay within 2 % of those {whose}; name goals to give them up."
+    return f"No goal is given: compliance and settling stay within 2 % of {whose}; name goals to give them up."
 
 
-def _as_today(search: Search, of_file: Floats, by_rule: Floats) -> str:
-    """Allow what the gains of the file, or of the rule, have where no gains are better; the sentence that says so."""
+def _as_today(search: Search, x: Floats, whose: str) -> str:
+    """Allow what some gains have, where no others are better; the sentence that says so."""
     trial = search.trial
-    kept = trial.setting.limits
-    peaks = [trial.linear(x).figures.peak_sensitivity for x in (of_file, by_rule)]
-    peak = next((peak for peak in peaks if isfinite(peak)), inf)
-    limits = kept._replace(peak_sensitivity=max(kept.peak_sensitivity, peak * (1.0 + 1e-9)))
-    trial.setting, search.sturdy = trial.setting._replace(limits=limits), False
-    search.computed.clear()
+    peak = max(trial.setting.limits.peak_sensitivity, (1.0 + 1e-9) * trial.linear(x).figures.peak_sensitivity)
+    trial.setting = trial.setting._replace(limits=trial.setting.limits._replace(peak_sensitivity=peak))
     return (
-        "No goal is given, and no gains keep the margins, compliance and settling: a peak sensitivity of "
-        f"{number(limits.peak_sensitivity)}, as today, is allowed; name goals for other gains."
+        f"{_spare(search, [x], whose, False)} No gains keep them and a peak sensitivity of 2 where 5 % more or less of one "
+        f"costs little; {number(peak)} is allowed."
     )
 
 
