@@ -291,8 +291,8 @@ def _as_today(search: Search, x: Floats, whose: str) -> str:
     peak = max(trial.setting.limits.peak_sensitivity, (1.0 + 1e-9) * trial.linear(x).figures.peak_sensitivity)
     trial.setting = trial.setting._replace(limits=trial.setting.limits._replace(peak_sensitivity=peak))
     return (
-        f"{_spare(search, [x], whose, False)} No gains keep them and a peak sensitivity of 2 where 5 % more or less of one "
-        f"costs little; {number(peak)} is allowed."
+        f"{_spare(search, [x], whose, False)} No gains keep them and a peak sensitivity of 2 where 5 % more or less of "
+        f"one costs little; {number(peak)} is allowed."
     )
 
 
