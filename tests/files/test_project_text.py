@@ -208,8 +208,12 @@ FLOW = AUTHORS.replace("loop:            # set in May\n    type: cascade\n", "lo
     ("text", "before", "after"),
     [
         (
-            AUTHORS, "    bandwidth: 30 Hz  # old\n    damping: 0.8\n",
-            "    K_v: 40.5 1/s\n    K_p: 0.15 N*m*s/rad\n    T_n: 0.02 s  # old\n",
+            AUTHORS, "    bandwidth: 30 Hz  # old\n    # asked\n    damping: 0.8  # soft\n",
+            "    K_v: 40.5 1/s\n    K_p: 0.15 N*m*s/rad  # old\n    # asked\n    T_n: 0.02 s  # soft\n",
+        ),
+        (
+            AUTHORS.replace("\n", "\r\n"), "    bandwidth: 30 Hz\r\n",
+            "    K_v: 40.5 1/s\r\n    K_p: 0.15 N*m*s/rad\r\n    T_n: 0.02 s\r\n",
         ),
         (
             AUTHORS, "    K_v: 50 1/s\n    K_p: 200 mN*m*s/rad  # soft\n    T_n: 18 ms\n",
@@ -230,6 +234,14 @@ def test_another_loop_changes_the_gains_alone_in_the_authors_file(text, before, 
     control = sw.train.Lagged(sw.train.CascadeLoop(40.5, 0.15, 0.02), 5e-4)
     train = read.train.with_motor(control=control)
     assert sw.project_text(replace(read, train=train, whole=train)) == text.format(gains=after)
+
+
+def test_a_loop_without_a_type_gets_one_with_its_gains():
+    text = AUTHORS.replace("    type: cascade\n", "")
+    read = from_text(text.format(gains="    bandwidth: 30 Hz\n"), Path("axis.yaml"))
+    train = read.train.with_motor(control=sw.train.Lagged(sw.train.PositionLoop(20.0, 0.25), 5e-4))
+    gains = "    type: position_loop\n    K_p: 20.0 N*m/rad\n    K_d: 0.25 N*m*s/rad\n"
+    assert sw.project_text(replace(read, train=train, whole=train)) == text.format(gains=gains)
 
 
 def test_a_changed_drive_with_a_scattering_damping_ratio_is_written():

@@ -40,25 +40,17 @@ def with_loop(text: str, control: Any) -> str | None:
 
 
 def _gains(text: str, loop: Any, core: Any) -> list[tuple[tuple[int, int], str]]:
-    """Changes that put gains in the place of a bandwidth and of its damping."""
-    pairs = {key.value: (key, value) for key, value in loop.value}
-    named = [key for key in BY_BANDWIDTH if key in pairs]
-    first = pairs[named[0]][0]
-    between = ", " if loop.flow_style else "\n" + " " * first.start_mark.column
+    """Changes that put gains where a bandwidth and its damping are."""
+    given = [pair for pair in loop.value if pair[0].value in BY_BANDWIDTH]
+    newline = "\r\n" if "\r\n" in text else "\n"
+    between = ", " if loop.flow_style else newline + " " * given[0][0].start_mark.column
     kinds = _kinds(core)
     gains = [f"{n}: {kinds[n].text(v)}" for n, v in core._asdict().items() if v and not is_model(v)]
-    changes = [((first.start_mark.index, pairs[named[0]][1].end_mark.index), between.join(gains))]
-    for key, value in (pairs[name] for name in named[1:]):
-        begin, end = key.start_mark.index, value.end_mark.index
-        if loop.flow_style:
-            begin = text.rindex(",", 0, begin) if key is not loop.value[0][0] else begin
-        else:
-            begin, end = (
-                text.rindex("\n", 0, begin),
-                next(i for i in range(end, len(text) + 1) if text[i : i + 1] in "\n"),
-            )
-        changes.append(((begin, end), ""))
-    return changes
+    if _of(loop, "type") is None:
+        gains.insert(0, Loop().text(core).lstrip("{").partition(",")[0])
+    shares = [gains] if len(given) == 1 else [gains[:-1], gains[-1:]]
+    spans = [(key.start_mark.index, value.end_mark.index) for key, value in given]
+    return [(span, between.join(share)) for span, share in zip(spans, shares, strict=True)]
 
 
 def _kinds(core: Any) -> dict[str, Any]:
