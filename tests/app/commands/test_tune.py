@@ -72,3 +72,12 @@ def test_a_profile_that_a_file_of_the_results_would_replace_is_refused(moving, t
     run = invoke(moving, "-o", tmp_path / "out")
     assert (run.exit_code, (tmp_path / "out").exists()) == (1, False)
     assert "the profile 'tune.csv' of the move has the name of a file of this command" in run.output
+
+
+@pytest.mark.slow
+def test_a_loop_that_is_unstable_is_tuned_and_has_dashes(moving):
+    moving.write_text(moving.read_text().replace("K_i: 5 ", "K_i: 500 "))
+    run = invoke(moving)
+    assert run.exit_code == 0, run.output
+    assert "the symmetric optimum's, as the loop of the file is unstable" in " ".join(run.output.split())
+    assert next(line for line in run.output.splitlines() if line.lstrip().startswith("file")).count("–") >= 4

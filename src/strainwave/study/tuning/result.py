@@ -182,10 +182,13 @@ class TunedLoop(Result):
             Fact("motor_torque_N_m", p.motor_torque if isfinite(p.motor_torque) else None, "motor"),
         )  # fmt: skip
 
-    def _beside(self, p: TuningPoint) -> Iterator[tuple[str, float]]:
-        """What is told beside the goals."""
+    def _beside(self, p: TuningPoint) -> Iterator[tuple[str, float | None]]:
+        """What is told beside the goals: the same of every point, None where an unstable loop has none."""
         beside = {"pointing": p.pointing, "compliance": p.figures.compliance, "settling": p.move_settling}
-        return ((name, value) for name, value in beside.items() if name not in self.goals and not isnan(value))
+        moves = not isnan(self.recommended.move_settling)
+        for name, value in beside.items():
+            if name not in self.goals and (moves or name != "settling"):
+                yield name, value if isfinite(value) else None
 
     def _cost(self, cost: GainCost) -> Iterator[Fact]:
         yield from (Fact(f"cost.{key}", value) for key, value in cost._asdict().items())

@@ -144,6 +144,7 @@ class Trial:
         self.harmonics: int | None = None
         self.crests: dict[tuple[int, int], list[Any]] = {}  # of drive and load, with gains before
         motor = setting.limits.motor
+        self.of_move = any(GOALS[name].of_move for name in setting.goals)
         self.full = isfinite(motor.most) or motor.lasts  # whether the torque of the motor and stability are computed
         self.whole = False  # whether the move is computed, too, where no goal or limit asks for it
         self.points: dict[tuple[bytes, bool, bool], TuningPoint] = {}
@@ -152,7 +153,7 @@ class Trial:
     @property
     def moved(self) -> bool:
         """Whether moves are computed: a goal or a limit is one of them."""
-        asked = any(GOALS[name].of_move for name in self.setting.goals) or isfinite(self.setting.limits.move_settling)
+        asked = self.of_move or isfinite(self.setting.limits.move_settling)
         return asked or (self.whole and self.drives[0].move is not None)
 
     def linear(self, x: Floats) -> TuningPoint:
@@ -245,7 +246,7 @@ class Trial:
 
     def _exceeds(self, point: TuningPoint, surplus: Callable[[Floats], bool]) -> bool:
         """Whether goals are a surplus at a speed alone near which, with gains before, a drive oscillated most."""
-        if self.moved or self.setting.share < 1.0:
+        if self.of_move or self.setting.share < 1.0:
             return False
         control = self.control(np.log(point.gains))
         for i in tuple(self.order):
@@ -265,17 +266,24 @@ class Trial:
         return np.array([values.get(name, 0.0) for name in self.setting.goals])
 
     def _rows(self, i: int, point: TuningPoint) -> Iterator[tuple[int, Floats]]:
-        """How many rows are left; torque of the motor, its share, goals: in the move, then under each load."""
+        """How many rows are left; torque of the motor, its share, goals: in a move, and under each load.
+
+        The move comes first where a goal is one of it, else last.
+        """
         control, cases = self.control(np.log(point.gains)), self.loaded[i]
-        if self.moved:
+        if self.of_move:
             self.computed += 1
             yield len(cases), self._of_move(having(self.drives[i], control))
+        late = self.moved and not self.of_move
         for k, case in enumerate(cases):
             torque, share, largest = nan, nan, nan
             if "pointing" in self.setting.goals or self.full:
                 self.computed += 1
                 torque, share, largest = self._of_speeds(having(case, control), (i, k))
-            yield len(cases) - k - 1, np.array([torque, share, largest, nan, *self._goals(largest, point)])
+            yield len(cases) - k - 1 + late, np.array([torque, share, largest, nan, *self._goals(largest, point)])
+        if late:
+            self.computed += 1
+            yield 0, self._of_move(having(self.drives[i], control))
 
     def _of_speeds(self, drive: Project, place: tuple[int, int]) -> tuple[float, float, float]:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
