@@ -127,12 +127,16 @@ def largest_oscillation(
 
 
 class Crest(NamedTuple):
-    """Largest oscillation of a curve: speed [rad/s], size [rad], and the balance problem with its point there."""
+    """Largest oscillation of a curve: speed [rad/s], size [rad], and the balance problem with its point there.
+
+    `tail` tells what the harmonics leave out; None where it was not looked at.
+    """
 
     speed: float
     size: float
     problem: Any
     point: Floats
+    tail: Any = None
 
     def size_of(self, train: DriveTrain) -> float | None:
         """Oscillation [rad] at this speed of a train that differs in numbers alone; None where none is found."""
@@ -141,12 +145,15 @@ class Crest(NamedTuple):
         return None if point is None else float(_oscillations(problem, point[None])[0])
 
 
-def largest_crest(system: Any, speeds: tuple[float, float], harmonics: int, coexisting: bool = True) -> Crest | None:
-    """As `largest_oscillation`, with what it takes to look at a train like it."""
+def largest_crest(
+    system: Any, speeds: tuple[float, float], harmonics: int | None, coexisting: bool = True, points: int = FEW
+) -> Crest | None:
+    """As `largest_oscillation`, with what it takes to look at a train like it; by default harmonics enough."""
     if isinstance(system, DriveTrain):
         system = at_load(system)
-    problem, found, _, _ = traced_turn(system, speeds, FEW, harmonics, coexisting, truncation=False)
-    return crest_in(problem, found, speeds) if len(found.points) else None
+    grown = harmonics is None
+    problem, found, tail, _ = traced_turn(system, speeds, points, harmonics, coexisting, truncation=grown)
+    return crest_in(problem, found, speeds)._replace(tail=tail) if len(found.points) else None
 
 
 def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> Crest:

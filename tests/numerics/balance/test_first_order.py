@@ -14,7 +14,7 @@ from strainwave.numerics.balance.first_order import FirstOrder, first_order
 from strainwave.numerics.balance.fourier import analysis, derivative, synthesis
 from strainwave.numerics.balance.rates import jacobians_at, number_of_states, rates_at
 from strainwave.numerics.continuation.trace import solve
-from strainwave.numerics.stability.first_order import monodromy, multipliers_of
+from strainwave.numerics.stability.first_order import multipliers_of, period_maps
 
 
 class Duffing(NamedTuple):
@@ -164,7 +164,7 @@ def test_duffing_with_two_states_has_the_orbit_of_the_oscillator():
     series = general.series(point[None])[0]
     assert np.hypot(series[0, 1], series[0, 10]) == pytest.approx(orbit.amplitude(1), rel=1e-9)
     assert series[0, 0] == pytest.approx(orbit.amplitude(0), rel=1e-9)
-    found = multipliers_of(monodromy(general, point[None, :]))[0]
+    found = multipliers_of(period_maps(general, point[None, :])[0])[0]
     assert np.sort_complex(found) == pytest.approx(np.sort_complex(orbit.multipliers), abs=1e-7)
 
 
@@ -204,7 +204,7 @@ def test_the_period_map_has_liouvilles_determinant(system):
     matrices = jacobians_at(system, 2.0 * np.pi * np.arange(samples) / samples, y, problem.sizes)
     trace = np.mean(np.trace(matrices)) * 2.0 * np.pi / system.omega
     tolerance = 2e-2 if system is BOUC_WEN else 1e-9  # the Jacobian of Bouc-Wen jumps, which no step resolves
-    assert np.linalg.det(monodromy(problem, point[None, :])[0]) == pytest.approx(np.exp(trace), rel=tolerance)
+    assert np.linalg.det(period_maps(problem, point[None, :])[0][0]) == pytest.approx(np.exp(trace), rel=tolerance)
 
 
 @pytest.mark.compiled

@@ -11,7 +11,7 @@ from strainwave.numerics.balance.first_order import first_order
 from strainwave.numerics.balance.linear_part import STRENGTH
 from strainwave.numerics.balance.rates import rates_at
 from strainwave.numerics.continuation.trace import solve
-from strainwave.numerics.stability.first_order import hill_map, monodromy
+from strainwave.numerics.stability.first_order import hill_map, period_maps
 from strainwave.numerics.stability.panel_map import GAUSS_C, walked
 
 K, ALPHA, J_M, J_1, J_2, N, B, K_C, B_C, K_P, K_I, A = (
@@ -57,12 +57,12 @@ def test_the_period_map_of_a_train_is_that_of_dop853_on_equations_written_by_han
             for s in (1.0, -1.0)
         ]
         columns.append((ends[0] - ends[1]) / (2.0 * np.max(step)))
-    found = monodromy(problem, point[None])[0] * problem.sizes / problem.sizes[:, None]
+    found = period_maps(problem, point[None])[0][0] * problem.sizes / problem.sizes[:, None]
     expected = np.array(columns).T * problem.sizes / problem.sizes[:, None]
     assert found == pytest.approx(expected, abs=3e-7 * np.max(np.abs(expected)))
     flow, size, decay = hill_map(problem, point[None])
     whole = np.exp(decay + size)[:, None, None] * flow
-    assert whole[0] == pytest.approx(monodromy(problem, point[None])[0], rel=1e-7, abs=1e-12)
+    assert whole[0] == pytest.approx(period_maps(problem, point[None])[0][0], rel=1e-7, abs=1e-12)
 
 
 @pytest.mark.parametrize("hill", [False, True])

@@ -68,8 +68,8 @@ def test_the_largest_oscillation_of_a_train_and_of_a_design_are_at_the_speeds_of
     assert within(project, [at])
     assert own == pytest.approx(size, rel=1e-6)
     designed = balanced(project.whole, project.speeds.limits)
-    assert within(project, [designed.omega])
-    assert designed.oscillation == pytest.approx(size, rel=1e-6)
+    assert within(project, [designed.speed])
+    assert designed.size == pytest.approx(size, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ from ...base.results import Floats
 from ...compile.address import ByAddress
 from ...compile.jit import kernel, run
 from ...compile.tree import leaf_of, leaves, with_leaf
-from ..addressed import EquationsAt
+from ..addressed import EquationsAt, difference
 from .first_order_at import FirstOrderAt, equations_of, native
 from .fourier import (
     analysis,
@@ -237,11 +237,10 @@ class FirstOrder(NamedTuple):
 
     def linearise(self, z: Floats, jacobian: Floats, slope: Floats) -> None:
         """Derivatives of the residual by the coefficients and by the parameter."""
-        n, states, value = len(self.synthesis), len(self.sizes), float(z[-1])
-        h, y = n // 2, self.series(z[None])[0]
+        n, states, value, y = len(self.synthesis), len(self.sizes), float(z[-1]), self.series(z[None])[0]
+        h = n // 2
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, value), y, 2)
-        motion = y @ synthesis
-        matrices = self.along(self.slopes, value, angles, motion)
+        matrices = self.along(self.slopes, value, angles, y @ synthesis)
         blocks = np.empty((states, states, n, n))
         multiply_rows(*extended(matrices @ analysis, h), h, 1, blocks)
         blocks *= (-self.sizes / self.sizes[:, None])[:, :, None, None]
@@ -251,16 +250,7 @@ class FirstOrder(NamedTuple):
             blocks[i, i, k, h + k] += kw
             blocks[i, i, h + k, k] -= kw
         jacobian[: self.size(), : self.size()] = blocks.transpose(0, 2, 1, 3).reshape(self.size(), self.size())
-        self.parameter_slope(value, y, angles, motion, analysis[:, [*range(h + 1), *range(n, n + h)]], slope)
-
-    def parameter_slope(
-        self, value: float, y: Floats, angles: Floats, motion: Floats, analysis: Floats, slope: Floats
-    ) -> None:  # fmt: skip
-        """Derivative with respect to the parameter by a central difference, at the same samples."""
-        d = 1e-6 * max(abs(value), 1e-3)
-        rise = self.along(rates_at, value + d, angles, motion) - self.along(rates_at, value - d, angles, motion)
-        faster = (base_speed(self, value + d) - base_speed(self, value - d)) / self.turns
-        slope[:] = ((faster * derivative(y) - rise @ analysis) / (2.0 * d * self.sizes[:, None])).ravel()
+        difference(self, z, slope, np.empty(self.size()))
 
     def of(self, system: System) -> "FirstOrder":
         """The problem of another system of the same classes, with the same excitation."""

@@ -279,13 +279,26 @@ def crossings_for(law: Any, harmonics: int) -> Crossings:
     )  # fmt: skip
 
 
-def is_piecewise_linear(law: Any) -> bool:
-    """Whether a law has breakpoints and a constant stiffness between them."""
-    places = np.sort(np.array(breakpoints_of(law), float))
+class Pieces(NamedTuple):
+    """A law that is linear between breakpoints: `slopes` has one entry more than `breaks`."""
+
+    breaks: Floats
+    slopes: Floats
+
+
+def pieces_of(law: Any) -> Pieces | None:
+    """The pieces of a law, or None where it has no breakpoints or is not linear between them."""
+    places = np.unique(np.array(breakpoints_of(law), float))
     if len(places) == 0:
-        return False
+        return None
     reach = float(np.max(np.abs(places))) or 1.0
     edges = np.concatenate([[places[0] - reach], places, [places[-1] + reach]])
-    inside = edges[:-1, None] + np.diff(edges)[:, None] * np.array([0.1, 0.3, 0.5, 0.7, 0.9])
+    inside = edges[:-1, None] + np.diff(edges)[:, None] * np.array([0.5, 0.1, 0.3, 0.7, 0.9])
     values = np.broadcast_to(law.stiffness(inside), inside.shape)
-    return bool(np.all(np.ptp(values, axis=1) <= 1e-12 * np.max(np.abs(values), axis=1)))
+    straight = np.all(np.ptp(values, axis=1) <= 1e-12 * np.max(np.abs(values), axis=1))
+    return Pieces(places, values[:, 0].copy()) if straight else None
+
+
+def is_piecewise_linear(law: Any) -> bool:
+    """Whether a law has breakpoints and a constant stiffness between them."""
+    return pieces_of(law) is not None

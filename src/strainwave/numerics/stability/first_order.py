@@ -39,14 +39,6 @@ C = tuple(GAUSS_C.tolist())
 EVEN = 16  # numbers of steps are multiples of it, so that orbits share tables
 
 
-def monodromy(problem: FirstOrder, points: Floats) -> Floats:
-    """Period maps (points, states, states) of disturbances of orbits (coefficients, parameter last).
-
-    Of laws with breakpoints the steps end at the kinks of each orbit.
-    """
-    return _maps(problem, points, False)[0]
-
-
 def floquet_of(problem: Any, points: Floats) -> NDArray[np.complex128]:
     """Multipliers (points, states) of orbits of a problem, largest modulus first."""
     known = problem.disturbances(points)
@@ -62,7 +54,7 @@ def _floquet(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
     Of orbits so slow that no steps resolve their disturbances: the exponential of the integral of the Jacobian's
     eigenvalues over a period (WKB), each followed by its rank among the real parts.
     """
-    flow, (phases, *_) = _maps(problem, points, False)
+    flow, (phases, *_) = period_maps(problem, points)
     slow = phases > SLOW
     values = np.zeros(flow.shape[:2], complex)
     values[~slow] = multipliers_of(flow[~slow])
@@ -87,12 +79,15 @@ def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Float
     (points, states, states), (points,), (points,) arrays
         M, s and d: the period map is exp(d + s) M, where exp(s) M has the determinant 1.
     """
-    flow, (_, size, decay) = _maps(problem, points, True)
+    flow, (_, size, decay) = period_maps(problem, points, hill=True)
     return flow, size, decay
 
 
-def _maps(problem: FirstOrder, points: Floats, hill: bool) -> tuple[Floats, Floats]:
-    """Period maps (points, states, states), and for each what `map_along` returns (3, points)."""
+def period_maps(problem: FirstOrder, points: Floats, hill: bool = False) -> tuple[Floats, Floats]:
+    """Period maps (points, states, states) of orbits, and for each what `map_along` returns (3, points).
+
+    Of laws with breakpoints the steps end at the kinks of each orbit.
+    """
     flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
     found = [
         problem.run_as(problem.native, "samples", map_along, point, hill, own)

@@ -25,13 +25,11 @@ import numpy as np
 
 from ...base.results import Floats, SolveError
 from ...drive.loops.linear_control import control_parts, control_response
-from ...drive.train_curve import POINTS, crest_in
+from ...drive.train_curve import POINTS, Crest, largest_crest
 from ...model.excitation import Harmonic, KinematicError
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
-from ...model.train.train_forms import AtLoad
 from ...numerics.balance.linear_part import one_harmonic
-from ...numerics.curves.over_a_turn import traced_turn
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
 from .result import Sensitivity
@@ -299,22 +297,9 @@ def worth(drives: Drives, peaks: Largest, row: int) -> float:
     return size + ripple if math.isfinite(size) else UNKNOWN
 
 
-class Balanced(NamedTuple):
-    """Largest oscillation [rad] by harmonic balance, the motor's speed [rad/s] there, and its relative error."""
-
-    oscillation: float
-    omega: float
-    error: float
-
-
-def balanced(train: DriveTrain, speeds: tuple[float, float]) -> Balanced | None:
-    """Largest oscillation of a whole drive train over a range of motor speeds [rad/s]; None where none is found."""
-    system: Any = AtLoad(train, train.omega)
-    problem, found, tail, _ = traced_turn(system, speeds, POINTS)
-    if not len(found.points) or tail is None:
-        return None
-    at, size, *_ = crest_in(problem, found, speeds)
-    return Balanced(size, at, float(tail.share))
+def balanced(train: DriveTrain, speeds: tuple[float, float]) -> Crest | None:
+    """Largest oscillation of a whole drive train over a range of motor speeds [rad/s], by harmonic balance."""
+    return largest_crest(train, speeds, None, points=POINTS)
 
 
 def _stiffer(drives: Drives, by: float) -> Drives:

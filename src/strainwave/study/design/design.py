@@ -17,13 +17,14 @@ from ...base.results import Interrupted, SolveError
 from ...base.sentences import listed, silent
 from ...base.units import ARCSEC, RPM
 from ...drive.loop_margin import unstable
+from ...drive.train_curve import Crest
 from ...model.drive import Drive
 from ...model.excitation import Harmonic
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...model.train.controls import Held
 from ...model.train.drive_train import DriveTrain
-from .averaged import Balanced, Drives, Largest, balanced, largest, sensitivities, worth
+from .averaged import Drives, Largest, balanced, largest, sensitivities, worth
 from .options import Case, Option, bounded, error_of, looked_at, option_of, rotor_doubts
 from .result import Candidate, Design, front
 from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, needed
@@ -81,7 +82,7 @@ class _Search:
         self.misses: dict[str, Check] = {}  # of each gear the constraint that it misses most
         self.lacking: dict[str, list[Check]] = {}  # of each gear numbers that no source gives
         self.good: list[Option] = []
-        self.known: dict[Any, tuple[Balanced, float, float] | None] = {}
+        self.known: dict[Any, tuple[Crest, float, float] | None] = {}
         self.between: dict[tuple[str, float], tuple[str, ...]] = {}  # of the best, by gear and rotor
         self.drives = 0
         self.stopped = False  # by Ctrl-C: what is left is decided by averaging
@@ -238,12 +239,13 @@ class _Search:
         found = self.known[key]
         if found is None:
             return option
-        (size, speed, error), load, torque = found
+        crest, load, torque = found
+        size, error = crest.size, crest.tail.share
         return option._replace(
-            load=load, torque=torque, size=size, low=size, high=size, speed=speed, error=error, balanced=True
+            load=load, torque=torque, size=size, low=size, high=size, speed=crest.speed, error=error, balanced=True
         )
 
-    def _worst(self, option: Option) -> tuple[Balanced, float, float] | None:
+    def _worst(self, option: Option) -> tuple[Crest, float, float] | None:
         """Largest oscillation of an option, with the load and the torque under which it occurs; None where one fails.
 
         What averaging bounds below a motion that is found is not looked at, nor what is left once one is too large.
@@ -253,9 +255,9 @@ class _Search:
         """
         lines = error_of(option.gear, self.spec).lines
         alike = self.spec.loop is None and len({line.order & -line.order for line in lines if line.amplitude}) < 2
-        best: tuple[Balanced, float, float] | None = None
+        best: tuple[Crest, float, float] | None = None
         for case in looked_at(option):
-            if (alike and case.torque > 0.0) or (best is not None and case.high <= best[0].oscillation):
+            if (alike and case.torque > 0.0) or (best is not None and case.high <= best[0].size):
                 continue
             train = self._train(option, case)
             speeds = option.gear.ratio * self.spec.speeds[0], option.gear.ratio * self.spec.speeds[1]
@@ -265,9 +267,9 @@ class _Search:
                 return None
             if motion is None:
                 return None
-            if best is None or motion.oscillation > best[0].oscillation:
+            if best is None or motion.size > best[0].size:
                 best = motion, case.load, case.torque
-            if motion.oscillation > self.spec.limit * SURE:
+            if motion.size > self.spec.limit * SURE:
                 break
         return best
 
@@ -279,7 +281,7 @@ class _Search:
             with suppress(SolveError):
                 speeds = ratio * spec.speeds[0], ratio * spec.speeds[1]
                 motion = balanced(self._train(option, case._replace(torque=torque)), speeds)
-                found += [] if motion is None else [(motion.oscillation, torque)]
+                found += [] if motion is None else [(motion.size, torque)]
         size, torque = max(found, default=(0.0, 0.0))
         if size <= spec.limit * SURE:
             return ()

@@ -10,12 +10,10 @@ The torque of a law at samples along many motions, and its harmonics, block by b
 
 import math
 from collections.abc import Callable
-from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ...base.law import breakpoints_of
 from ...base.results import Floats
 from ...base.series import remembered
 from ...compile.jit import kernel, run
@@ -27,30 +25,6 @@ POINTS = 32  # of the grid, per period of the highest harmonic
 FULL = 2.0 * math.pi
 CLOSE = 1e-14  # of the location of a crossing [rad]
 EDGE = 1e-12  # of the reach of u: rounding
-
-
-class Pieces(NamedTuple):
-    """A law that is linear between breakpoints: `slopes` has one entry more than `breaks`."""
-
-    breaks: Floats
-    slopes: Floats
-
-
-def pieces_of(law: Any) -> Pieces | None:
-    """The pieces of a law, or None where it is not linear between breakpoints."""
-    places = np.unique(np.array(breakpoints_of(law), float))
-    if len(places) == 0:
-        return None
-    reach = float(np.max(np.abs(places))) or 1.0
-    edges = np.concatenate([[places[0] - reach], places, [places[-1] + reach]])
-    slopes = []
-    for low, high in pairwise(edges):
-        inside = low + (high - low) * np.array([0.5, 0.1, 0.3, 0.7, 0.9])
-        values = np.asarray(law.stiffness(inside), float) + np.zeros(5)
-        if np.ptp(values) > 1e-12 * float(np.max(np.abs(values))):
-            return None
-        slopes.append(values[0])
-    return Pieces(places, np.array(slopes))
 
 
 @kernel

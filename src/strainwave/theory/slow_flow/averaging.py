@@ -25,7 +25,8 @@ import numpy as np
 
 from ...base.results import Floats
 from ...compile.jit import run
-from .averages import Pieces, averages, grid_table, pieces_of
+from ...numerics.balance.piecewise import Pieces, pieces_of
+from .averages import averages, grid_table
 from .memory import LoopAverages, loop_averages, remembers
 from .setting import Complexes, Setting, real_matrix
 from .varying import dampings, stiffnesses, torques, varies

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Floats
-from .averages import pieces_of
+from ...numerics.balance.piecewise import pieces_of
 from .averaging import AveragedFlow
 from .closed_forms import CubicFlow
 from .memory import remembers
