@@ -5,16 +5,18 @@ The virtual leaves are parameters that are no numbers of the system: along them 
 What one harmonic tells of an oscillator's orbits: where solvers start, where others may exist, what connects them.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
+from ...base.protocols import omega_of
 from ...base.results import Floats
 from ...compile.jit import kernel_as, routine
 from ..operating_point import operating_point
 from .fourier import orders
+from .rates import base_speed
 
 WAVE = np.cos(np.pi * (np.arange(16) + 0.5) / 16)  # half a vibration
 SIZES = np.geomspace(1e-5, 1.0, 50)  # amplitudes at which the law is asked, of the largest that the damping allows
@@ -143,39 +145,27 @@ def one_harmonic(law: Any, torque: float, sizes: Floats) -> tuple[Floats, Floats
     return mean, 2.0 / len(WAVE) * (pull @ WAVE) / sizes
 
 
-def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
-    """Whether others may exist beside known orbits, from what one harmonic on top of each allows."""
-    system, n = problem.system, problem.size()
-    h = n // 2
-    w = points[:, -1:] / problem.turns * orders(h, problem.stride)
-    mass = system.J * w * w
-    driven = np.abs(drive(system, w, problem.tau, problem.error))
-    twice = (2 * orders(h, problem.stride)) // problem.stride
-    return others_possible(
-        system.law, float(problem.tau[0]), points[:, :n], problem.synthesis, mass, system.B * w, driven, twice
-    )
+class Around(NamedTuple):
+    """What is linear around a law: mean torque [N*m]; mass, damping [N*m/rad] and drive [N*m] (points, H) at harmonics.
 
-
-def others_possible(
-    law: Any, mean: float, series: Floats, synthesis: Floats, mass: Floats, damping: Floats, driven: Floats, twice: Any
-) -> NDArray[np.bool_]:  # fmt: skip
-    """Whether others may exist beside orbits of a law with the dynamic stiffness -mass + i damping around it.
-
-    Parameters
-    ----------
-    law : NamedTuple
-        Law of the torsion.
-    mean : float
-        Mean torque [N*m] that it carries.
-    series, synthesis : (points, 2H+1), (2H+1, samples) arrays
-        Coefficients of the torsion, in blocks, and the table that makes samples of them.
-    mass, damping : (points, H) arrays
-        In N*m/rad at every harmonic.
-    driven : (points or 1, H) array
-        Amplitudes [N*m] of what drives the torsion.
-    twice : (H,) array of int
-        Places of twice the harmonics in the spectrum of the samples.
+    The dynamic stiffness is -mass + i damping; `twice` (H,) are the places of twice the harmonics in a spectrum.
     """
+
+    law: Any
+    mean: float
+    mass: Floats
+    damping: Floats
+    driven: Floats
+    twice: Any
+
+
+def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
+    """Whether others may exist beside known orbits, from what one harmonic on top of each allows; of one law alone."""
+    around = problem.around(base_speed(problem, points[:, -1]))
+    if around is None:
+        return np.ones(len(points), bool)
+    law, mean, mass, damping, driven, twice = around
+    series, synthesis = points[:, : len(problem.synthesis)], problem.synthesis
     h = series.shape[1] // 2
     loss = np.maximum(damping, LEAST * np.abs(mass))
     u = series @ synthesis
@@ -229,21 +219,13 @@ def driven_lines(problem: Any) -> tuple[Floats, Any, Floats]:
 
 def strongest(problem: Any) -> float:
     """Factor of the strength at which every line alone has passed its last fold, by one harmonic."""
-    w, lines, size = driven_lines(problem)
-    if not len(lines):
+    around = problem.around(np.array([omega_of(problem.system)]))
+    if around is None or not len(lines := np.flatnonzero(around.driven > LEAST_LINE * np.max(around.driven))):
         return STRONG
-    mass = problem.system.J * (w * w)[lines]
-    return strength_beyond_folds(
-        problem.system.law, float(problem.tau[0]), mass, problem.system.B * w[lines], size[lines]
-    )
-
-
-def strength_beyond_folds(law: Any, mean: float, mass: Floats, damping: Floats, size: Floats) -> float:
-    """Factor of lines (n,) of these sizes [N*m] at which each alone has passed its last fold, see `others_possible`."""
-    mass, size = mass[:, None], size[:, None]
-    loss = np.maximum(damping[:, None], LEAST * np.abs(mass))
+    mass, damping, size = (each[0, lines, None] for each in around[2:5])
+    loss = np.maximum(damping, LEAST * np.abs(mass))
     sizes = float(np.max(size / loss)) * FINE
-    _, stiffness = one_harmonic(law, mean, sizes)
+    _, stiffness = one_harmonic(around.law, around.mean, sizes)
     pull = np.hypot(stiffness - mass, loss) * sizes
     folds = np.where(pull[:, 1:] < pull[:, :-1], pull[:, :-1] / size, 0.0)
     return min(STRONGEST, max(STRONG, 1.5 * float(np.max(folds))))

@@ -22,6 +22,7 @@ from .harmonics import ENOUGH, seems_odd
 from .linear_algebra import copy, extremes, fill, padded, row_times
 from .linear_part import (
     STRENGTH,
+    Around,
     add_linear,
     add_linear_jacobian,
     carried,
@@ -283,6 +284,13 @@ class SecondOrder(NamedTuple):
     def floating(self, points: Floats) -> NDArray[np.bool_]:
         """Whether the law gives no torque anywhere on an orbit that moves, for every point."""
         return floating(self.system.law, points[:, :-1], self.synthesis)
+
+    def around(self, omega: Floats) -> Around:
+        """What is linear around the law at base frequencies [rad/s]."""
+        system, k = self.system, orders(self.size() // 2, self.stride)
+        w = omega[:, None] / self.turns * k
+        driven = np.abs(drive(system, w, self.tau, self.error))
+        return Around(system.law, float(self.tau[0]), system.J * w * w, system.B * w, driven, 2 * k // self.stride)
 
     def several_at(self, points: Floats) -> NDArray[np.bool_]:
         return several_at(self, points)

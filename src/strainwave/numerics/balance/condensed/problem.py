@@ -22,9 +22,8 @@ from ..first_order import FirstOrder
 from ..fourier import analysis, from_blocks, gathered, orders, spread, synthesis, to_blocks
 from ..harmonics import ENOUGH, highest_order
 from ..linear_algebra import copy, extremes, fill, padded
-from ..linear_part import LEAST_LINE, STRENGTH, STRONG, clean_mean, floating, others_possible, strength_beyond_folds
+from ..linear_part import STRENGTH, Around, clean_mean, floating, several_at, strongest
 from ..piecewise import is_piecewise_linear
-from ..rates import base_speed
 from ..springs import springs_for
 from . import motions
 from .gear import gear_of
@@ -33,38 +32,6 @@ from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to
 
 LIGHT = 130  # unknowns up to which NumPy follows some curves sooner than machine code (30 s) is made
 BUDGET, STEP = 2500, 0.1  # points of a search for other orbits, and its steps in units of the orbit and the parameter
-
-
-def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
-    """Whether others may exist beside known orbits, as `linear_part.several_at` with the dynamic stiffness of all."""
-    law, *more = problem.part.laws
-    if more:
-        return np.ones(len(points), bool)
-    mean, stiff, driven = _around_the_gear(problem, base_speed(problem, points[:, -1]))
-    u, k = problem.series(points)[:, 0], orders(problem.harmonics())
-    return others_possible(law, float(np.mean(mean)), u, problem.synthesis, -stiff.real, stiff.imag, driven, 2 * k)
-
-
-def strongest(problem: Any) -> float:
-    """Factor of the strength at which every line alone has passed its last fold, by one harmonic."""
-    law, *more = problem.part.laws
-    (mean,), (stiff,), (driven,) = _around_the_gear(problem, np.array([problem.omega]))
-    lines = np.flatnonzero(driven > LEAST_LINE * np.max(driven))
-    if more or not len(lines):
-        return STRONG
-    return strength_beyond_folds(law, float(mean), -stiff.real[lines], stiff.imag[lines], driven[lines])
-
-
-def _around_the_gear(problem: Any, omega: Floats) -> tuple[Floats, Any, Floats]:
-    """Mean torque (points,) of the gear; dynamic stiffness around it and amplitudes [N*m] driving it (points, h)."""
-    pencil, n = problem.pencil._replace(kept=1), len(problem.part.inertia)
-    s = np.empty((len(omega), *problem.stiff[0].shape), complex)
-    with np.errstate(all="ignore"):
-        condense(pencil, omega, 1.0, s, None)
-    k = orders(problem.harmonics())
-    stiff = s[:, 1:, 0, 0] + 1j * problem.gear_damping * pencil.rate * omega[:, None] * k
-    driven = np.abs(s[:, 1:, 0, n] - s[:, 1:, 0, 0] * to_complex(problem.gear.error)[1:])
-    return s[:, 0, 0, n].real, stiff, driven
 
 
 class Condensed(NamedTuple):
@@ -262,6 +229,22 @@ class Condensed(NamedTuple):
     def floating(self, points: Floats) -> NDArray[np.bool_]:
         """Whether the gear's law gives no torque anywhere on an orbit that moves, for every point."""
         return floating(self.part.laws[0], self.series(points)[:, 0], self.synthesis)
+
+    def around(self, omega: Floats) -> Around | None:
+        """What is linear around the gear at base frequencies [rad/s]; None where there are more laws."""
+        law, *more = self.part.laws
+        if more:
+            return None
+        n, k, s = (
+            len(self.part.inertia),
+            orders(self.harmonics()),
+            np.empty((len(omega), *self.stiff[0].shape), complex),
+        )
+        with np.errstate(all="ignore"):
+            condense(self.pencil._replace(kept=1), omega, 1.0, s, None)
+        damping = s[:, 1:, 0, 0].imag + self.gear_damping * self.pencil.rate * omega[:, None] * k
+        driven = np.abs(s[:, 1:, 0, n] - s[:, 1:, 0, 0] * to_complex(self.gear.error)[1:])
+        return Around(law, float(np.mean(s[:, 0, 0, n].real)), -s[:, 1:, 0, 0].real, damping, driven, 2 * k)
 
     def several_at(self, points: Floats) -> NDArray[np.bool_]:
         return several_at(self, points)
