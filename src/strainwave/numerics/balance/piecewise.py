@@ -288,9 +288,10 @@ class Pieces(NamedTuple):
 
 def pieces_of(law: Any) -> Pieces | None:
     """The pieces of a law, or None where it has no breakpoints or is not linear between them."""
-    places = np.unique(np.array(breakpoints_of(law), float))
-    if len(places) == 0:
+    known = breakpoints_of(law)
+    if not known:
         return None
+    places = np.array(sorted({*known}), float)
     reach = float(np.max(np.abs(places))) or 1.0
     edges = np.concatenate([[places[0] - reach], places, [places[-1] + reach]])
     inside = edges[:-1, None] + np.diff(edges)[:, None] * np.array([0.5, 0.1, 0.3, 0.7, 0.9])
