@@ -249,9 +249,8 @@ class _Search:
         """Largest oscillation of an option, with the load and the torque under which it occurs; None where one fails.
 
         What averaging bounds below a motion that is found is not looked at, nor what is left once one is too large.
-        With the motor held both signs of a torque
-        are alike where a shift of the angle turns the error into its negative: where the orders of its lines have the
-        same power of 2.
+        With the motor held both signs of a torque are alike where a shift of the angle turns the error into its
+        negative: where the orders of its lines have the same power of 2.
         """
         lines = error_of(option.gear, self.spec).lines
         alike = self.spec.loop is None and len({line.order & -line.order for line in lines if line.amplitude}) < 2
