@@ -148,9 +148,7 @@ def tune(
     of_file = loop.logs(loop.core)
     starts = [by_rule, of_file]
     if goals is None:
-        own = [of_file] if isfinite(trial.linear(of_file).figures.peak_sensitivity) else []
-        both = [*own, by_rule] if _assumed(project) or not own else own
-        whose = "today's" if own else "the symmetric optimum's, as the loop of the file is unstable"
+        both, whose = _baseline(trial, project, of_file, by_rule)
         remarks = (*remarks, _spare(search, both, whose))
     best = search.run(starts, progress)
     if goals is None and search.measure(best) == inf:
@@ -195,7 +193,7 @@ class Loop:
         self.inertia, self.lag = project.loop_inertia, self.about.get("lag", 0.0)
         tunable = [name for name, gain in rule(self.core, self.inertia, 1.0)._asdict().items()
                    if gain != getattr(self.core, name) > 0.0]  # fmt: skip
-        self.names = tuple(tunable if names is None else map(str, tuple(names)))
+        self.names = tuple(tunable if names is None else dict.fromkeys(map(str, names)))
         if wrong := [name for name in self.names if name not in tunable]:
             raise ValueError(f"there is no gain {shown(wrong[0])} to tune in this loop; it has {', '.join(tunable)}")
 
@@ -266,6 +264,13 @@ def _search(trial: Trial, loop: Loop) -> tuple[Search, Floats]:
 def _assumed(project: Project) -> bool:
     """Whether the loop of a project is an assumption."""
     return any(s.word == "assumed" and not s.why and s.name.startswith("motor.loop") for s in project.sources)
+
+
+def _baseline(trial: Trial, project: Project, of_file: Floats, by_rule: Floats) -> tuple[list[Floats], str]:
+    """Gains than which nothing is to become worse, and whose they are."""
+    if not isfinite(trial.linear(of_file).figures.peak_sensitivity):
+        return [by_rule], "the symmetric optimum's, as the loop of the file is unstable"
+    return [of_file, by_rule] if _assumed(project) else [of_file], "today's"
 
 
 def _spare(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = True) -> str:
