@@ -76,7 +76,7 @@ def test_a_profile_that_a_file_of_the_results_would_replace_is_refused(moving, t
 
 @pytest.mark.slow
 def test_a_loop_that_is_unstable_is_tuned_and_has_dashes(moving):
-    moving.write_text(moving.read_text().replace("K_i: 5 ", "K_i: 500 "))
+    moving.write_text(moving.read_text() + "controller: {period: 4 ms, delay: 8 ms}\n")
     run = invoke(moving)
     assert run.exit_code == 0, run.output
     assert "the symmetric optimum's, as the loop of the file is unstable" in " ".join(run.output.split())
