@@ -197,6 +197,10 @@ def test_the_settling_of_a_move_is_that_of_its_slowest_motion():
     times = sw.move(found.applied(whole)).settling_times
     assert found.recommended.goals == pytest.approx((max(times),))
     assert times[0] > times[1]
+    before, spared = sw.move(whole).settling_times, sw.tune(whole)
+    after = sw.move(spared.applied(whole)).settling_times
+    assert all(b <= max(1.02 * a, 1.02e-3) for a, b in zip(before, after, strict=True))
+    assert spared.recommended.settlings == pytest.approx(after, abs=1.1e-4)
 
 
 @pytest.mark.slow

@@ -19,6 +19,7 @@ from ...drive.train_curve import FEW, Crest, largest_crest
 from ...drive.two_turns import BeatCrest, drive_curve, largest_beat
 from ...model.controllers.closed_loop import Sampling
 from ..move.move import move
+from ..move.profiles import path_of
 from .linear import UNSTABLE, LoopFigures, OpenLoop
 
 CRESTS, APART = 3, 0.1  # of a drive that are kept, and the least relative distance of their speeds
@@ -50,7 +51,7 @@ class TuningLimits(NamedTuple):
     """What must hold: largest sensitivity, least gain margin (a factor) and phase margin [rad], sheet of the motor.
 
     Where no goal is given, also the largest compliance [rad/(N*m)], and settling times [s] after a torque on the load
-    and of the move.
+    and of each motion of the move.
     """
 
     peak_sensitivity: float = inf
@@ -59,7 +60,7 @@ class TuningLimits(NamedTuple):
     motor: MotorLimits = MotorLimits()
     compliance: float = inf
     settling: float = inf
-    move_settling: float = inf
+    settlings: tuple[float, ...] = ()
 
 
 class TuningPoint(NamedTuple):
@@ -78,8 +79,8 @@ class TuningPoint(NamedTuple):
         Largest share of what the motor gives at each speed, peak and rms.
     pointing : float
         Largest oscillation [rad] of the pointing error; nan where it was not computed.
-    move_settling : float
-        Longest settling time [s] of the motions of the move; nan where it was not computed.
+    settlings : tuple of float
+        Settling time [s] of each motion of the move; empty or nan where it was not computed.
     """
 
     gains: tuple[float, ...]
@@ -88,11 +89,17 @@ class TuningPoint(NamedTuple):
     motor_torque: float = nan
     motor_share: float = nan
     pointing: float = nan
-    move_settling: float = nan
+    settlings: tuple[float, ...] = ()
+
+    @property
+    def move_settling(self) -> float:
+        """Longest settling time [s] of the motions of the move; nan where it was not computed."""
+        return max(self.settlings, default=nan)
 
     def used(self, limits: TuningLimits) -> dict[str, float]:
         """Share of every limit that is taken; above 1 it is broken."""
         peak, gain, phase, compliance, settling = self.figures
+        late = self.settlings and [time / limit for time, limit in zip(self.settlings, limits.settlings, strict=False)]
         return {
             "peak sensitivity": peak / limits.peak_sensitivity if isfinite(peak) else inf,
             "gain margin": limits.gain_margin and (limits.gain_margin / gain if gain else inf),
@@ -100,7 +107,7 @@ class TuningPoint(NamedTuple):
             "motor torque": 0.0 if isnan(self.motor_share) else self.motor_share,
             "compliance": compliance / limits.compliance if isfinite(compliance) else inf,
             "settling after a torque": settling / limits.settling if isfinite(settling) else inf,
-            "settling of the move": 0.0 if isnan(self.move_settling) else self.move_settling / limits.move_settling,
+            "settling of the move": 0.0 if isnan(self.move_settling) else max(late, default=0.0),
         }
 
     def measures(self, goals: Sequence[str]) -> dict[str, tuple[float, str]]:
@@ -144,6 +151,8 @@ class Trial:
         self.harmonics: int | None = None
         self.crests: dict[tuple[int, int], list[Any]] = {}  # of drive and load, with gains before
         motor = setting.limits.motor
+        task = drives[0].move
+        self.motions = len(path_of(task.profile, task.start).motions()) if task and task.profile else 0
         self.of_move = any(GOALS[name].of_move for name in setting.goals)
         self.full = isfinite(motor.most) or motor.lasts  # whether the torque of the motor and stability are computed
         self.whole = False  # whether the move is computed, too, where no goal or limit asks for it
@@ -153,8 +162,7 @@ class Trial:
     @property
     def moved(self) -> bool:
         """Whether moves are computed: a goal or a limit is one of them."""
-        asked = self.of_move or isfinite(self.setting.limits.move_settling)
-        return asked or (self.whole and self.drives[0].move is not None)
+        return self.of_move or bool(self.setting.limits.settlings) or (self.whole and self.motions > 0)
 
     def linear(self, x: Floats) -> TuningPoint:
         """The linear figures alone; goals are infinite."""
@@ -210,18 +218,21 @@ class Trial:
             return point
         if surplus and self._exceeds(point, surplus):
             return None
-        worst = np.full((len(self.drives), 4 + len(self.setting.goals)), nan)
+        begin, limits = 3 + self.motions, self.setting.limits.settlings  # of the goals in a row; of the motions
+        worst = np.full((len(self.drives), begin + len(self.setting.goals)), nan)
         for i in tuple(self.order):
             for left, row in self._rows(i, point):
                 worst[i] = np.fmax(worst[i], row)
                 last = i == self.order[-1] and not left
-                late = row[3] > self.setting.limits.move_settling
-                if surplus and self.setting.share == 1.0 and not last and (late or surplus(np.fmax.reduce(worst)[4:])):
+                if not surplus or self.setting.share < 1.0 or last:
+                    continue
+                if (limits and np.any(row[3:begin] > limits)) or surplus(np.fmax.reduce(worst)[begin:]):
                     self._first(i)
                     return None
-        torque, share, pointing, late, *goals = self._over(worst).tolist()
+        torque, share, pointing, *rest = self._over(worst).tolist()
+        times, goals = rest[: self.motions], rest[self.motions :]
         return point._replace(
-            goals=tuple(goals), motor_torque=torque, motor_share=share, pointing=pointing, move_settling=late
+            goals=tuple(goals), motor_torque=torque, motor_share=share, pointing=pointing, settlings=tuple(times)
         )
 
     def sturdy(self, x: Floats, wholly: bool = False) -> bool:
@@ -274,13 +285,13 @@ class Trial:
         if self.of_move:
             self.computed += 1
             yield len(cases), self._of_move(having(self.drives[i], control))
-        late = self.moved and not self.of_move
+        late, unknown = self.moved and not self.of_move, [nan] * self.motions
         for k, case in enumerate(cases):
             torque, share, largest = nan, nan, nan
             if "pointing" in self.setting.goals or self.full:
                 self.computed += 1
                 torque, share, largest = self._of_speeds(having(case, control), (i, k))
-            yield len(cases) - k - 1 + late, np.array([torque, share, largest, nan, *self._goals(largest, point)])
+            yield len(cases) - k - 1 + late, np.array([torque, share, largest, *unknown, *self._goals(largest, point)])
         if late:
             self.computed += 1
             yield 0, self._of_move(having(self.drives[i], control))
@@ -315,12 +326,12 @@ class Trial:
         try:
             run = move(drive)
         except SolveError:
-            return np.full(4 + len(self.setting.goals), inf)
-        late = max(inf if time is None else max(time, SHORT) for time in run.settling_times)
-        values = {"move": run.peak_error, "settling": late, "motor_rms": run.rms_motor_torque}
+            return np.full(3 + self.motions + len(self.setting.goals), inf)
+        times = [inf if time is None else max(time, SHORT) for time in run.settling_times]
+        values = {"move": run.peak_error, "settling": max(times), "motor_rms": run.rms_motor_torque}
         share = max([0.0, *(found.value / found.bound for found in run.findings if found.limit in (PEAK, RMS))])
         goals = [values.get(name, 0.0) for name in self.setting.goals]
-        return np.array([run.peak_motor_torque, share, nan, late, *goals])
+        return np.array([run.peak_motor_torque, share, nan, *times, *goals])
 
     def _over(self, units: Any) -> Floats:
         """Worst values of a share of the units."""

@@ -65,8 +65,8 @@ def tune(
     Points spread over a box about the symmetric optimum, the gains of the file among them, are compared by the
     nonlinear response of the drive; from the best ones gains are changed as long as it helps. In the end no change of
     one or two gains by 2, 5 or 20 % within the limits and the range makes the measure 1 % better. Without `goals` the
-    pointing error is made small and nothing else worse: compliance, settling after a torque on the load and settling of
-    the project's move stay within 2 % of those of the project's loop, or of the rule where that loop is unstable or
+    pointing error is made small: compliance, settling after a torque on the load and settling of each motion of the
+    project's move stay within 2 % of those of the project's loop, or of the rule where that loop is unstable or
     assumed, and gains of which 5 % more or less cost more than 20 % are not taken. The margins are those of the linear
     loop about the state of the mean torques at the middle speed. A result is never worse than the rule,
     slowed down until it keeps the limits.
@@ -79,7 +79,7 @@ def tune(
         What shall be small: "pointing" (largest oscillation of the pointing error over the speeds, of the nonlinear
         response), "compliance" (largest deviation of the load over a torque on it, at any frequency), and of the move
         of the project "move" (largest pointing error), "settling" (longest time of its motions) and "motor_rms"
-        (torque). Of several the geometric mean counts. Default: "pointing", and nothing else worse.
+        (torque). Of several the geometric mean counts. Default: "pointing", with compliance and settling no worse.
     gains : sequence of str, optional
         Names of the gains to change, as "K_p". Default: all of the loop that are not 0.
     peak_sensitivity : float, optional
@@ -279,11 +279,11 @@ def _spare(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = T
     trial.whole = True
     points = [trial.point(x) for x in given]
     trial.whole = False
-    late = min((p.move_settling for p in points if isfinite(p.move_settling)), default=inf)
+    times = zip(*(p.settlings for p in points if isfinite(p.move_settling)), strict=True)
     limits = trial.setting.limits._replace(
         compliance=SLACK * min(p.figures.compliance for p in points),
         settling=SLACK * min(p.figures.settling for p in points),
-        move_settling=SLACK * max(late, SETTLED_S),
+        settlings=tuple(SLACK * max(min(some), SETTLED_S) for some in times),
     )
     trial.setting, search.sturdy = trial.setting._replace(limits=limits), sturdy
     search.computed.clear()

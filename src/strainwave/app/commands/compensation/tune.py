@@ -26,7 +26,7 @@ CSV, SVG, JSON, YAML, NOTCHED = "tune.csv", "tune.svg", "tune.json", "tuned.yaml
 @project_argument
 @click.option(
     "--goal", "goals", multiple=True, type=click.Choice(list(GOALS)),
-    help="What shall be small; of several the geometric mean counts. Default: pointing, and nothing else worse.",
+    help="What shall be small; of several the mean counts. Default: pointing, with compliance and settling no worse.",
 )  # fmt: skip
 @click.option("--gain", "gains", multiple=True, help="Gain to change, as K_p; repeatable. Default: all.")
 @click.option("--peak-sensitivity", type=float, help="Largest |1/(1 + L)|. Default: 2 where no margin is given.")
