@@ -24,8 +24,14 @@ def with_loop(text: str, control: Any) -> str | None:
     loop = _of(_of(root, "motor"), "loop")
     if loop is None or loop.id != "mapping":
         return None
-    changes = [_word(source) for source in _sources(root)]
     core, about = apart(control)
+    kept = tuple(f"motor.loop.{name}" for name in about)
+    sources = _of(root, "sources")
+    changes = [
+        (_span(value), groups.YOURS)
+        for name, value in (sources.value if sources is not None and sources.id == "mapping" else ())
+        if name.value.startswith("motor.loop") and not name.value.startswith(kept)
+    ]
     if "filters" in about and _of(loop, "filters") is None:
         changes.append((_span(loop), Loop().text(control)))
     elif any(_of(loop, key) for key in BY_BANDWIDTH):
@@ -77,14 +83,3 @@ def _of(node: Any, key: str) -> Any:
 
 def _span(node: Any) -> tuple[int, int]:
     return node.start_mark.index, node.end_mark.index
-
-
-def _sources(root: Any) -> list[Any]:
-    """What a file says of where its loop is from."""
-    node = _of(root, "sources")
-    pairs = node.value if node is not None and node.id == "mapping" else ()
-    return [value for name, value in pairs if name.value.startswith("motor.loop")]
-
-
-def _word(node: Any) -> tuple[tuple[int, int], str]:
-    return _span(node), groups.YOURS

@@ -329,3 +329,15 @@ def test_of_many_drives_the_worst_counts_and_no_step_is_better():
     assert found.recommended.figures.peak_sensitivity == pytest.approx(sensitivity)
     steps = [np.where(row, 1.0 + size, 1.0) for row in np.eye(2, dtype=bool) for size in (0.05, -0.05, 0.2, -0.2)]
     assert all(worst(step)[0] > 0.992 * best for step in steps if worst(step)[1] <= 2.0)
+
+
+def test_margins_that_no_gains_keep_beside_todays_settling_are_one_sentence():
+    with pytest.raises(ValueError, match="keep the margins, with compliance and settling no worse than today"):
+        sw.tune(project(), peak_sensitivity=1.02)
+
+
+def test_a_source_of_the_lag_stays_and_that_of_a_gain_becomes_yours(tuned):
+    sources = "sources: {motor.loop.lag: measured, motor.loop.K_p: assumed}\n"
+    whole = from_text(TEXT.format(motor=f"loop: {SPEED}") + sources, Path("axis.yaml"))
+    text = sw.project_text(tuned.applied(whole))
+    assert "sources: {motor.loop.lag: measured, motor.loop.K_p: yours}" in text

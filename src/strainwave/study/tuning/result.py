@@ -132,7 +132,9 @@ class TunedLoop(Result):
     def applied(self, project: Project, *, notch: bool = False) -> Project:
         """The project with the recommended loop, or with the one that has the notch filter."""
         tuned = having(project, self.notch.control if notch and self.notch else self.control)
-        sources = [s._replace(word="yours") if s.name.startswith("motor.loop") else s for s in project.sources]
+        kept = tuple(f"motor.loop.{name}" for name in apart(tuned.whole and tuned.whole.motor.control)[1])
+        changed = [s.name.startswith("motor.loop") and not s.name.startswith(kept) for s in project.sources]
+        sources = [s._replace(word="yours") if new else s for s, new in zip(project.sources, changed, strict=True)]
         return replace(tuned, sources=tuple(sources))
 
     def variables(self) -> Labelled:

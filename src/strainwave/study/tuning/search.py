@@ -197,3 +197,13 @@ def least_broken(trial: Trial, x: Floats) -> Floats:
             before = trial.broken(x)
             x = min([x, *(x + step for step in moves(len(x), (size,)))], key=trial.broken)
     return x
+
+
+def front(search: Search) -> tuple[TuningPoint, ...]:
+    """Points within the limits that no other beats in all goals and in the peak sensitivity at once."""
+    marks = {(*p.goals, p.figures.peak_sensitivity): p for p in search.computed.values() if search.of(p) < inf}
+    best: list[tuple[float, ...]] = []
+    for mark in sorted(marks):
+        if not any(all(a <= b for a, b in zip(other, mark, strict=True)) for other in best):
+            best.append(mark)
+    return tuple(marks[mark] for mark in best)

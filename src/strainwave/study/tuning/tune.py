@@ -16,7 +16,7 @@ from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
 from .result import GainCost, GainSensitivity, NotchAdvice, TunedLoop, gains_text
-from .search import COARSE, WORTH, Search, least_broken
+from .search import COARSE, WORTH, Search, front, least_broken
 from .trial import GOALS, SETTLED_S, STEP, Setting, Trial, TuningLimits, TuningPoint, gains_of, having, loads_of
 
 ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
@@ -26,6 +26,7 @@ NEAR = 0.97  # share of a limit from which on it binds
 NOTCH = 0.5, 0.1  # width over the frequency, and depth
 BETTER = 0.01  # of the measure: a notch that gains less is not offered
 DEFAULT = 2.0
+NO_NOTCH = "A notch filter at the resonance with the motor free makes the goals no better."
 SLACK = 1.015  # times the compliance and settling of the file, where no goal is given
 NOTHING = 1e-12  # rad, s, N*m: a goal that rounding makes
 
@@ -145,14 +146,13 @@ def tune(
     progress("linear loops", 0.0)
     trial = Trial(drives, setting, loop.control)
     search, by_rule = _search(trial, loop)
-    of_file = loop.logs(loop.core)
-    starts = [by_rule, of_file]
+    starts = [by_rule, of_file := loop.logs(loop.core)]
     if goals is None:
         both, whose = _baseline(trial, project, of_file, by_rule)
         remarks = (*remarks, _spare(search, both, whose))
     best = search.run(starts, progress)
     if goals is None and search.measure(best) == inf:
-        remarks = (*remarks[:-1], _as_today(search, both[-1], whose))
+        remarks = (*remarks[:-1], _as_today(search, both[-1], whose, any(bounds.values())))
         best = search.run(starts, progress)
     if not trial.full and search.measure(best) < inf:
         trial.full = True
@@ -175,7 +175,8 @@ def tune(
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return TunedLoop(
         setting.goals, loop.names, trial.setting.limits, ranges, today, ruled, recommended, front(search),
-        binding, sensitivities, loop.control(best), before, after, trial.computed, advice, remarks, project.drive_units,
+        binding, sensitivities, loop.control(best), before, after, trial.computed, advice,
+        (*remarks, *([NO_NOTCH] if notch and advice is None else [])), project.drive_units,
         None if dearest is None else GainCost(loop.names[dearest[0]], *dearest[1:]),
     )  # fmt: skip
 
@@ -290,14 +291,16 @@ def _spare(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = T
     return f"No goal is given: compliance and settling stay within 2 % of {whose}; name goals to give them up."
 
 
-def _as_today(search: Search, x: Floats, whose: str) -> str:
-    """Allow what some gains have, where no others are better; the sentence that says so."""
+def _as_today(search: Search, x: Floats, whose: str, asked: bool) -> str:
+    """Allow what some gains have, but no less margin than is asked, where no others are better; the sentence on it."""
     trial = search.trial
-    peak = max(trial.setting.limits.peak_sensitivity, (1.0 + 1e-9) * trial.linear(x).figures.peak_sensitivity)
+    peak = trial.setting.limits.peak_sensitivity
+    if not asked:
+        peak = max(peak, (1.0 + 1e-9) * trial.linear(x).figures.peak_sensitivity)
     trial.setting = trial.setting._replace(limits=trial.setting.limits._replace(peak_sensitivity=peak))
     return (
-        f"{_spare(search, [x], whose, False)} No gains keep them and a peak sensitivity of 2 where 5 % more or less of "
-        f"one costs little; {number(peak)} is allowed."
+        f"{_spare(search, [x], whose, False)} No gains keep them and the margins where 5 % more or less of one costs "
+        f"little{'' if asked else f'; a peak sensitivity of {number(peak)} is allowed'}."
     )
 
 
@@ -320,6 +323,11 @@ def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
 
 def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
     """Which goal no gains reach, or by how much the motor's torque is missed by those that need least of it."""
+    if isfinite(search.trial.setting.limits.compliance):
+        return (
+            "no gains keep the margins, with compliance and settling no worse than today; ask for less margin, or name "
+            "goals to give compliance and settling up"
+        )
     heavy = [point for point in search.computed.values() if 1.0 < point.motor_share < inf]
     if not heavy:
         tried = [point.goals for point in search.computed.values() if np.isfinite(point.figures.peak_sensitivity)]
@@ -385,13 +393,3 @@ def _notched(search: Search, loop: Loop, best: Floats) -> NotchAdvice | None:
         return None
     notched.trial.full = True
     return NotchAdvice(place, *NOTCH, notched.trial.point(x), loop.control(x, added))
-
-
-def front(search: Search) -> tuple[TuningPoint, ...]:
-    """Points within the limits that no other beats in all goals and in the peak sensitivity at once."""
-    marks = {(*p.goals, p.figures.peak_sensitivity): p for p in search.computed.values() if search.of(p) < inf}
-    best: list[tuple[float, ...]] = []
-    for mark in sorted(marks):
-        if not any(all(a <= b for a, b in zip(other, mark, strict=True)) for other in best):
-            best.append(mark)
-    return tuple(marks[mark] for mark in best)
