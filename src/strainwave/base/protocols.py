@@ -5,6 +5,7 @@ the only place that asks an object for what it may have; `law` does the same for
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from inspect import signature
 from typing import Any, Protocol
 
@@ -285,6 +286,12 @@ def lacking(thing: object, *methods: str) -> tuple[str, ...]:
 
 def takes(function: Any, count: int) -> bool:
     """Whether a function or a method can be called with so many arguments, as far as it says."""
+    plain = getattr(function, "__func__", function)  # of a method, which has its object before its arguments
+    return _takes(plain, count + (plain is not function))
+
+
+@lru_cache(1024)
+def _takes(function: Any, count: int) -> bool:
     try:
         signature(function).bind(*range(count))
     except ValueError:  # of a function written in C

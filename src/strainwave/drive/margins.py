@@ -38,10 +38,19 @@ class MotorLoop:
 
     def __init__(self, train: DriveTrain, at: ArrayLike | None, speed: float) -> None:
         self.train, self.closed = train, state_space(train, at=at, speed=speed)
-        control = train.motor.control
-        kept = np.array([not name.startswith("control z") for name in self.closed.states])
-        self.plant: StateSpace = state_space(train.with_motor(control=FREE), at=self.closed.at[kept], speed=speed)
-        self.own, self.still = linear_control(control, self.closed.at, ~kept), self.closed.at[kept]
+        self._own = np.array([name.startswith("control z") for name in self.closed.states])
+        self.still = self.closed.at[~self._own]
+
+    @cached_property
+    def plant(self) -> StateSpace:
+        """The train without the control."""
+        free = self.train.with_motor(control=FREE)
+        return state_space(free, at=self.still, speed=self.closed.speed)
+
+    @cached_property
+    def own(self) -> Any:
+        """The linear control."""
+        return linear_control(self.train.motor.control, self.closed.at, self._own)
 
     @cached_property
     def corners(self) -> Complexes:

@@ -262,9 +262,7 @@ def from_located(located: Located, text: str, path: Path) -> Project:
             row.on(project)
     except ValueError as error:
         refuse(path, [problem(("postures",), str(error))], ProjectError)
-    if project.train is None or (project.sampling is not None and not project.loop_fault):  # its samples decide
-        return project
-    if sentence := unstable(project.train, project.loop_inertia):
+    if project.train is not None and project.loop_fault and (sentence := unstable(project.train, project.loop_inertia)):
         refuse(path, [problem(("motor", "loop"), sentence)], ProjectError)
     return project
 

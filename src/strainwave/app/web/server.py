@@ -152,7 +152,8 @@ async def warm_up(workers: Workers) -> None:
 
 def taken(port: int) -> socket.socket | None:
     """A socket of this machine that listens at a port; None where the port is in use."""
-    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    # asyncio sends head and body of an answer without a delay of 40 ms between them where a socket says that it is TCP
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listener.bind((HOST, port))
