@@ -15,26 +15,11 @@ from ..study.compensation.gains import times_of
 from ..study.compensation.monitoring import Monitored
 from ..study.compensation.prediction import PredictionTable
 from ..study.compensation.result import Compensation, CompensationBench, Units
-from .panels import (
-    BLACK,
-    BLUE,
-    DASHES,
-    DOT_DASH,
-    DOTS,
-    GREEN,
-    LOOKS,
-    ORANGE,
-    TIME,
-    Axis,
-    Panel,
-    angle,
-    of_speeds,
-    panels_of,
-)
+from .panels import BLACK, DASHES, DOT_DASH, LOOKS, ORANGE, TIME, Axis, Panel, angle, of_speeds, panels_of
 
 TURNS = 2  # of the motor that are shown, or those of a beat
 PLAIN = "loop"
-AFTER = ((BLUE, "", 1.8), (BLACK, DOT_DASH, 1.3), (GREEN, DOTS, 1.3))  # of the controllers of one figure
+AFTER = ((*LOOKS[0], 1.8), (BLACK, DOT_DASH, 1.3), (*LOOKS[2], 1.3))  # of the controllers of one figure
 PARTED = 0.07  # of an order: distance of the stems of one order
 
 

@@ -24,23 +24,7 @@ from ..study.analysis.avoid import Avoid
 from ..study.analysis.in_time import RunUp
 from ..study.analysis.load_cases import LoadCase
 from ..study.analysis.resonances import Regime
-from .panels import (
-    BLACK,
-    BLUE,
-    DASHES,
-    DOT_DASH,
-    DOTS,
-    GREY,
-    HERTZ,
-    ORANGE,
-    Arrow,
-    Axis,
-    Note,
-    Panel,
-    angle,
-    of_speeds,
-    panels_of,
-)
+from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, HERTZ, ORANGE, Axis, Panel, angle, of_speeds, panels_of
 
 SHADE, SURE = "#d9d9d9", "#c6dcec"  # speeds to avoid, and what assumed numbers leave open
 HEIGHT = 290.0  # of a panel [px]
@@ -169,7 +153,7 @@ def drive_panels(
     for i, regime in enumerate(extras.regimes, 1):  # numbered as in the table
         if regime.inside:
             error.upright(regime.place, GREY, "", "5 4", 0.9)
-            error.notes.append(Note(regime.place, 0.0, str(i), above=True))
+            error.note(regime.place, 0.0, str(i), above=True)
     return panels
 
 
@@ -210,7 +194,7 @@ def _error(panel: Panel, project: Project | None, drive: DriveResponse, extras: 
     for jump in (*sweep.on_run_up, *sweep.on_run_down) if sweep else ():
         before = oscillation[_nearest(drive, jump.value, jump.before)]
         after = oscillation[_nearest(drive, jump.value, jump.after)]
-        panel.arrows.append(Arrow(jump.value, float(before), float(after)))
+        panel.arrow(jump.value, float(before), float(after))
     if project is None:
         return
     if project.limit is not None:
@@ -280,7 +264,8 @@ def simulated(panel: Panel, x: list[float], y: list[float], marker: str) -> None
 def draw_folds(panel: Panel, folds: list[float], heights: list[float]) -> None:
     """Rings at the folds with their speeds."""
     panel.points(folds, heights, BLUE, "fold, where the curve turns")
-    panel.notes += [Note(u, v, f"{u / panel.x.size:.5g}") for u, v in zip(folds, heights, strict=True)]
+    for u, v in zip(folds, heights, strict=True):
+        panel.note(u, v, f"{u / panel.x.size:.5g}")
 
 
 def comparison_panels(
@@ -300,7 +285,7 @@ def comparison_panels(
         x, y, dash = response.omega, response.oscillation, STYLES[(i + i // len(COLOURS)) % len(STYLES)]
         colour = COLOURS[i % len(COLOURS)]
         panel.parted(x, y, response.stable, colour, name, ("", ""), (THICK, THIN), (dash, dash))
-        panel.notes.append(Note(float(x[np.argmax(y)]), float(np.max(y)), str(i + 1)))
+        panel.note(float(x[np.argmax(y)]), float(np.max(y)), str(i + 1))
     known = {limit for limit in limits if limit is not None}
     if len(known) == 1:
         panel.level(known.pop(), GREY, "limit", "8 4")

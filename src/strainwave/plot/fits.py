@@ -15,7 +15,7 @@ from ..study.identification.identified import Identified
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_model import LoopFit
 from ..study.identification.orders.order_result import OrderScan
-from .panels import BLUE, DASHES, GREY, HERTZ, ORANGE, PALE, TIME, Axis, Note, Panel, angle, panels_of
+from .panels import BLUE, DASHES, GREY, HERTZ, ORANGE, PALE, TIME, Axis, Panel, angle, panels_of
 
 TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
 REACH = 1.96  # standard errors of an interval of 95 %
@@ -32,7 +32,7 @@ def log_panels(log: Log, segments: Sequence[LogSegment] | None = None) -> list[P
     panels = [_channel(log, name, parts) for name in log.channels]
     for part in parts:
         speed = f", {number(part.speed, 3)} rad/s" if part.kind == "constant speed" else ""
-        panels[0].notes.append(Note(0.5 * (part.start + part.stop), 0.0, part.kind + speed, above=True))
+        panels[0].note(0.5 * (part.start + part.stop), 0.0, part.kind + speed, above=True)
     return panels
 
 

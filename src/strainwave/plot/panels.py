@@ -169,6 +169,14 @@ class Panel:
         """Add an upright line from edge to edge."""
         self.line([x, x], [-np.inf, np.inf], colour, label, dash, width)
 
+    def arrow(self, x: float, start: float, end: float) -> None:
+        """Add a dashed upright arrow."""
+        self.arrows.append(Arrow(x, start, end))
+
+    def note(self, x: float, y: float, text: str, above: bool = False) -> None:
+        """Add a text beside a point, or above the panel."""
+        self.notes.append(Note(x, y, text, above))
+
     def bars(
         self, x: ArrayLike, low: ArrayLike, high: ArrayLike, colour: str, label: str = "", width: float = 1.0
     ) -> None:

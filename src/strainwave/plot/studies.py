@@ -25,7 +25,6 @@ from .panels import (
     TIME,
     Axis,
     Cells,
-    Note,
     Panel,
     angle,
     of_speeds,
@@ -182,7 +181,7 @@ def _campbell(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
         panel.line(speed, up, LOADS[look], name, STYLES[look], 2.0 if line.excited else 1.0)
         if look == len(loads) - 1:
             height = float(up[-1]) * (0.98 - 0.09 * (int(line.order) % 3))
-            panel.notes.append(Note(float(speed[-1]), height, f"order {line.order:g}"))
+            panel.note(float(speed[-1]), height, f"order {line.order:g}")
     panel.ylim = (0.0, 1.05 * largest)
     if not panel.curves:
         panel.line(ends, [0.0, 0.0], BLACK, "no order meets a resonance in this range")
@@ -214,7 +213,8 @@ def design_panels(design: Design) -> list[Panel]:
     panel.xlim = (across.min() / HEADROOM, across.max() * HEADROOM**2)
     panel.ylim = (up.min() - 0.15 * (limit - up.min()) - 1e-9 * limit, limit + 0.1 * (limit - up.min()) + 1e-9 * limit)
     first = {c.gear: c for c in reversed(design.pareto)}
-    panel.notes = [Note(c.reflected_inertia, c.oscillation, gear) for gear, c in first.items()]
+    for gear, c in first.items():
+        panel.note(c.reflected_inertia, c.oscillation, gear)
     return [panel]
 
 
