@@ -18,18 +18,8 @@ from ..base.records import Along, Result
 from ..base.results import Floats, Orbit, SolveError
 from ..base.sentences import on_screen
 from ..model.excitation import Harmonic
-from ..model.train.controls import (
-    FASTEST,
-    HERTZ,
-    CascadeLoop,
-    Lagged,
-    PositionLoop,
-    Tuning,
-    core_of,
-    from_bandwidth,
-    tuning_of,
-    with_core,
-)  # fmt: skip
+from ..model.train import controls
+from ..model.train.controls import HERTZ
 from ..model.train.drive_train import DriveTrain, coupling_twist
 from ..model.train.filters import Filtered, LoadEncoder, MixedEncoders, PositionIntegral
 from ..model.train.train_forms import SteadyTrain
@@ -198,9 +188,9 @@ def _at_amplitude(
 
 def motor_name(control: Any, inertia: float) -> str:
     """What drives a motor, in words: "held", "free", or its loop by bandwidth and damping on an inertia [kg*m^2]."""
-    if (tuning := tuning_of(control, inertia)) is not None:
+    if (tuning := controls.tuning_of(control, inertia)) is not None:
         return str(tuning)
-    if isinstance(control, Lagged):
+    if isinstance(control, controls.Lagged):
         return f"{motor_name(control.loop, inertia)}, lag {1e3 * control.lag:.4g} ms"
     if isinstance(control, PositionIntegral):
         return f"{motor_name(control.loop, inertia)}, T_p {1e3 * control.T_p:.4g} ms"
@@ -211,7 +201,7 @@ def motor_name(control: Any, inertia: float) -> str:
         kind = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", type(control.filter).__name__.removesuffix("Filter")).lower()
         at = control.filter.frequency / HERTZ
         return f"{motor_name(control.loop, inertia)}, {kind} filter of {at:.4g} Hz"
-    if isinstance(control, CascadeLoop):
+    if isinstance(control, controls.CascadeLoop):
         gains = f"K_v {control.K_v:.4g} 1/s, K_p {control.K_p:.4g} N*m*s/rad"
         return f"cascade of {gains}, T_n {1e3 * control.T_n:.4g} ms"
     return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(control).__name__).lower()
@@ -245,16 +235,16 @@ def unstable(train: DriveTrain, inertia: float) -> str:
         Inertia [kg*m^2, motor side] that the loop turns, as in `from_bandwidth`.
     """
     control = train.motor.control
-    core = core_of(control)
-    passive = PositionLoop(core.K_p * core.K_v, core.K_p) if isinstance(core, CascadeLoop) else core
+    core = controls.core_of(control)
+    passive = controls.PositionLoop(core.K_p * core.K_v, core.K_p) if isinstance(core, controls.CascadeLoop) else core
     if passive is control or not _grows(train, control) or _grows(train, passive):
         return ""
     pole = fastest_growth(train)
     sentence = f"is unstable with this gear: a vibration of {abs(pole) / HERTZ:.3g} Hz grows by {pole.real:.3g} 1/s"
-    tuning, lagged = tuning_of(control, inertia), " and lag" if isinstance(control, Lagged) else ""
+    tuning, lagged = controls.tuning_of(control, inertia), " and lag" if isinstance(control, controls.Lagged) else ""
     limit = None if tuning is None else _largest_stable(train, tuning, inertia)
     if tuning is None or limit is None:
-        if isinstance(core, CascadeLoop):
+        if isinstance(core, controls.CascadeLoop):
             return f"{sentence}; {_stable_cascade(train, control)}"
         if isinstance(control, Filtered) or isinstance(control.loop, Filtered):
             return f"{sentence}; without its filters{lagged} it is stable: move the filters to higher frequencies"
@@ -276,12 +266,12 @@ def _grows(train: DriveTrain, control: Control) -> bool:
 
 def _stable_cascade(train: DriveTrain, control: Control) -> str:
     """Which gain of a cascade makes its train stable when it is smaller, and down to which value."""
-    core = core_of(control)
+    core = controls.core_of(control)
     for name, unit in (("K_v", "1/s"), ("K_p", "N*m*s/rad")):
         value = getattr(core, name)
 
         def grows(gain: float, name: str = name) -> bool:
-            return _grows(train, with_core(control, core._replace(**{name: gain})))
+            return _grows(train, controls.with_core(control, core._replace(**{name: gain})))
 
         limit = _last_stable(grows, value)
         if limit is not None:
@@ -289,14 +279,14 @@ def _stable_cascade(train: DriveTrain, control: Control) -> str:
     return "give it a longer T_n or T_p, or another lag or filter"
 
 
-def _largest_stable(train: DriveTrain, tuning: Tuning, inertia: float) -> float | None:
+def _largest_stable(train: DriveTrain, tuning: controls.Tuning, inertia: float) -> float | None:
     """Largest bandwidth [rad/s] below that of a tuning at which the loop is stable; None where there is none."""
 
     def grows(bandwidth: float) -> bool:
-        loop = from_bandwidth(bandwidth, inertia, tuning.damping, kind=tuning.kind, lag=tuning.lag)
+        loop = controls.from_bandwidth(bandwidth, inertia, tuning.damping, kind=tuning.kind, lag=tuning.lag)
         return _grows(train, loop)
 
-    return _last_stable(grows, min(tuning.bandwidth, FASTEST / tuning.lag if tuning.lag else tuning.bandwidth))
+    return _last_stable(grows, min(tuning.bandwidth, controls.FASTEST / tuning.lag if tuning.lag else tuning.bandwidth))
 
 
 def _last_stable(grows: Callable[[float], bool], largest: float) -> float | None:

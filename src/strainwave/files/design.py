@@ -12,32 +12,11 @@ from ..model.gears import catalogue
 from ..model.gears.gear import Gear
 from ..study.design.result import Candidate
 from ..study.design.specification import DutySegment, Specification
+from .fields import groups, schema
 from .fields.entries import EXAMPLE_LOOP, Loop
-from .fields.groups import (
-    ACCURACY,
-    CATALOGUE,
-    TORQUE,
-    ErrorLine,
-    ExcitationSpec,
-    LoadTorqueSpec,
-    OrderPair,
-    TorqueRange,
-    ascending,
-)
+from .fields.groups import CATALOGUE, ErrorLine
 from .fields.kinds import Items, Quantity, Text, Whole, Wrong
 from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
-from .fields.schema import (
-    INERTIA,
-    SPEED,
-    TITLE,
-    DampingSpec,
-    LimitSpec,
-    LoadSpec,
-    MotorSpec,
-    NamedGear,
-    ProjectSpec,
-    SpeedSpec,
-)
 from .notes import of_damping
 from .reading import FROM_REST, REST_NOTE, ProjectError
 from .yaml_text import Keys, Problem, name, read, refuse, text_of
@@ -46,7 +25,7 @@ KIND = "specification"
 LONGEST = 1000  # inertias of one kind, and segments
 COUNT = Whole(1, 10**9, "write for example 50", "is not positive; write a whole number from 1")
 SEGMENT = "{torque: 60 N*m, speed: 20 rpm, duration: 2 s}"
-INERTIAS = Items(INERTIA, 1, LONGEST)
+INERTIAS = Items(schema.INERTIA, 1, LONGEST)
 
 
 def _series(value: str) -> str:
@@ -59,7 +38,7 @@ def _series(value: str) -> str:
 class LoadsSpec(Group):
     """One load or several."""
 
-    inertia: float | None = field(INERTIA, "1.3 kg*m^2", "Inertia of the load.")
+    inertia: float | None = field(schema.INERTIA, "1.3 kg*m^2", "Inertia of the load.")
     inertias: tuple[float, ...] | None = field(INERTIAS, "[0.8 kg*m^2, 1.3 kg*m^2]", "Inertias of several loads.")
 
     def check(self) -> Iterator[Wrong]:
@@ -72,11 +51,11 @@ class RangeSpec(Group):
     """Speeds of the load."""
 
     from_: float = needed(Quantity("rad/s", "not negative"), "2 rpm", "Lower end of the range.")
-    to: float = needed(SPEED, "40 rpm", "Upper end of the range.")
+    to: float = needed(schema.SPEED, "40 rpm", "Upper end of the range.")
 
     def check(self) -> Iterator[Wrong]:
         """Refuse a range that does not ascend."""
-        return ascending(self.from_, self.to, "speed")
+        return groups.ascending(self.from_, self.to, "speed")
 
 
 class MotorsSpec(Group):
@@ -97,7 +76,7 @@ class RatioSpec(Group):
 class SegmentSpec(Group):
     """A stretch of the duty cycle."""
 
-    torque: float = needed(TORQUE, "60 N*m", "Torque of the load.")
+    torque: float = needed(groups.TORQUE, "60 N*m", "Torque of the load.")
     speed: float = needed(Quantity("rad/s"), "20 rpm", "Speed of the load.")
     duration: float = needed(Quantity("s", "positive"), "2 s", "Time that it takes.")
 
@@ -105,11 +84,11 @@ class SegmentSpec(Group):
 class TorquesSpec(Group):
     """Torques of the load in place of a duty cycle, and what comes on top."""
 
-    mean: float | None = field(TORQUE, "40 N*m", "Mean torque.")
-    peak: float | None = field(TORQUE, "90 N*m", "Largest torque.")
-    momentary: float | None = field(TORQUE, "200 N*m", "Torque of a collision.")
-    preload: float = field(TORQUE, "5 N*m", "Constant torque on top.", 0.0)
-    average_speed: float | None = field(SPEED, "15 rpm", "Average speed of the load.")
+    mean: float | None = field(groups.TORQUE, "40 N*m", "Mean torque.")
+    peak: float | None = field(groups.TORQUE, "90 N*m", "Largest torque.")
+    momentary: float | None = field(groups.TORQUE, "200 N*m", "Torque of a collision.")
+    preload: float = field(groups.TORQUE, "5 N*m", "Constant torque on top.", 0.0)
+    average_speed: float | None = field(schema.SPEED, "15 rpm", "Average speed of the load.")
 
 
 class LargestSpec(Group):
@@ -122,16 +101,16 @@ class LargestSpec(Group):
 class ErrorSpec(Group):
     """Kinematic error: an accuracy class, or lines."""
 
-    accuracy: Any = rows_of(ExcitationSpec)["accuracy"]
-    kinematic_error: tuple[ErrorLine, ...] = rows_of(ExcitationSpec)["kinematic_error"]  # type: ignore[assignment]
-    assumed: Any = field(Quantity("rad", "positive", check=ACCURACY.check), "1 arcmin",
+    accuracy: Any = rows_of(groups.ExcitationSpec)["accuracy"]
+    kinematic_error: tuple[ErrorLine, ...] = rows_of(groups.ExcitationSpec)["kinematic_error"]  # type: ignore[assignment]
+    assumed: Any = field(Quantity("rad", "positive", check=groups.ACCURACY.check), "1 arcmin",
         "Accuracy of the gears whose record has none; without it they are not judged.")  # fmt: skip
 
     def check(self) -> Iterator[Wrong]:
         """Refuse both."""
         if self.accuracy is not None and self.kinematic_error:
             yield Wrong((), "gives an accuracy and the lines of a kinematic error; write one of them")
-        if any(isinstance(line.order, OrderPair) for line in self.kinematic_error):
+        if any(isinstance(line.order, groups.OrderPair) for line in self.kinematic_error):
             yield Wrong(("kinematic_error",), "has a line of the output's turn, and gears of a design differ in ratio")
         if any(line.per_torque or not line.alike for line in self.kinematic_error):
             yield Wrong(
@@ -142,10 +121,10 @@ class ErrorSpec(Group):
 class SpecificationSpec(Group):
     """The whole file."""
 
-    title: str = field(TITLE, "Elbow of a robot", "Title of the answer.", "")
+    title: str = field(schema.TITLE, "Elbow of a robot", "Title of the answer.", "")
     load: LoadsSpec = needed(LoadsSpec, "{inertias: [0.8 kg*m^2, 1.3 kg*m^2]}")
     speed: RangeSpec = needed(RangeSpec, "{from: 2 rpm, to: 40 rpm}")
-    limit: LimitSpec = needed(LimitSpec, "{oscillation: 60 arcsec}")
+    limit: schema.LimitSpec = needed(schema.LimitSpec, "{oscillation: 60 arcsec}")
     motor: MotorsSpec = needed(MotorsSpec, "{rotor_inertias: [0.5 kg*cm^2, 2 kg*cm^2]}")
     damping: RatioSpec = needed(RatioSpec, "{ratio: 3 %}")
     duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), most=LONGEST), f"[{SEGMENT}]", "Duty cycle.", ())
@@ -256,17 +235,17 @@ def design_text(
     usual = spec.accuracy_of(record) if spec.accuracy or record.accuracy is None else CATALOGUE
     error, most, tuned = spec.kinematic_error, spec.torques[-1], spec.tuned(c.load_inertia)
     loop = spec.loop if tuned == c.load_inertia else spec.control(c.motor_inertia + tuned / c.ratio**2)
-    written = ProjectSpec(
+    written = schema.ProjectSpec(
         title=f"{spec.title}: {c.gear}" if spec.title else c.gear,
-        gear=NamedGear(name=c.gear, file=file) if own and c.gear in own else c.gear,
-        motor=MotorSpec(inertia=c.motor_inertia, **({"mode": "held"} if loop is None else {"loop": loop})),
-        load=LoadSpec(inertia=c.load_inertia),
-        damping=DampingSpec(B=c.B),
-        speed=SpeedSpec(**{"from": low, "to": high, "shaft": "load"}),
-        excitation=ExcitationSpec(
+        gear=schema.NamedGear(name=c.gear, file=file) if own and c.gear in own else c.gear,
+        motor=schema.MotorSpec(inertia=c.motor_inertia, **({"mode": "held"} if loop is None else {"loop": loop})),
+        load=schema.LoadSpec(inertia=c.load_inertia),
+        damping=schema.DampingSpec(B=c.B),
+        speed=schema.SpeedSpec(**{"from": low, "to": high, "shaft": "load"}),
+        excitation=groups.ExcitationSpec(
             **({"accuracy": usual} if error is None else {"kinematic_error": list(map(ErrorLine.of, error.lines))}),
-            load_torque=LoadTorqueSpec(mean=TorqueRange(**{"from": -most, "to": most})) if most else None,
+            load_torque=groups.LoadTorqueSpec(mean=groups.TorqueRange(**{"from": -most, "to": most})) if most else None,
         ),
-        limit=LimitSpec(oscillation=spec.limit),
+        limit=schema.LimitSpec(oscillation=spec.limit),
     )
     return "".join(f"{key}: {text}\n" for key, text in texts_of(written).items())

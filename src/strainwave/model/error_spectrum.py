@@ -132,9 +132,7 @@ def peak_to_peak(error: KinematicError) -> float:
 
 
 def accuracy_spectrum(
-    accuracy: float,
-    shares: Mapping[int, float] = DEFAULT_SHARES,
-    phases: Mapping[int, float] | None = None,
+    accuracy: float, shares: Mapping[int, float] = DEFAULT_SHARES, phases: Mapping[int, float] | None = None
 ) -> KinematicError:
     """Default kinematic error of a gear that just reaches its vendor's accuracy class.
 

@@ -13,20 +13,8 @@ from ..base.law import torsion as torsion_of
 from ..base.protocols import Law, System
 from ..base.quantities import Reals, States
 from ..base.results import Floats
-from ..compile.address import (
-    MATRIX,
-    VECTOR,
-    ByAddress,
-    answer,
-    at,
-    beyond,
-    call,
-    pointer,
-    put_at,
-    value,
-    word_of_leaf,
-    words_of,
-)
+from ..compile import address
+from ..compile.address import MATRIX, VECTOR, answer, at, beyond, call, pointer, put_at, value
 from ..compile.jit import entries, entry, kernel_as, routine
 from ..compile.tree import count, with_leaf
 
@@ -60,7 +48,7 @@ class Tupled(NamedTuple):
         return answer(self.rates_at, self.words, phase, y)
 
 
-def system_by_address(system: Any, states: int, *, torsion: bool = False, guards: int = 0) -> ByAddress:
+def system_by_address(system: Any, states: int, *, torsion: bool = False, guards: int = 0) -> address.ByAddress:
     """A system of so many states for kernels; with its `torsion` and its guards, where these look for switches."""
 
     def addressed(words: Callable[[Any], int]) -> SystemAt:
@@ -73,7 +61,7 @@ def system_by_address(system: Any, states: int, *, torsion: bool = False, guards
             entry(_guards, system, float, states, guards) if guards else 0,
         )
 
-    return ByAddress(system, addressed)
+    return address.ByAddress(system, addressed)
 
 
 def several_at(system: System, place: int, states: int, kinks: int) -> SeveralAt:
@@ -186,9 +174,9 @@ class LawAt(NamedTuple):
     kinks: int
 
 
-def law_by_address(law: Law) -> ByAddress:
+def law_by_address(law: Law) -> address.ByAddress:
     """A law torque(x) for kernels."""
-    return ByAddress(law, lambda words: law_at(law, words(law)), "law")
+    return address.ByAddress(law, lambda words: law_at(law, words(law)), "law")
 
 
 def law_at(law: Law, place: int) -> LawAt:
@@ -300,10 +288,10 @@ def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[
     for name, item in zip(system._fields, system, strict=True):
         inside = 0 <= leaf - first < count(item)
         if isinstance(item, tuple):
-            memory = words_of(item)
+            memory = address.words_of(item)
             places[name] = words(memory)
             if inside:
-                at_word = word_of_leaf(item, leaf - first)
+                at_word = address.word_of_leaf(item, leaf - first)
                 slot, place = memory.view(np.float64)[at_word : at_word + 1], IN_SLOT
         elif inside:
             place = OscillatorAt._fields.index(name)

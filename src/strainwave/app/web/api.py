@@ -18,20 +18,8 @@ from starlette.routing import Route
 
 from ...base.results import SolveError
 from ...model.gears import catalogue
+from . import state as requests
 from .guard import refusal
-from .state import (
-    Body,
-    GoalRequest,
-    JobRequest,
-    LogColumns,
-    MotionRequest,
-    OfState,
-    Refused,
-    ResponseRequest,
-    ScriptRequest,
-    asked,
-    parsed,
-)
 from .worker import Unexpected
 from .workers import Abandoned, Work, Workers
 
@@ -52,21 +40,21 @@ WORDS = {
 class Answer(NamedTuple):
     """The body that an address takes, the work that answers it, and the fields that this is given; all where none."""
 
-    body: type[Body]
+    body: type[requests.Body]
     work: tuple[Work, ...]
     fields: tuple[str, ...] = ("state",)
 
 
 ANSWERS = {
-    "/api/project": Answer(OfState, (Work("parameters", "about"),)),
-    "/api/response": Answer(ResponseRequest, (OF_STATE, RESPONSE), ("state", "whole")),
-    "/api/sureness": Answer(OfState, (OF_STATE, Work("views", "sureness"))),
-    "/api/loads": Answer(OfState, (OF_STATE, Work("views", "under_loads"))),
-    "/api/motion": Answer(MotionRequest, (OF_STATE, Work("views", "motion")), ("state", "speed")),
-    "/api/goal": Answer(GoalRequest, (OF_STATE, Work("goals", "goal")), ("state", "name")),
-    "/api/move": Answer(OfState, (OF_STATE, Work("views", "moved"))),
-    "/api/export/project": Answer(OfState, (OF_STATE, Work("state", "yaml_of"))),
-    "/api/export/script": Answer(ScriptRequest, (Work("exports", "script_of"),), ()),
+    "/api/project": Answer(requests.OfState, (Work("parameters", "about"),)),
+    "/api/response": Answer(requests.ResponseRequest, (OF_STATE, RESPONSE), ("state", "whole")),
+    "/api/sureness": Answer(requests.OfState, (OF_STATE, Work("views", "sureness"))),
+    "/api/loads": Answer(requests.OfState, (OF_STATE, Work("views", "under_loads"))),
+    "/api/motion": Answer(requests.MotionRequest, (OF_STATE, Work("views", "motion")), ("state", "speed")),
+    "/api/goal": Answer(requests.GoalRequest, (OF_STATE, Work("goals", "goal")), ("state", "name")),
+    "/api/move": Answer(requests.OfState, (OF_STATE, Work("views", "moved"))),
+    "/api/export/project": Answer(requests.OfState, (OF_STATE, Work("state", "yaml_of"))),
+    "/api/export/script": Answer(requests.ScriptRequest, (Work("exports", "script_of"),), ()),
 }
 
 LATER = ("/api/goal", "/api/loads", "/api/sureness")  # after a pause: in a process that no slider step waits for
@@ -182,7 +170,7 @@ class Jobs:
             result, _ = await self._workers.run(work, *args, begun=job.run, progress=job.progress)
             job.result = json.loads(result)
             job.state, job.stage, job.share = "done", "done", 1.0
-        except Refused as error:
+        except requests.Refused as error:
             job.state, job.error = "failed", str(error)
         except Unexpected as error:  # whatever it is, a visitor gets one sentence
             job.state, job.error = "failed", f"the job failed unexpectedly ({error})"
@@ -238,7 +226,7 @@ async def gears(_request: Request) -> Response:
 async def answer(request: Request) -> Response:
     """Answer with the data of one of ANSWERS."""
     kind, work, fields = ANSWERS[request.url.path]
-    body = await asked(request, kind)
+    body = await requests.asked(request, kind)
     return await _view(request, *work, *([getattr(body, name) for name in fields] or [body]))
 
 
@@ -251,16 +239,16 @@ def _name(request: Request) -> str:
     return request.query_params.get("name", "log.csv")[:200]
 
 
-def _columns(request: Request) -> LogColumns:
+def _columns(request: Request) -> requests.LogColumns:
     """What the visitor says of the columns of a log (Refused)."""
-    return parsed(request.query_params.get("columns", "{}").encode(), LogColumns)
+    return requests.parsed(request.query_params.get("columns", "{}").encode(), requests.LogColumns)
 
 
 async def identify(request: Request) -> Response:
     """Start the job that identifies a drive: the first line of the body is {"state": ...}, the log follows."""
     columns = _columns(request)
     first, _, content = (await request.body()).partition(b"\n")
-    state = parsed(first, OfState).state
+    state = requests.parsed(first, requests.OfState).state
     await _computed(request, OF_STATE, bool, state)
     jobs: Jobs = request.app.state.jobs
     work = OF_STATE, Work("logs", "identified")
@@ -269,7 +257,7 @@ async def identify(request: Request) -> Response:
 
 async def begin(request: Request) -> Response:
     """Start a job."""
-    body = await asked(request, JobRequest)
+    body = await requests.asked(request, requests.JobRequest)
     jobs: Jobs = request.app.state.jobs
     await _computed(request, OF_STATE, bool, body.state)
     args = (body.search, list(body.loads)) if body.kind == "speed-map" else ()
@@ -294,8 +282,8 @@ async def status(request: Request) -> Response:
 
 async def schema(_request: Request) -> Response:
     """JSON Schemas of the bodies of all requests."""
-    bodies: dict[str, type[Body]] = {path: view.body for path, view in ANSWERS.items()} | {"/api/jobs": JobRequest}
-    posts = {path: body.model_json_schema() for path, body in bodies.items()}
+    posts = {path: view.body.model_json_schema() for path, view in ANSWERS.items()}
+    posts["/api/jobs"] = requests.JobRequest.model_json_schema()
     descriptions = {
         "/api/gears": "GET: gears of the catalogue",
         "/api/jobs/{id}": "GET: state, progress, result; DELETE: cancel",

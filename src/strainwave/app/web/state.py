@@ -252,11 +252,7 @@ def parts_of(project: Project) -> dict[str, dict[str, str]]:
             "load.drag.order": "1",
         },
         "limit": {"limit.oscillation": "120 arcsec"},
-        "move": {
-            "move.profile.0.type": "s_curve",
-            "move.profile.0.angle": "90 deg",
-            "move.profile.0.time": "0.6 s",
-        },
+        "move": {"move.profile.0.type": "s_curve", "move.profile.0.angle": "90 deg", "move.profile.0.time": "0.6 s"},
     }
     forced, free = project.speeds.shaft == "forcing", inside(content.get("motor"), "mode") == "free"
     without = {"motor loop", "gravity", "move"} if forced else {"motor loop"} if free else set()

@@ -14,23 +14,8 @@ from ...model.controllers.closed_loop import Sampling
 from ...model.excitation import Line
 from ...model.orders import order_pair
 from ..yaml_text import shown
-from .kinds import (
-    FILE_NAME,
-    PHASE,
-    Accuracy,
-    Either,
-    Items,
-    Kind,
-    NotA,
-    Place,
-    Quantity,
-    Schema,
-    Text,
-    Whole,
-    Wrong,
-    number,
-    read,
-)
+from . import kinds
+from .kinds import Either, Items, Kind, Place, Quantity, Schema, Whole, Wrong
 from .rows import Fields, Group, Points, field, needed
 
 MOST_LINES = 64
@@ -85,7 +70,7 @@ class ErrorLine(Group):
         Either(Quantity("rad", "not negative"), Fields(LineAmplitude)), "23 arcsec",
         "Amplitude, 0-to-peak; one that grows with the torque is {at_rest: 20 arcsec, per_torque: 0.1 arcsec/(N*m)}."
     )  # fmt: skip
-    phase: float = field(PHASE, "90 deg", "Phase of its cosine.", 0.0)
+    phase: float = field(kinds.PHASE, "90 deg", "Phase of its cosine.", 0.0)
 
     def line(self, ratio: float = math.nan, *, backward: bool = False) -> Line:
         """The line as an object of the model, in a gear of that ratio without a torque; of either direction."""
@@ -167,7 +152,7 @@ def _accuracy(angle: float, text: str) -> None:
         raise ValueError(f"{text!r} is above {WORST:g} deg, and catalogues have 0.5 to 3 arcmin; check the unit")
 
 
-ACCURACY = Accuracy("rad", "positive", CATALOGUE, _accuracy)
+ACCURACY = kinds.Accuracy("rad", "positive", CATALOGUE, _accuracy)
 
 
 class ExcitationSpec(Group):
@@ -199,11 +184,11 @@ class Deviation(Kind):
 
     def read(self, value: object, place: Place) -> Any:
         try:
-            share = number(value, "", "positive")
+            share = kinds.number(value, "", "positive")
         except ValueError:
             if not (isinstance(value, str) and re.search(r"[A-Za-z°]\s*$", value)):
                 raise
-            angle = number(value, "rad", "positive")
+            angle = kinds.number(value, "rad", "positive")
             if angle > MOST_OF_PHASE:
                 said = f"{value!r} is more than {MOST_OF_PHASE:g} rad; write one standard deviation"
                 raise ValueError(said) from None
@@ -229,10 +214,10 @@ class Named(Kind):
 
     def read(self, value: object, place: Place) -> Any:
         if not isinstance(value, dict):
-            raise NotA("a group of fields")
+            raise kinds.NotA("a group of fields")
         if not 1 <= len(value) <= self.most:
             raise ValueError(f"has {len(value)} items; write at {f'most {self.most}' if value else 'least 1'}")
-        return {key: read(self.kind, item, place.at(key)) for key, item in value.items()}
+        return {key: kinds.read(self.kind, item, place.at(key)) for key, item in value.items()}
 
     def schema(self) -> Schema:
         counts = {"minProperties": 1, "maxProperties": self.most}
@@ -249,7 +234,7 @@ class Correlation(Kind):
     def read(self, rows: object, place: Place) -> tuple[tuple[float, ...], ...]:
         if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
             raise ValueError("is no list of rows; write for example [[1, -0.5], [-0.5, 1]]")
-        table = tuple(tuple(number(value, "") for value in row) for row in rows)
+        table = tuple(tuple(kinds.number(value, "") for value in row) for row in rows)
         if any(len(row) != len(table) for row in table):
             raise ValueError(
                 f"has {len(table)} rows, not all with {len(table)} numbers; write one for each of 'scatter'"
@@ -313,7 +298,7 @@ def _bits(text: str) -> Any:
     return EncoderSpec(steps=2**bits)
 
 
-BITS = Text(_bits, lambda: {"pattern": "^\\s*[0-9]{1,2}[ -]?bits?\\s*$", "examples": ["16 bit"]}, "an encoder")
+BITS = kinds.Text(_bits, lambda: {"pattern": "^\\s*[0-9]{1,2}[ -]?bits?\\s*$", "examples": ["16 bit"]}, "an encoder")
 
 
 @dataclass(frozen=True)
@@ -325,7 +310,7 @@ class TorqueCurve(Points):
 
     def read(self, value: object, place: Place) -> Any:
         if isinstance(value, str):
-            return FILE_NAME.read(value, place)
+            return kinds.FILE_NAME.read(value, place)
         points = super().read(value, place)
         whole = all(point and None not in point for point in points)  # what is wrong in a point is told there
         if said := curve_fault(points) if whole else "":
@@ -333,11 +318,11 @@ class TorqueCurve(Points):
         return points
 
     def schema(self) -> Schema:
-        return {"anyOf": [super().schema(), FILE_NAME.schema()]}
+        return {"anyOf": [super().schema(), kinds.FILE_NAME.schema()]}
 
     def text(self, value: Any) -> str:
         if isinstance(value, str):
-            return FILE_NAME.text(value)
+            return kinds.FILE_NAME.text(value)
         return f"[{', '.join(f'[{speed!r} rad/s, {torque!r} N*m]' for speed, torque in value)}]"
 
     def example(self) -> str:

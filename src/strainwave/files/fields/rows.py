@@ -16,23 +16,8 @@ from ...model.laws import friction, hysteresis, measured, springs
 from ...model.train import motion
 from ...model.train.filters import FILTERS
 from ..yaml_text import Located, Problem, kind_of, name, shown
-from .kinds import (
-    BANDWIDTH,
-    FILE_NAME,
-    PHASE,
-    Items,
-    Kind,
-    NotA,
-    Place,
-    Quantity,
-    Row,
-    Schema,
-    Whole,
-    Word,
-    Wrong,
-    near,
-    read,
-)
+from . import kinds
+from .kinds import Items, Kind, NotA, Place, Quantity, Row, Schema, Wrong, read
 from .sentences import SENTENCES
 
 SPRINGS = (springs.__name__, measured.__name__)
@@ -101,19 +86,23 @@ def _kind_of(hint: object, cls: type, key: str) -> Kind:
         item = get_args(hint)[0]
         return Coefficients() if item is float else Items(Fields(item))
     if get_origin(hint) is Literal:
-        return Word(get_args(hint))
+        return kinds.Word(get_args(hint))
     if hint is str:
-        return FILE_NAME
+        return kinds.FILE_NAME
     if hint is int:
-        return Whole(1 if key in ("n", "order") else None)
+        return kinds.Whole(1 if key in ("n", "order") else None)
     unit = get_args(hint)[1]
     if unit == "rad/s" and cls in FILTERS:
-        return BANDWIDTH
+        return kinds.BANDWIDTH
     if unit == "1/s":
         return Quantity(unit, "positive", check=no_frequency)
     if cls in FILTERS or key == "T_n":
         return Quantity(unit, "not negative" if key in ("depth", "zero_damping") else "positive")
-    return PHASE if key == "phase" else Quantity(unit, SIGN_OF.get(unit, "any") if cls.__module__ in SPRINGS else "any")
+    return (
+        kinds.PHASE
+        if key == "phase"
+        else Quantity(unit, SIGN_OF.get(unit, "any") if cls.__module__ in SPRINGS else "any")
+    )
 
 
 def no_frequency(_: float, text: str) -> None:
@@ -183,7 +172,9 @@ class Typed(Kind):
         word = value["type"]
         cls = self.of(word)
         if cls is None:
-            return type_place.wrong("" if word is None else f"{shown(word)} is not known{near(word, list(types))}")
+            return type_place.wrong(
+                "" if word is None else f"{shown(word)} is not known{kinds.near(word, list(types))}"
+            )
         return read_group({key: item for key, item in value.items() if key != "type"}, cls, place, ("type",))
 
     def of(self, word: object) -> type | None:

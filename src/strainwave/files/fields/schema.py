@@ -17,23 +17,10 @@ from ...model.orders import BY_FIXED, LARGEST_RATIO
 from ...model.oscillator import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
 from ..scan_file import ProfileFile, read_profile, read_torque_curve
+from . import groups
 from .drive_units import DriveUnitsSpec
 from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop
-from .groups import (
-    ASSUMED,
-    CATALOGUE,
-    LINE,
-    MEASURED,
-    MOST_SOURCES,
-    YOURS,
-    ControllerSpec,
-    Correlation,
-    Deviation,
-    ExcitationSpec,
-    Named,
-    TorqueCurve,
-    ascending,
-)
+from .groups import ASSUMED, CATALOGUE, LINE, MEASURED, MOST_SOURCES, YOURS
 from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Word, Wrong
 from .postures import EXAMPLE_POSTURES, PosturesKind
 from .rows import Fields, Group, Typed, field, group_text, needed, rows_of
@@ -165,9 +152,9 @@ class MotorSpec(Group):
     drag: Any = field(DRAG, EXAMPLE_DRAG, "Friction or cogging that opposes the motor shaft.")
     max_torque: float | None = field(Quantity("N*m", "positive"), "3 N*m", "Largest torque of the motor.")
     max_speed: float | None = field(SPEED, "6000 rpm", "Largest speed of the motor.")
-    peak_torque: Any = field(TorqueCurve(), EXAMPLE_PEAK,
+    peak_torque: Any = field(groups.TorqueCurve(), EXAMPLE_PEAK,
         "Peak torque over the speed (S3): points, or a CSV file with the columns speed and peak.")  # fmt: skip
-    continuous_torque: Any = field(TorqueCurve(), EXAMPLE_CONTINUOUS,
+    continuous_torque: Any = field(groups.TorqueCurve(), EXAMPLE_CONTINUOUS,
         "Continuous torque over the speed (S1): points, or a CSV file with columns speed, continuous.")  # fmt: skip
     rms_torque: float | None = field(Quantity("N*m", "positive"), "1.3 N*m",
         "Largest rms torque that the winding stands, at any speed.")  # fmt: skip
@@ -297,7 +284,7 @@ class SpeedSpec(Group):
         elif self.at is None and (self.from_ is None or self.to is None):
             yield Wrong((), "has one end of the range only; write both 'from' and 'to'")
         elif self.from_ is not None and self.to is not None:
-            yield from ascending(self.from_, self.to, "speed")
+            yield from groups.ascending(self.from_, self.to, "speed")
 
 
 class LimitSpec(Group):
@@ -357,26 +344,26 @@ class ProjectSpec(Group):
         "Friction of the meshing as a share of the torque, or that of the catalogue's efficiency.",
     )
     motor: MotorSpec = field(MotorSpec, f"{{inertia: 4.5 kg*cm^2, loop: {EXAMPLE_LOOP}}}", default=MotorSpec())
-    controller: ControllerSpec | None = field(ControllerSpec,
+    controller: groups.ControllerSpec | None = field(groups.ControllerSpec,
         "{period: 250 us, delay: 250 us, motor_encoder: 16 bit, load_encoder: 24 bit}")  # fmt: skip
     load: LoadSpec = needed(LoadSpec, "{inertia: 1.3 kg*m^2}")
     damping: DampingSpec = needed(DampingSpec, "{ratio: 0.02}")
     stiffness: StiffnessSpec | None = field(StiffnessSpec, f"{{ripples: {EXAMPLE_RIPPLES}}}")
     speed: SpeedSpec = needed(SpeedSpec, "{from: 100 rpm, to: 3000 rpm, shaft: motor}")
-    excitation: ExcitationSpec = needed(ExcitationSpec, f"{{kinematic_error: [{LINE}]}}")
+    excitation: groups.ExcitationSpec = needed(groups.ExcitationSpec, f"{{kinematic_error: [{LINE}]}}")
     limit: LimitSpec | None = field(LimitSpec, "{oscillation: 60 arcsec}")
     move: MoveSpec | None = field(MoveSpec, "{profile: [{type: trapezoid, angle: 90 deg, time: 0.6 s}]}")
     postures: Any = field(PosturesKind(), EXAMPLE_POSTURES,
         "Loads of the drive in postures of the machine: rows, a CSV file, or links and angles of an arm.")  # fmt: skip
     scatter: dict[str, float] | None = field(
-        Named(Deviation()),
+        groups.Named(groups.Deviation()),
         "{load.inertia: 5 %}",
         "Standard deviations by the names of numbers of this file: relative to these, of a phase an angle.",
     )
-    scatter_correlation: tuple[tuple[float, ...], ...] | None = field(Correlation(), "[[1, -0.5], [-0.5, 1]]",
+    scatter_correlation: tuple[tuple[float, ...], ...] | None = field(groups.Correlation(), "[[1, -0.5], [-0.5, 1]]",
         "Correlation matrix of the numbers of scatter, in their order.")  # fmt: skip
     sources: dict[str, str] | None = field(
-        Named(Word((YOURS, ASSUMED, MEASURED, CATALOGUE)), MOST_SOURCES), "{damping: assumed}",
+        groups.Named(Word((YOURS, ASSUMED, MEASURED, CATALOGUE)), MOST_SOURCES), "{damping: assumed}",
         "Where numbers or groups of this file come from; what is not named is yours.")  # fmt: skip
 
     def ratio(self, gear: Gear | None) -> float:

@@ -11,14 +11,8 @@ import numpy as np
 from ...base.quantities import joined, shown
 from ...base.results import Floats
 from ...base.units import HERTZ
-from ...study.identification.bode.measured_bode import (
-    Complexes,
-    Estimator,
-    MeasuredBode,
-    Quantity,
-    bode_of_records,
-    measured_bode,
-)
+from ...drive.state_space import Complexes
+from ...study.identification.bode.measured_bode import Estimator, MeasuredBode, Quantity, bode_of_records, measured_bode
 from ..yaml_text import FileError
 from .names import ENDINGS, QUANTITIES, SHAFTS
 from .read import columns_of, read_log

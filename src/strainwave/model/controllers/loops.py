@@ -8,20 +8,9 @@ Notch filter in the torque of a loop.
 from math import pi, tan
 from typing import Any, NamedTuple
 
+from ...base import quantities
 from ...base.protocols import need
-from ...base.quantities import (
-    Angle,
-    AngularAcceleration,
-    AngularSpeed,
-    Damping,
-    Inertia,
-    Rate,
-    Time,
-    Torque,
-    TorsionalStiffness,
-    checked,
-    number,
-)
+from ...base.quantities import checked, number
 from ...compile.elementwise import select
 from ...compile.jit import kernel
 from ..laws.friction import positive
@@ -34,13 +23,13 @@ class Measurement(NamedTuple):
     did to the last torque: `applied` less the whole torque that was asked for, by all controllers around each other.
     """
 
-    reference: Angle
-    speed: AngularSpeed
-    acceleration: AngularAcceleration
-    motor: Angle
-    load: Angle
-    applied: Torque
-    cut: Torque
+    reference: quantities.Angle
+    speed: quantities.AngularSpeed
+    acceleration: quantities.AngularAcceleration
+    motor: quantities.Angle
+    load: quantities.Angle
+    applied: quantities.Torque
+    cut: quantities.Torque
 
 
 @kernel
@@ -65,11 +54,11 @@ class SampledPD(NamedTuple):
     `filter`. Its memory is the last deviation, the filtered rate, and whether there was a sample.
     """
 
-    K_p: TorsionalStiffness
-    K_d: Damping
-    period: Time
-    filter: Time = 0.0
-    J: Inertia = 0.0
+    K_p: quantities.TorsionalStiffness
+    K_d: quantities.Damping
+    period: quantities.Time
+    filter: quantities.Time = 0.0
+    J: quantities.Inertia = 0.0
 
     def start(self) -> Any:
         """Memory before the first sample."""
@@ -101,12 +90,12 @@ class Cascade(NamedTuple):
     """
 
     K_v: Any
-    K_p: Damping
-    K_i: TorsionalStiffness
-    period: Time
-    filter: Time = 0.0
-    J: Inertia = 0.0
-    K_x: Rate = 0.0
+    K_p: quantities.Damping
+    K_i: quantities.TorsionalStiffness
+    period: quantities.Time
+    filter: quantities.Time = 0.0
+    J: quantities.Inertia = 0.0
+    K_x: quantities.Rate = 0.0
 
     def start(self) -> Any:
         """Memory before the first sample."""
@@ -153,9 +142,9 @@ class DisturbanceObserver(NamedTuple):
     """
 
     loop: Any
-    J: Inertia
-    bandwidth: AngularSpeed
-    period: Time
+    J: quantities.Inertia
+    bandwidth: quantities.AngularSpeed
+    period: quantities.Time
 
     def start(self) -> Any:
         """Memory before the first sample."""

@@ -9,21 +9,10 @@ and `states`: x [rad] and v [rad/s] are the deviations of the motor's angle and 
 from math import isclose, sqrt
 from typing import Any, Literal, NamedTuple
 
+from ...base import quantities
 from ...base.law import class_of, depends, has, share, states_of, torque_of, z_rate_of
 from ...base.protocols import Control, lacking
-from ...base.quantities import (
-    AngularSpeed,
-    Damping,
-    Inertia,
-    Rate,
-    Ratio,
-    Reals,
-    Time,
-    TorsionalStiffness,
-    choice,
-    number,
-    shown,
-)
+from ...base.quantities import Reals, number
 from ...base.units import HERTZ as HERTZ
 from ...compile.jit import chosen
 from .commanded import TorqueDriven
@@ -54,8 +43,8 @@ class PositionLoop(NamedTuple):
     It acts where it measures: with gains that are not negative it puts in no energy and cannot make the train unstable.
     """
 
-    K_p: TorsionalStiffness
-    K_d: Damping
+    K_p: quantities.TorsionalStiffness
+    K_d: quantities.Damping
 
     def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] against the deviation x [rad] and its rate v [rad/s]."""
@@ -72,9 +61,9 @@ class SpeedLoop(NamedTuple):
     K_d [kg m^2] acts as inertia. With K_i the integral is the angle theta_m - reference of the state.
     """
 
-    K_p: Damping
-    K_i: TorsionalStiffness = 0.0
-    K_d: Inertia = 0.0
+    K_p: quantities.Damping
+    K_i: quantities.TorsionalStiffness = 0.0
+    K_d: quantities.Inertia = 0.0
 
     def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] against the deviation x [rad] and its rate v [rad/s]."""
@@ -96,9 +85,9 @@ class CascadeLoop(NamedTuple):
     w: it holds any mean torque, so that the motor's angle stays on its reference in the mean.
     """
 
-    K_v: Rate
-    K_p: Damping
-    T_n: Time
+    K_v: quantities.Rate
+    K_p: quantities.Damping
+    T_n: quantities.Time
 
     def states(self) -> int:
         """Number of internal states."""
@@ -130,7 +119,7 @@ class Lagged(NamedTuple):
     """
 
     loop: Any
-    lag: Time
+    lag: quantities.Time
 
     def states(self) -> int:
         """Number of internal states."""
@@ -178,7 +167,7 @@ def need_loop(control: Any) -> None:
     loop = control.loop
     whole = not lacking(loop, "rhs")
     if whole or lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | TorqueDriven):
-        what = f"{type(control).__name__}.loop is {shown(loop)}"
+        what = f"{type(control).__name__}.loop is {quantities.shown(loop)}"
         raise TypeError(f"{what}; it must be a PositionLoop, a SpeedLoop or a CascadeLoop, or one of these Filtered")
     if not lacking(loop, "check"):
         loop.check()
@@ -202,8 +191,8 @@ def _is_around(control: Any) -> bool:
 class Nudged(NamedTuple):
     """A free motor with a loop far too weak to matter, by which the stability of its mean speed is judged."""
 
-    K_p: Damping
-    K_i: TorsionalStiffness
+    K_p: quantities.Damping
+    K_i: quantities.TorsionalStiffness
 
     def torque(self, x: Reals, v: Reals) -> Any:
         """Torque [N*m] against the deviation x [rad] and its rate v [rad/s]."""
@@ -295,14 +284,14 @@ def _no_inertia(control: Control) -> Any:
 class Tuning(NamedTuple):
     """Bandwidth [rad/s], damping ratio, kind and T_p [s] of a loop; lag [s] and filters of its torque; its encoder."""
 
-    bandwidth: AngularSpeed
-    damping: Ratio = 0.7
+    bandwidth: quantities.AngularSpeed
+    damping: quantities.Ratio = 0.7
     kind: Literal["position", "speed", "cascade"] = "position"
-    lag: Time = 0.0
+    lag: quantities.Time = 0.0
     filters: tuple[Any, ...] = ()
-    T_p: Time = 0.0
+    T_p: quantities.Time = 0.0
     encoder: Literal["motor", "load", "both"] = "motor"
-    mixing_frequency: AngularSpeed = 0.0
+    mixing_frequency: quantities.AngularSpeed = 0.0
 
     def __str__(self) -> str:
         lag = f", lag {1e3 * self.lag:.4g} ms" if self.lag else ""
@@ -359,7 +348,7 @@ def from_bandwidth(
     J = number("inertia [kg*m^2]", inertia, positive=True)
     omega, zeta = number("bandwidth [rad/s]", bandwidth, positive=True), number("damping", damping, positive=True)
     lag = number("lag [s]", lag)
-    choice("kind", kind, *KINDS)
+    quantities.choice("kind", kind, *KINDS)
     if lag < 0.0:
         raise ValueError(f"lag [s] is {lag:g}; it must be zero or more")
     if omega * lag > FASTEST:

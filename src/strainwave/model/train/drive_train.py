@@ -8,20 +8,9 @@ motor's deviation from its reference instead of theta_m, so that no small twist 
 
 from typing import Any, NamedTuple
 
+from ...base import law as laws
 from ...base.above import above
-from ...base.law import (
-    breakpoints_of,
-    check_law,
-    energy_of,
-    has,
-    heat_of,
-    kinks_of,
-    rest,
-    share,
-    states_of,
-    torque_of,
-    z_rate_of,
-)
+from ...base.law import breakpoints_of, energy_of, has, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
 from ...base.protocols import Control, joint_orders, need
 from ...base.quantities import SMALLEST, AngularSpeed, Damping, Ratio, Reals, States
 from ...compile.jit import chosen, kernel
@@ -308,5 +297,5 @@ class DriveTrain(NamedTuple):
             ("friction", "torque(torque, speed)"),
         ):
             need(f"DriveTrain.{name}", getattr(self, name), method)
-        check_law("DriveTrain.law", self.law)
+        laws.check_law("DriveTrain.law", self.law)
         refuse_dry("DriveTrain.law", self.law)

@@ -150,15 +150,7 @@ def turning(system: Any) -> Any:
     """The train of an `AtLoad` at its speed omega."""
     train = system.train
     return DriveTrain(
-        train.motor,
-        train.N,
-        train.B,
-        train.law,
-        train.load,
-        system.omega,
-        train.error,
-        train.reference,
-        train.friction,
+        train.motor, train.N, train.B, train.law, train.load, system.omega, train.error, train.reference, train.friction
     )
 
 

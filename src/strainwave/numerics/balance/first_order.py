@@ -24,19 +24,8 @@ from ...compile.address import ByAddress
 from ...compile.jit import kernel, run
 from ...compile.tree import leaf_of, leaves, with_leaf
 from ..addressed import EquationsAt, difference
+from . import fourier
 from .first_order_at import FirstOrderAt, equations_of, native
-from .fourier import (
-    analysis,
-    derivative,
-    distances,
-    extended,
-    from_blocks,
-    gathered,
-    multiply_rows,
-    panels,
-    synthesis,
-    to_blocks,
-)
 from .harmonics import ENOUGH, highest_order
 from .linear_part import STRENGTH, STRONG
 from .rates import DIFFERENCE, SAME, base_speed, jacobians_at, number_of_states, of_strength, rates_at
@@ -138,7 +127,7 @@ class FirstOrder(NamedTuple):
 
     def native(self, words: Callable[[Any], int]) -> FirstOrderAt:
         """The problem for machine code."""
-        kinks = len(distances(self.system, np.zeros(1), np.zeros((len(self.sizes), 1)))) if self.kinked else 0
+        kinks = len(fourier.distances(self.system, np.zeros(1), np.zeros((len(self.sizes), 1)))) if self.kinked else 0
         return native(self, kinks, words)
 
     def addressed(self, words: Callable[[Any], int]) -> EquationsAt:
@@ -164,7 +153,7 @@ class FirstOrder(NamedTuple):
         return np.asarray(self.series(points)[:, 0])
 
     def table(self, point: Floats) -> Floats:
-        return from_blocks(self.series(point[None])[0].T)
+        return fourier.from_blocks(self.series(point[None])[0].T)
 
     def whole(self, table: Floats) -> Floats:
         """Table of the states that `find_orbit` takes: the same."""
@@ -176,7 +165,7 @@ class FirstOrder(NamedTuple):
 
     def point(self, table: Floats, value: float) -> Floats:
         """Point (coefficients, parameter) of a table (2H+1, states): mean, cos 1, sin 1, ...; cut or filled up."""
-        series = gathered(to_blocks(table).T, 1, self.harmonics())
+        series = fourier.gathered(fourier.to_blocks(table).T, 1, self.harmonics())
         return np.append((series / self.sizes[:, None]).ravel(), value)
 
     def fitted(self, table: Floats, value: float) -> Floats | None:
@@ -199,7 +188,7 @@ class FirstOrder(NamedTuple):
         """Base angles [rad] of the samples, synthesis of the states there, and analysis up to harmonic `wide` H."""
         if not self.kinked:
             return self.angles, self.synthesis, self.analysis if wide == 1 else self.analysis_double
-        return panels(system, y, self.turns, wide)
+        return fourier.panels(system, y, self.turns, wide)
 
     def along(self, function: Any, value: float, angles: Floats, y: Floats) -> Floats:
         """Values of a function of the system in the states y (states, samples) at base angles [rad] and a parameter.
@@ -232,7 +221,7 @@ class FirstOrder(NamedTuple):
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y)
         there = y @ synthesis
         rates = self.along(rates_at, float(z[-1]), angles, there)
-        balance = base_speed(self, float(z[-1])) / self.turns * derivative(y) - rates @ analysis
+        balance = base_speed(self, float(z[-1])) / self.turns * fourier.derivative(y) - rates @ analysis
         r[:] = (balance / self.sizes[:, None]).ravel()
 
     def linearise(self, z: Floats, jacobian: Floats, slope: Floats) -> None:
@@ -242,7 +231,7 @@ class FirstOrder(NamedTuple):
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, value), y, 2)
         matrices = self.along(self.slopes, value, angles, y @ synthesis)
         blocks = np.empty((states, states, n, n))
-        multiply_rows(*extended(matrices @ analysis, h), h, 1, blocks)
+        fourier.multiply_rows(*fourier.extended(matrices @ analysis, h), h, 1, blocks)
         blocks *= (-self.sizes / self.sizes[:, None])[:, :, None, None]
         k = np.arange(1, h + 1)
         kw = base_speed(self, value) / self.turns * k
@@ -340,10 +329,11 @@ def first_order(
     """
     samples = 4 * harmonics + 4
     states = number_of_states(system)
-    kinked = len(distances(system, np.zeros(1), np.zeros((states, 1)))) > 0
+    kinked = len(fourier.distances(system, np.zeros(1), np.zeros((states, 1)))) > 0
     problem = FirstOrder(
         system, leaf, omega_leaf, turns, np.ones(states) if sizes is None else sizes,
-        synthesis(harmonics, samples), analysis(harmonics, samples), analysis(2 * harmonics, samples),
+        fourier.synthesis(harmonics, samples), fourier.analysis(harmonics, samples),
+        fourier.analysis(2 * harmonics, samples),
         2.0 * np.pi * turns * np.arange(samples) / samples, kinked,
     )  # fmt: skip
     if sizes is not None:

@@ -17,25 +17,11 @@ from ...compile.address import ByAddress, at
 from ...compile.jit import run
 from ...compile.tree import leaf_of, with_leaf
 from ..addressed import EquationsAt, difference, equations_at, error_values, excitation_torques, oscillator_at, varied
+from . import linear_part
 from .fourier import all_orders, analysis, from_blocks, gathered, orders, synthesis, to_blocks, with_velocity
 from .harmonics import ENOUGH, seems_odd
 from .linear_algebra import copy, extremes, fill, padded, row_times
-from .linear_part import (
-    STRENGTH,
-    Around,
-    add_linear,
-    add_linear_jacobian,
-    carried,
-    clean_mean,
-    drive,
-    driven_lines,
-    floating,
-    forced,
-    several_at,
-    strongest,
-    vary,
-    ways,
-)
+from .linear_part import STRENGTH, Around, add_linear, add_linear_jacobian, clean_mean, drive, forced, vary
 from .piecewise import is_piecewise_linear
 from .rates import base_speed
 from .springs import of_law, springs_for
@@ -249,7 +235,7 @@ class SecondOrder(NamedTuple):
         system, tau, error = with_leaf(self.system, self.leaf, float(value)), self.tau, self.error
         if self.leaf != self.omega_leaf:
             tau, error = forced(system, self.angles, self.analysis)
-        mean = carried(system.law, float(tau[0]))
+        mean = linear_part.carried(system.law, float(tau[0]))
         stiffness = float(system.law.stiffness(mean))
         w = orders(self.harmonics(), self.stride) * system.omega / self.turns
         bottom = stiffness - system.J * w * w + 1j * system.B * w
@@ -275,7 +261,7 @@ class SecondOrder(NamedTuple):
         if not self._half_wave():
             return None
         tau = self.tau.copy()
-        tau[0] = BIAS * float(driven_lines(self)[2].max())
+        tau[0] = BIAS * float(linear_part.driven_lines(self)[2].max())
         return self._replace(tau=tau)
 
     def _half_wave(self) -> bool:
@@ -283,7 +269,7 @@ class SecondOrder(NamedTuple):
 
     def floating(self, points: Floats) -> NDArray[np.bool_]:
         """Whether the law gives no torque anywhere on an orbit that moves, for every point."""
-        return floating(self.system.law, points[:, :-1], self.synthesis)
+        return linear_part.floating(self.system.law, points[:, :-1], self.synthesis)
 
     def around(self, omega: Floats) -> Around:
         """What is linear around the law at base frequencies [rad/s]."""
@@ -293,20 +279,20 @@ class SecondOrder(NamedTuple):
         return Around(system.law, float(self.tau[0]), system.J * w * w, system.B * w, driven, 2 * k // self.stride)
 
     def several_at(self, points: Floats) -> NDArray[np.bool_]:
-        return several_at(self, points)
+        return linear_part.several_at(self, points)
 
     def to_search(self, value: float) -> "SecondOrder":
         """The problem at a base frequency, with all harmonics and as many as the search for other orbits takes."""
-        size = driven_lines(self)[2]
+        size = linear_part.driven_lines(self)[2]
         highest = 1 + self.stride * int(np.max(np.flatnonzero(size > ROUNDING * size.max()), initial=0))
         system, leaf = with_leaf(self.system, self.omega_leaf, value), self.omega_leaf
         return second_order(system, leaf, leaf, max(ENOUGH * self.turns, 3 * highest), self.turns)
 
     def strongest(self) -> float:
-        return strongest(self)
+        return linear_part.strongest(self)
 
     def ways(self) -> list[int]:
-        return ways(self)
+        return linear_part.ways(self)
 
     def budget(self) -> tuple[int, float]:
         return BUDGET, STEP

@@ -8,48 +8,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.protocols import (
-    BRANCH_POINT,
-    CLOSED,
-    DECAYS,
-    DOUBLING,
-    END,
-    FOLD,
-    LOST,
-    NEIMARK_SACKER,
-    RUNNING,
-    START,
-    STEP,
-    STUCK,
-    TOP,
-    UNBOUNDED,
-    Balance,
-)
+from ...base import protocols
+from ...base.protocols import CLOSED, END, FOLD, LOST, RUNNING, START, TOP, Balance
 from ...base.results import Branch, Floats, Orbit, Status
 from ...base.series import highest_between, largest_size, oscillation, weights_at
 from ..balance.first_order import linearised
 from ..balance.fourier import from_blocks
 from ..balance.rates import base_speed
 from ..balance.truncation import Tail, tail_along
+from ..stability import second_order as stability
 from ..stability.first_order import with_stability
-from ..stability.second_order import (
-    displacement_peaks,
-    finer_table,
-    frozen,
-    hill,
-    inserted,
-    multipliers,
-    orbit_scales,
-    root_on_chord,
-    with_crossings,
-)
 from .arc_length import ROWS, SCALE, Z1, buffers_for, follow
 
 NAMES = {
     FOLD: "fold",
-    DOUBLING: "period doubling",
-    BRANCH_POINT: "symmetry breaking / branch point",
-    NEIMARK_SACKER: "Neimark-Sacker",
+    protocols.DOUBLING: "period doubling",
+    protocols.BRANCH_POINT: "symmetry breaking / branch point",
+    protocols.NEIMARK_SACKER: "Neimark-Sacker",
 }
 
 LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
@@ -81,7 +56,7 @@ def with_missed_folds(problem: Balance, points: Floats, labels: Any) -> tuple[Fl
         for place in (i, i + 1):
             first, last = points[place - 1], points[place]
             slope = partial(_slope, problem, last - first)
-            fold = root_on_chord(problem, first, last, slope)
+            fold = stability.root_on_chord(problem, first, last, slope)
             if fold is not None:
                 points, labels = np.insert(points, place, fold, axis=0), np.insert(labels, place, FOLD)
                 break
@@ -174,14 +149,14 @@ def trace(
         count, outcome, ds = _run(problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
         parts.append(points[:count])
         labels.append(kinds[:count])
-        mode = STEP
+        mode = protocols.STEP
         left -= piece
         if growth < np.inf and outcome != LOST:
             squares = np.square(points[:count, :-1]).sum(axis=1)
             large = np.sqrt(squares) > growth * np.linalg.norm(parts[0][0, :-1])
             if large.any():
                 end = int(np.argmax(large)) + 1
-                parts[-1], labels[-1], outcome = points[:end], kinds[:end], UNBOUNDED
+                parts[-1], labels[-1], outcome = points[:end], kinds[:end], protocols.UNBOUNDED
     points, kinds = np.concatenate(parts), np.concatenate(labels)
     if most is None:
         put_in_order(points, kinds)
@@ -248,7 +223,7 @@ def _with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) ->
                 crests.append((place, TOP, crest[1]))
     if not crests:
         return points, labels
-    points, labels, _, _ = inserted(points, labels, crests)
+    points, labels, _, _ = stability.inserted(points, labels, crests)
     return points, labels
 
 
@@ -334,10 +309,10 @@ def describe(
         points, labels = with_crests(problem, points, labels)
     points, labels, floquet = with_multipliers(problem, points, labels, locate, floquet)
     series = problem.displacements(points)
-    peaks = displacement_peaks(series) if len(points) else np.empty(0)
+    peaks = stability.displacement_peaks(series) if len(points) else np.empty(0)
     values, turns = points[:, -1].copy(), int(problem.turns)
     omega = base_speed(problem, values.copy())
-    coefficients, stable = from_blocks(series.T).T, np.abs(floquet[:, 0]) < DECAYS
+    coefficients, stable = from_blocks(series.T).T, np.abs(floquet[:, 0]) < protocols.DECAYS
     special: dict[int, list[Orbit]] = {label: [] for label in NAMES}
     for i in np.flatnonzero((labels == FOLD) | (labels > TOP)).tolist():
         label, w = int(labels[i]), float(omega[i])
@@ -367,17 +342,17 @@ def with_multipliers(
 
 def with_hill(problem: Any, points: Floats, labels: Any) -> tuple[Floats, Any, NDArray[np.complex128]]:
     """Points of an oscillator's branch with its special points, and their multipliers."""
-    traces = hill(problem, points)
-    decay = orbit_scales(problem, points[:, -1])[1]
-    points, labels, added = with_crossings(problem, points, labels, traces, decay)
+    traces = stability.hill(problem, points)
+    decay = stability.orbit_scales(problem, points[:, -1])[1]
+    points, labels, added = stability.with_crossings(problem, points, labels, traces, decay)
     if added:
-        traces = hill(problem, points)
+        traces = stability.hill(problem, points)
         located = labels > TOP
-        traces[located] = hill(problem, points[located], finer_table(problem, points[located]))
-        decay = orbit_scales(problem, points[:, -1])[1]
-    floquet = multipliers(traces, decay)
+        traces[located] = stability.hill(problem, points[located], stability.finer_table(problem, points[located]))
+        decay = stability.orbit_scales(problem, points[:, -1])[1]
+    floquet = stability.multipliers(traces, decay)
     if np.isnan(floquet).any():
-        floquet = np.where(np.isnan(floquet), frozen(problem, points), floquet)
+        floquet = np.where(np.isnan(floquet), stability.frozen(problem, points), floquet)
     return points, labels, floquet
 
 
@@ -388,5 +363,7 @@ def ending(curve: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
     if curve.outcome in (END, CLOSED):
         return Status.OK, "reached both ends" if curve.outcome == END else "closed"
     place = f"at {parameter} = {values[-1]:.6g}" if len(values) else "at its start"
-    reason = {LOST: "no solution found", STUCK: "the step became too small"}.get(curve.outcome, "too many points")
+    reason = {LOST: "no solution found", protocols.STUCK: "the step became too small"}.get(
+        curve.outcome, "too many points"
+    )
     return Status.NO_CONVERGENCE, f"the branch stops {place}: {reason}; take more harmonics or a smaller range"

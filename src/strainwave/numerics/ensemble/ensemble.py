@@ -75,11 +75,7 @@ def dataset_of(
     meaning = "0 finished, 1 left every bound, 2 stopped: more steps than the method's max_steps (raise it, or rtol)"
     data["status"] = ("lane", status, {"meaning": meaning})
     data["ended"] = ("lane", ended * turn, {"units": "s", "long_name": "bounded until"})
-    data["period"] = (
-        "lane",
-        _periods_of(batch, block, good, method),
-        {"units": "turn", "long_name": "0: not settled"},
-    )
+    data["period"] = ("lane", _periods_of(batch, block, good, method), {"units": "turn", "long_name": "0: not settled"})
     return data
 
 

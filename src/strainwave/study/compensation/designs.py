@@ -20,16 +20,7 @@ from ...model.controllers.feedforward import AngleFeedforward, InverseDynamics, 
 from ...model.controllers.loops import DisturbanceObserver, Measurement, SampledPD, notch
 from ...model.excitation import Harmonic, Harmonics, KinematicError
 from .bench import Bench
-from .gains import (
-    behind_of,
-    guard,
-    motor_guard,
-    plain_run,
-    rate_of,
-    repetitive_gains,
-    size_of,
-    torque_against,
-)
+from .gains import behind_of, guard, motor_guard, plain_run, rate_of, repetitive_gains, size_of, torque_against
 
 FOLLOWING = ("angle", "nonlinear-inverse", "adaptive-motor", "observer", "notch")  # they need a motor on a reference
 OBSERVER = 2.0  # bandwidth of the observer, in those of the loop

@@ -179,11 +179,7 @@ def _weights(place: float) -> Floats:
     slope, bend = -x / WIDTH**2 * window, (x * x / WIDTH**4 - 1.0 / WIDTH**2) * window
     values = sinc * window
     return np.array(
-        [
-            values / np.sum(values),
-            first * window + sinc * slope,
-            second * window + 2.0 * first * slope + sinc * bend,
-        ]
+        [values / np.sum(values), first * window + sinc * slope, second * window + 2.0 * first * slope + sinc * bend]
     )
 
 

@@ -16,17 +16,8 @@ from ...base.protocols import Law, lacking, terms_of
 from ...base.quantities import checked, floated
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
-from ...drive.asked import (
-    PEAK,
-    RMS,
-    MotorLimits,
-    Need,
-    Payload,
-    motor_findings,
-    sheet_findings,
-    short_finding,
-    torque_finding,
-)
+from ...drive import asked
+from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.operating_point import mean_torque, repeats
 from ...drive.project import train_of
 from ...drive.run import holds_its_place
@@ -123,14 +114,16 @@ def move_findings(train: DriveTrain, path: Path, limits: MotorLimits, motion: Mo
     computed = "the move is computed as if the motor had that; "
     holding = float(np.max(np.abs(demand_of(train, path, math.inf).motor)))
     peak = None if limits.peak_torque else motion.peak_torque
-    yield from motor_findings(limits, peak, motion.peak_speed, holding, (computed + of_torque, computed + of_speed))
+    yield from asked.motor_findings(
+        limits, peak, motion.peak_speed, holding, (computed + of_torque, computed + of_speed)
+    )
     if limits.peak_torque:
         size = np.abs(motion.torque)
-        asked = Need(np.abs(motion.speed), size, size, np.zeros(len(size) - 1, bool))
-        yield torque_finding(limits, PEAK, [asked], computed + of_torque)
+        need = asked.Need(np.abs(motion.speed), size, size, np.zeros(len(size) - 1, bool))
+        yield asked.torque_finding(limits, PEAK, [need], computed + of_torque)
     if limits.lasts:
         yield _lasting(train, path, limits, motion)
-    yield from sheet_findings(limits, [], motion.mean_speed, float(np.max(np.abs(demand.resting))) / train.N)
+    yield from asked.sheet_findings(limits, [], motion.mean_speed, float(np.max(np.abs(demand.resting))) / train.N)
 
 
 def _lasting(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion) -> Finding:
@@ -151,7 +144,7 @@ def _lasting(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion)
         rest = _up((relative - path.duration) / (1.0 - held * held))
         remedy = f"let it rest at the end for {rest} s more in every cycle, or {remedy}"
     fact = f"The rms torque of the motor over the profile is {motion.rms_torque:.4g} N*m, its continuous torque {{}}"
-    return short_finding(RMS, motion.rms_torque, bound, fact, remedy)
+    return asked.short_finding(RMS, motion.rms_torque, bound, fact, remedy)
 
 
 def _too_large(demand: Demand, limits: MotorLimits) -> bool:
@@ -211,7 +204,7 @@ class Mover:
         return any(states_of(law) for law in laws) or any(map(breakaway, drags))
 
 
-def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payload: Payload | None) -> Mover:
+def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payload: asked.Payload | None) -> Mover:
     """The train of a project, or a train itself, with a payload.
 
     Raises

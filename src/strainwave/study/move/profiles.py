@@ -9,19 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...base import quantities
 from ...base.protocols import lacking
-from ...base.quantities import (
-    LARGEST,
-    Angle,
-    AngularAcceleration,
-    AngularJerk,
-    AngularSpeed,
-    Ratio,
-    Time,
-    checked,
-    number,
-    shown,
-)
+from ...base.quantities import LARGEST, checked, number, shown
 from ...base.results import Floats
 from .follow import Path
 
@@ -37,11 +27,11 @@ class Trapezoid(NamedTuple):
     `acceleration` allow. Give one or the other.
     """
 
-    angle: Angle
-    time: Time = 0.0
-    ramp: Ratio = THIRD
-    speed: AngularSpeed = 0.0
-    acceleration: AngularAcceleration = 0.0
+    angle: quantities.Angle
+    time: quantities.Time = 0.0
+    ramp: quantities.Ratio = THIRD
+    speed: quantities.AngularSpeed = 0.0
+    acceleration: quantities.AngularAcceleration = 0.0
 
     def path(self) -> Path:
         """Path from angle 0 on."""
@@ -64,13 +54,13 @@ class SCurve(NamedTuple):
     to rest).
     """
 
-    angle: Angle
-    time: Time = 0.0
-    ramp: Ratio = THIRD
-    rounding: Ratio = 0.5
-    speed: AngularSpeed = 0.0
-    acceleration: AngularAcceleration = 0.0
-    jerk: AngularJerk = 0.0
+    angle: quantities.Angle
+    time: quantities.Time = 0.0
+    ramp: quantities.Ratio = THIRD
+    rounding: quantities.Ratio = 0.5
+    speed: quantities.AngularSpeed = 0.0
+    acceleration: quantities.AngularAcceleration = 0.0
+    jerk: quantities.AngularJerk = 0.0
 
     def path(self) -> Path:
         """Path from angle 0 on."""
@@ -86,7 +76,7 @@ class SCurve(NamedTuple):
 class Dwell(NamedTuple):
     """Wait for a time."""
 
-    time: Time
+    time: quantities.Time
 
     def path(self) -> Path:
         """Path from angle 0 on."""
@@ -105,8 +95,8 @@ class AngleProfile(NamedTuple):
     is continuous everywhere, the acceleration but for the ends of dwells.
     """
 
-    times: tuple[Time, ...]
-    angles: tuple[Angle, ...]
+    times: tuple[quantities.Time, ...]
+    angles: tuple[quantities.Angle, ...]
 
     def path(self) -> Path:
         """Path from angle 0 on."""

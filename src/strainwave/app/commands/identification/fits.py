@@ -24,14 +24,7 @@ from ....study.identification.loops.loop_model import LoopFit
 from ...console import number, print_table, reported, to_json, write_all
 from ...view import quantity as value_of
 from ...view import sign
-from ..options import (
-    dialect_options,
-    file_type,
-    json_option,
-    output_option,
-    pairs_option,
-    project_argument,
-)
+from ..options import dialect_options, file_type, json_option, output_option, pairs_option, project_argument
 
 
 @click.command()

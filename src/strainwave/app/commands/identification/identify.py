@@ -21,13 +21,7 @@ from ....plot.svg import figure
 from ....study.identification.identified import channels_of
 from ...console import Progress, number, print_table, to_json, write_all
 from ...view import sign
-from ..options import (
-    file_type,
-    json_option,
-    output_option,
-    project_argument,
-    reading_options,
-)
+from ..options import file_type, json_option, output_option, project_argument, reading_options
 
 YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
 UNLIKE = "the model does not explain the motion; check that log and project are of one drive, or improve the project"

@@ -13,12 +13,7 @@ from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
 from ...console import in_options, number, print_table, staged, to_json
 from ...view import sign
-from ..options import (
-    file_type,
-    json_option,
-    output_option,
-    reading_options,
-)
+from ..options import file_type, json_option, output_option, reading_options
 
 CSV, SVG = "log.csv", "log.svg"
 SIZES = ("least", "largest", "mean", "rms")  # of a channel

@@ -17,18 +17,8 @@ from ....base.quantities import choice, positive_count, shown
 from ....model.error_spectrum import extremes
 from ....model.excitation import HIGHEST
 from ..run import column
-from .error_result import (
-    Direction,
-    ErrorScan,
-    Fit,
-    Noise,
-    Reversal,
-    ScanLine,
-    fit_lines,
-    polar,
-    squared_amplitude,
-    together,
-)
+from . import error_result
+from .error_result import Direction, ErrorScan, Fit, ScanLine, fit_lines, squared_amplitude
 from .order_fit import FEWEST, Floor, correlation, noise_floor, power, probability, rounding
 
 HIGHEST_SOUGHT = 100
@@ -172,7 +162,7 @@ def error_scan(
     """
     if not 1e-100 <= false_alarm < 1.0:
         raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability between 0 and 1, such as 0.01")
-    choice("noise", noise, "auto", *get_args(Noise))
+    choice("noise", noise, "auto", *get_args(error_result.Noise))
     sign = -1.0 if ate else 1.0
     runs = [_direction("", angle, error, sign)]
     if backward is not None:
@@ -266,7 +256,7 @@ def _scan(
         difference = fits[0].values[1 + fits[0].drift :] - fits[1].values[1 + fits[1].drift :]
         low, high = extremes(orders, difference[0::2], difference[1::2])
         spread = math.sqrt(sum(v * float(fit.inverse[0, 0]) for v, fit in zip(variances(0), fits, strict=True)))
-        reversal = Reversal(float(means[0] - means[1]), spread, high - low)
+        reversal = error_result.Reversal(float(means[0] - means[1]), spread, high - low)
     return ErrorScan(
         lines,
         float(np.mean(means)),
@@ -284,8 +274,8 @@ def _scan(
 def _line(i: int, order: int, fits: list[Fit], variances: list[float], false_alarm: float) -> ScanLine:
     """Line i as the mean over the directions, with errors to first order."""
     found = [fit.line(i) for fit in fits]
-    (a, b), covariance = together(
+    (a, b), covariance = error_result.together(
         [(values, v * inverse) for v, (values, inverse) in zip(variances, found, strict=True)]
     )
-    line = polar(complex(a, b), covariance)
+    line = error_result.polar(complex(a, b), covariance)
     return ScanLine(order, line.amplitude, line.amplitude_error, -line.phase, line.phase_error, false_alarm)

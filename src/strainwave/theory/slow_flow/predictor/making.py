@@ -19,21 +19,9 @@ from ..closed_forms import FORMS, CubicFlow
 from ..fixed_points import Flow, is_trivial
 from ..second_order import Forms, SecondOrderFlow
 from ..setting import Setting
+from . import samples
 from .predictor import Predictor
-from .samples import (
-    SLOTS,
-    FirstOrderCubic,
-    FirstOrderSamples,
-    ForcedLine,
-    LinearDrive,
-    SecondOrderSamples,
-    fast_speed,
-    hard,
-    power,
-    soft,
-    turned,
-    with_inertia,
-)
+from .samples import LinearDrive, fast_speed, hard, power, soft, turned, with_inertia
 
 STEP = 1e-6  # of the amplitude: forward differences
 
@@ -137,11 +125,13 @@ def scaled(flow: Flow, torque: float, error: float = 1.0) -> Flow:
 def _linear_drive(s: Setting) -> LinearDrive:
     """The linear drive, with at least one line."""
     lines = tuple(
-        ForcedLine(k, place, float(soft), t.real / s.system.J, t.imag / s.system.J, e.real, e.imag)
+        samples.ForcedLine(k, place, float(soft), t.real / s.system.J, t.imag / s.system.J, e.real, e.imag)
         for k, place, soft, t, e in zip(s.orders, s.places, s.on_fast, s.torque_lines, s.error_lines, strict=True)
     )
     ratio = 0.0 if s.resonance.ratio is None else float(s.resonance.ratio)
-    return LinearDrive(s.u0, s.omega_0, s.mu, ratio, max(s.scales()), lines or (ForcedLine(1, 1, 0.0, *4 * (0.0,)),))
+    return LinearDrive(
+        s.u0, s.omega_0, s.mu, ratio, max(s.scales()), lines or (samples.ForcedLine(1, 1, 0.0, *4 * (0.0,)),)
+    )
 
 
 def _mean(s: Setting) -> float:
@@ -154,7 +144,9 @@ def _force(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitude
     s = flow.setting
     ratio = None if s.resonance.ratio is None or not s.orders else s.resonance.ratio / s.orders[0]
     if isinstance(flow, CubicFlow):
-        return FirstOrderCubic(flow.kappa, float(flow.kind == "superharmonic"), float(flow.kind == "subharmonic"))
+        return samples.FirstOrderCubic(
+            flow.kappa, float(flow.kind == "superharmonic"), float(flow.kind == "subharmonic")
+        )
     if isinstance(flow, SecondOrderFlow) and isinstance(flow.force, Forms):
         share = 0.0 if ratio is None else float(s.resonance.ratio or 0) / ratio.numerator
         return SecondOrderFormula(flow.force.square, flow.force.cube, share, FORMS[ratio])
@@ -174,7 +166,11 @@ def _sampled(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitu
     while True:
         angle, share = 2.0 * math.pi / points, s.base / s.resonance.q
         common = (floated(s.system.law), s.system.J, points, math.cos(angle), math.sin(angle), s.fast_place, share)
-        force = FirstOrderSamples(*common) if order == 1 else SecondOrderSamples(*common, *_slots(flow, probes))
+        force = (
+            samples.FirstOrderSamples(*common)
+            if order == 1
+            else samples.SecondOrderSamples(*common, *_slots(flow, probes))
+        )
         off = _worst(flow, drive, force, probes, amplitude)
         if off < 0.8 * error:
             best, error = force, off
@@ -217,9 +213,9 @@ def _slots(flow: Flow, probes: Probes) -> tuple[tuple[int, ...], tuple[float, ..
         for speed, small in flow.at(omega).small(z):
             number = round(float(speed) / (base * omega))
             sizes[number] = max(sizes.get(number, 0.0), abs(complex(small)) / abs(z))
-    chosen = sorted(sorted(sizes, key=lambda number: -sizes[number])[:SLOTS])
-    numbers = tuple(chosen + [0] * (SLOTS - len(chosen)))
-    weights = tuple([0.5 if n == 0 else 1.0 for n in chosen] + [0.0] * (SLOTS - len(chosen)))
+    chosen = sorted(sorted(sizes, key=lambda number: -sizes[number])[: samples.SLOTS])
+    numbers = tuple(chosen + [0] * (samples.SLOTS - len(chosen)))
+    weights = tuple([0.5 if n == 0 else 1.0 for n in chosen] + [0.0] * (samples.SLOTS - len(chosen)))
     return numbers, weights
 
 
