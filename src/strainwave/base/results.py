@@ -18,6 +18,9 @@ from .sentences import on_screen
 from .series import oscillation
 
 Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Integers = NDArray[np.int64]
+Booleans = NDArray[np.bool_]
 GROWS = 1.0 + 1e-8  # a Floquet multiplier above it: that of a neutral orbit is 1 but for rounding
 NO_MEAN = 1e-12  # of the largest |first state|: a smaller mean is none
 
@@ -133,8 +136,7 @@ class Trajectory(Result):
         if len(t) == 0:
             raise ValueError(f"no sample at t >= {after} s; the trajectory ends at {self.t[-1]} s")
         if self.largest is None:
-            best = float(np.max(np.abs(x)))
-            return max(best, largest_between(np.diff(t), x[:-1], v[:-1], x[1:], v[1:]))
+            return max(float(abs(x[0])), largest_between(np.diff(t), x[:-1], v[:-1], x[1:], v[1:]))
         return float(max(np.max(np.abs(x)), np.max(self.largest[component, use][1:], initial=0.0)))
 
     rows: ClassVar[str] = "t"
@@ -154,10 +156,10 @@ class Trajectory(Result):
         path = Path(path)
         if path.suffix != ".csv":
             return super().save(path)
-        names = ["x_rad", "v_rad_per_s"] if len(self.y) == 2 else [f"y{i}" for i in range(len(self.y))]
+        names = ["x_rad", "v_rad_per_s"] if len(self.y) == 2 else state_labels(len(self.y))
+        table, head = np.vstack([self.t, self.y]).T, ",".join(["t_s", *names])
         with atomic(path) as part:
-            header = ",".join(["t_s", *names])
-            np.savetxt(part, np.vstack([self.t, self.y]).T, delimiter=",", header=header, comments="", fmt="%.12g")
+            np.savetxt(part, table, delimiter=",", header=head, comments="", fmt="%.12g")
         return path
 
     def __str__(self) -> str:
@@ -203,7 +205,7 @@ class Orbit(Result):
     period: int
     coefficients: Floats
     peak: float
-    multipliers: NDArray[np.complex128]
+    multipliers: Complexes
     stable: bool
     tail: float
     status: Status
@@ -314,8 +316,8 @@ class Branch(Result):
     omega: Floats
     coefficients: Floats
     peak: Floats
-    multipliers: NDArray[np.complex128]
-    stable: NDArray[np.bool_]
+    multipliers: Complexes
+    stable: Booleans
     folds: list[Orbit]
     doublings: list[Orbit]
     period: int
@@ -348,10 +350,9 @@ class Branch(Result):
         return self.peak if without_mean else oscillation(self.coefficients)
 
     @property
-    def inside(self) -> NDArray[np.bool_]:
+    def inside(self) -> Booleans:
         """Whether each point (n,) lies in `span`."""
-        low, high = self.span
-        return np.asarray((self.values >= low) & (self.values <= high))
+        return np.asarray((self.values >= self.span[0]) & (self.values <= self.span[1]))
 
     def coordinates(self) -> Labelled:
         """Speed and parameter at every point, harmonics, and coefficients by name."""

@@ -13,8 +13,7 @@ from ..base.units import RPM
 from ..model.excitation import Harmonic, Harmonics
 from ..model.gears.limits import RATED, Finding
 from ..model.laws.hysteresis import Parallel
-from ..model.train.drive_train import DriveTrain
-from ..model.train.motion import AngleTorque
+from ..model.train import AngleTorque, DriveTrain
 from ..model.train.shafts import NO_DRAG
 
 Mass = Annotated[float, "kg"]

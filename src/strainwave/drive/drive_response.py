@@ -10,11 +10,10 @@ from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.protocols import lines_of
 from ..base.records import Labelled, Result
-from ..base.results import Branch, Floats, Orbit, Status
+from ..base.results import Branch, Floats, Integers, Orbit, Status
 from ..base.sentences import Sentence, on_screen
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits
@@ -213,13 +212,13 @@ class DriveResponse(Result):
         return Sentence("; ").join(filter(None, (self.curve.message, self.rounding)))
 
     @cached_property
-    def counted(self) -> NDArray[np.int64]:
+    def counted(self) -> Integers:
         """Numbers of the stable motions in the range, the ends of their stability included; empty where none is."""
         pieces = pieces_of(self.curve, self.curve.stable)
         some = np.unique(np.concatenate([np.empty(0, np.int64), *pieces]))
         return np.asarray(some[self.curve.inside[some]])
 
-    def visited(self) -> NDArray[np.int64]:
+    def visited(self) -> Integers:
         """The same; all in the range where no motion is stable."""
         return self.counted if len(self.counted) else np.flatnonzero(self.curve.inside)
 

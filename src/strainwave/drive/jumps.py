@@ -11,10 +11,9 @@ from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.records import Labelled, Result
-from ..base.results import Branch, Orbit
+from ..base.results import Booleans, Branch, Integers, Orbit
 from ..base.sentences import on_screen
 
 SEAM = 1e-6  # relative difference of two pieces of a curve in value and in size that are one motion where they meet
@@ -162,8 +161,8 @@ class Jumps(Result):
     jump_up: float
     jump_down: float
     width: float
-    run_up: NDArray[np.int64]
-    run_down: NDArray[np.int64]
+    run_up: Integers
+    run_down: Integers
     on_run_up: tuple[Jump, ...]
     on_run_down: tuple[Jump, ...]
     finished_up: bool
@@ -247,7 +246,7 @@ def jumps(branch: Branch) -> Jumps:
 
 
 def jumps_of(
-    parameter: str, up: NDArray[np.int64], down: NDArray[np.int64], on_up: tuple[Jump, ...], on_down: tuple[Jump, ...],
+    parameter: str, up: Integers, down: Integers, on_up: tuple[Jump, ...], on_down: tuple[Jump, ...],
     good_up: bool, good_down: bool, sentence: str, bands: tuple[HysteresisBand, ...],
 ) -> Jumps:  # fmt: skip
     """Put together what was found, with the pair of jumps of the band with the largest one."""
@@ -261,7 +260,7 @@ def jumps_of(
 
 
 def _told(
-    branch: Branch, name: str, some: tuple[Jump, ...], good: bool, path: NDArray[np.int64], twice: NDArray[np.bool_]
+    branch: Branch, name: str, some: tuple[Jump, ...], good: bool, path: Integers, twice: Booleans
 ) -> str:  # fmt: skip
     parameter = branch.parameter
     told = [
@@ -277,7 +276,7 @@ def _told(
     return text + "."
 
 
-def doubled(branch: Branch) -> NDArray[np.bool_]:
+def doubled(branch: Branch) -> Booleans:
     """Points that are unstable by a multiplier below -1: a motion of twice the period goes on beside them."""
     if not branch.multipliers.size:
         return np.zeros(len(branch.values), bool)
@@ -285,7 +284,7 @@ def doubled(branch: Branch) -> NDArray[np.bool_]:
     return np.asarray(~branch.stable & (largest.real < -1.0))
 
 
-def doubled_spans(branch: Branch, some: NDArray[np.bool_] | bool = True) -> tuple[tuple[float, float], ...]:
+def doubled_spans(branch: Branch, some: Booleans | bool = True) -> tuple[tuple[float, float], ...]:
     """Values in the range of a branch between which `some` motions are unstable by a multiplier below -1."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], doubled(branch) & some, [False]])))
     inside, special = np.clip(branch.values, *branch.span), {orbit.value for orbit in branch.doublings}
@@ -295,7 +294,7 @@ def doubled_spans(branch: Branch, some: NDArray[np.bool_] | bool = True) -> tupl
     return tuple((float(np.min(run)), float(np.max(run))) for run in runs if np.ptp(run) > 0.0)
 
 
-def _told_doubled(branch: Branch, visited: NDArray[np.int64]) -> list[str]:
+def _told_doubled(branch: Branch, visited: Integers) -> list[str]:
     inside = branch.values[visited[doubled(branch)[visited]]]
     if not len(inside):
         return []
@@ -305,7 +304,7 @@ def _told_doubled(branch: Branch, visited: NDArray[np.int64]) -> list[str]:
     ]
 
 
-def pieces_of(branch: Branch, good: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+def pieces_of(branch: Branch, good: Booleans) -> list[Integers]:
     """Runs of good points, monotonic in the parameter, such as those that are stable; special points may end a run."""
     special = {o.value for orbits in (branch.folds, branch.doublings, branch.branch_points) for o in orbits}
     values: list[float] = branch.values.tolist()
@@ -332,9 +331,7 @@ def pieces_of(branch: Branch, good: NDArray[np.bool_]) -> list[NDArray[np.int64]
     return [np.array(p) for p in pieces]
 
 
-def _sweep(
-    branch: Branch, pieces: list[Any], sign: float
-) -> tuple[NDArray[np.int64], tuple[Jump, ...], bool, list[Leg]]:
+def _sweep(branch: Branch, pieces: list[Any], sign: float) -> tuple[Integers, tuple[Jump, ...], bool, list[Leg]]:
     """Points visited by a sweep (sign 1: up), its jumps, whether it reaches the end of the range, and its legs.
 
     An open branch may leave its range and come back: the sweep goes from the end with the lower value to the other.

@@ -15,17 +15,15 @@ from numpy.typing import ArrayLike
 from ..base.protocols import Control, with_parts
 from ..base.quantities import SMALLEST, choice, number, numbers
 from ..base.records import Along, Result
-from ..base.results import Floats, Orbit, SolveError
+from ..base.results import Complexes, Floats, Orbit, SolveError
 from ..base.sentences import on_screen
 from ..model.excitation import Harmonic
-from ..model.train import controls
+from ..model.train import Filtered, LoadEncoder, MixedEncoders, PositionIntegral, SteadyTrain, controls
 from ..model.train.controls import HERTZ
 from ..model.train.drive_train import DriveTrain, coupling_twist
-from ..model.train.filters import Filtered, LoadEncoder, MixedEncoders, PositionIntegral
-from ..model.train.train_forms import SteadyTrain
 from ..numerics.shooting import find_orbit
 from .operating_point import operating_state
-from .state_space import Complexes, driven, state_space, undriven
+from .state_space import driven, state_space, undriven
 
 ROUNDING = 1e-9  # of the largest pole: less growth than this is none
 LEAST, CLOSE = 1e-3, 1e-3  # smallest share of the bandwidth that is tried, and how near the margin is found
@@ -256,12 +254,8 @@ def unstable(train: DriveTrain, inertia: float) -> str:
     )
 
 
-def _with(train: DriveTrain, control: Control) -> DriveTrain:
-    return train.with_motor(control=control)
-
-
 def _grows(train: DriveTrain, control: Control) -> bool:
-    return fastest_growth(_with(train, control)) != 0.0
+    return fastest_growth(train.with_motor(control=control)) != 0.0
 
 
 def _stable_cascade(train: DriveTrain, control: Control) -> str:

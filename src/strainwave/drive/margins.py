@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from ..base.protocols import with_parts
 from ..base.quantities import checked
 from ..base.records import Result
-from ..base.results import Floats
+from ..base.results import Complexes, Floats
 from ..base.sentences import on_screen
 from ..model.controllers.closed_loop import Sampling
 from ..model.train.controls import FREE, Held
@@ -19,7 +19,7 @@ from ..model.train.drive_train import DriveTrain
 from ..numerics.operating_point import bracketed_root
 from .loops.linear_control import around_poles, control_response, linear_control
 from .loops.sampled_loop import SampledLoop, sampled_loop
-from .state_space import Complexes, StateSpace, state_space
+from .state_space import StateSpace, state_space
 
 POINTS, BEYOND = 4000, 1e3  # frequencies that are looked at, and how far below and above the slowest and fastest pole
 ABOUT = np.tan(np.linspace(-1.5, 1.5, 201))  # places around a resonance, in half widths

@@ -10,8 +10,7 @@ from math import cos
 from typing import NamedTuple
 
 from ..base.quantities import Inertia, Torque, TorsionalStiffness, array_of, checked, number
-from ..model.train.drive_train import DriveTrain
-from ..model.train.shafts import Elastic
+from ..model.train import DriveTrain, Elastic
 from .asked import WEIGHT, Length, Mass
 from .project import Project
 

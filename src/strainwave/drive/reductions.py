@@ -10,10 +10,8 @@ from ..base.results import Floats, Orbit
 from ..base.sentences import Sentence, Speed
 from ..model.laws.friction import NO_FRICTION
 from ..model.oscillator import Oscillator
-from ..model.train.drive_train import DriveTrain
-from ..model.train.motion import AngleTorque
+from ..model.train import AngleTorque, DriveTrain, SteadyTrain
 from ..model.train.shafts import NO_DRAG
-from ..model.train.train_forms import SteadyTrain
 from ..numerics.shooting import find_orbit
 
 SAMPLES = 512  # of a cycle, for its largest values

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..base.protocols import with_parts
 from ..base.quantities import number, numbers
 from ..base.records import Along, Labelled, Result
-from ..base.results import Floats
+from ..base.results import Complexes, Floats
 from ..base.sentences import on_screen
 from ..model.excitation import Harmonic, NoError
 from ..model.laws.dry import sliding
@@ -21,7 +21,6 @@ from ..model.train.drive_train import DriveTrain, coupling_twist
 from ..model.train.motion import AtRest, Steady
 from ..numerics.balance.rates import jacobians_at
 
-Complexes = NDArray[np.complex128]
 Names = tuple[str, ...]
 
 ROUNDING = 1e-9  # of the largest pole: a smaller one is at 0

@@ -9,14 +9,13 @@ from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.blas import one_thread
 from ..base.law import breakpoints_of, depends
 from ..base.protocols import FOLD, System, lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number
 from ..base.records import Waves
-from ..base.results import Branch, Floats, Orbit, SolveError, Status
+from ..base.results import Booleans, Branch, Floats, Integers, Orbit, SolveError, Status
 from ..base.sentences import Sentence, Speed
 from ..base.sentences import number as plain
 from ..base.series import largest_of_samples
@@ -25,9 +24,8 @@ from ..model.excitation import NoError
 from ..model.gears.limits import cubic_means
 from ..model.laws.measured import RoundedPiecewiseLinear
 from ..model.orders import order_pair
-from ..model.train.drive_train import DriveTrain
+from ..model.train import DriveTrain, Steady
 from ..model.train.linear_part import linear_part
-from ..model.train.motion import Steady
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import Trace, ending
 from ..numerics.curves import torus_motion as motion
@@ -106,7 +104,7 @@ class TwoTurnCurve:
     """
 
     omega: Floats
-    pairs: NDArray[np.int64]
+    pairs: Integers
     waves: Any
     largest: Floats
     folds: tuple[float, ...]
@@ -124,7 +122,7 @@ class TwoTurnCurve:
         return growth(self.problem, self.flow, self.points)
 
     @property
-    def stable(self) -> NDArray[np.bool_]:
+    def stable(self) -> Booleans:
         """Whether each motion is stable."""
         return np.asarray(self.growth < 0.0)
 

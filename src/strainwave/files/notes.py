@@ -22,9 +22,8 @@ from ..drive.project import Project
 from ..drive.reductions import error_slope
 from ..model.gears.gear import HEAVY, NUMBERS
 from ..model.gears.limits import RATCHETING
+from ..model.laws import Backlash, Parallel, Play
 from ..model.laws.friction import NO_FRICTION
-from ..model.laws.hysteresis import Parallel
-from ..model.laws.springs import Backlash, Play
 from ..model.orders import without_teeth
 from ..model.train.controls import CascadeLoop, PositionLoop, SpeedLoop, core_of
 from ..model.train.filters import NotchFilter, apart

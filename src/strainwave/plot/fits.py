@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..base.results import Floats
+from ..base.results import Complexes, Floats
 from ..base.sentences import number
 from ..base.units import ARCSEC
 from ..study.identification.bode.bode_fit import BodeFit
-from ..study.identification.bode.measured_bode import Complexes, MeasuredBode
+from ..study.identification.bode.measured_bode import MeasuredBode
 from ..study.identification.decay import DecayFit
 from ..study.identification.identified import Identified
 from ..study.identification.log import Log, LogSegment

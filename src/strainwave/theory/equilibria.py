@@ -15,8 +15,7 @@ import numpy as np
 
 from ..base.law import breakpoints_of
 from ..base.sentences import Angle, Sentence
-from ..model.laws.measured import RoundedPiecewiseLinear, Tabulated
-from ..model.laws.springs import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial
+from ..model.laws import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial, RoundedPiecewiseLinear, Tabulated
 from ..numerics.operating_point import bracketed_root
 
 KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash, RoundedPiecewiseLinear, Tabulated)

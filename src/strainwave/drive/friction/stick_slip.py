@@ -10,9 +10,8 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...base.results import Branch, Floats, SolveError
+from ...base.results import Booleans, Branch, Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ...model.laws.dry import parted
 from ...model.train.drive_train import DriveTrain
@@ -49,7 +48,7 @@ class Sizes(NamedTuple):
     part: float
 
 
-def slides(train: Any, rough: DriveTrain, angles: Floats, y: Any) -> NDArray[np.bool_]:
+def slides(train: Any, rough: DriveTrain, angles: Floats, y: Any) -> Booleans:
     """Whether shafts with the dry friction of a `rough` train only slide, in states (states, n, samples) of turns."""
     motor, load = train.motor_speed(angles, y), train.load_speed(angles, y)
     drags = rough.motor.drag, rough.load.end().drag
@@ -59,7 +58,7 @@ def slides(train: Any, rough: DriveTrain, angles: Floats, y: Any) -> NDArray[np.
     return np.asarray(enough[0] & enough[1])
 
 
-def with_slips(response: DriveResponse, train: DriveTrain, keep: NDArray[np.bool_]) -> DriveResponse:
+def with_slips(response: DriveResponse, train: DriveTrain, keep: Booleans) -> DriveResponse:
     """The response with sizes by integration where its motions are not to `keep`, in points of a curve in arc order."""
     curve = response.curve
     low, high = float(np.min(curve.omega[~keep])), float(np.max(curve.omega[~keep]))

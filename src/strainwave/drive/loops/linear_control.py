@@ -6,9 +6,8 @@ import numpy as np
 
 from ...base.law import share, states_of, torque_of, z_rate_of
 from ...base.protocols import Control
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...model.train.controls import inertia_of
-from ..state_space import Complexes
 
 STEP = 1e-6  # of the states of a control, for differences
 

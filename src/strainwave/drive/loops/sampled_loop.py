@@ -12,13 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...model.controllers.closed_loop import Sampling
 from ...model.train.commanded import COMMANDED
 from ...model.train.controls import Lagged
 from ...model.train.filters import Filtered, apart, around
 from ...numerics.integration.held import held
-from ..state_space import Complexes
 from .linear_control import around_poles, control_parts
 
 SMALL = 1e-7  # of the largest: a pole that stands for 0

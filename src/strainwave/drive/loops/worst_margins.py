@@ -18,8 +18,7 @@ from ...base.results import SolveError
 from ...base.sentences import number
 from ...model.controllers.closed_loop import Sampling
 from ...model.laws.dry import without_dry_friction
-from ...model.train.controls import PositionLoop, SpeedLoop
-from ...model.train.drive_train import DriveTrain
+from ...model.train import DriveTrain, PositionLoop, SpeedLoop
 from ...numerics.operating_point import loaded_state
 from ..margins import Margins, loop_of, margins
 from ..operating_point import operating_state

@@ -14,8 +14,7 @@ from ...base.law import depends
 from ...base.protocols import Law
 from ...base.quantities import checked
 from ...model.gears.gear import Gear
-from ...model.laws.hysteresis import BoucWen
-from ...model.laws.springs import PiecewiseLinear
+from ...model.laws import BoucWen, PiecewiseLinear
 from ...model.oscillator import Ripple, Variation
 from ...model.train.controls import KINDS, USUAL, CascadeLoop, PositionLoop, SpeedLoop, Tuning, core_of, from_bandwidth
 from ...model.train.filters import FILTERS, apart, around

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ...base.quantities import joined, shown
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...base.units import HERTZ
-from ...drive.state_space import Complexes
 from ...study.identification.bode.measured_bode import Estimator, MeasuredBode, Quantity, bode_of_records, measured_bode
 from ..yaml_text import FileError
 from .names import ENDINGS, QUANTITIES, SHAFTS

@@ -20,9 +20,7 @@ from ...compile.tree import numbers
 from ...drive.asked import Source
 from ...drive.project import Project
 from ...model.excitation import Harmonic, KinematicError
-from ...model.train.controls import Held
-from ...model.train.drive_train import DriveTrain
-from ...model.train.shafts import Load
+from ...model.train import DriveTrain, Held, Load
 from ...study.identification.driven import Between
 from ...study.identification.identified import Identified, channels_of, row_of
 from ...study.identification.identify import identify

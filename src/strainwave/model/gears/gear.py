@@ -14,10 +14,7 @@ from itertools import pairwise
 from ...base.quantities import checked, number, shown
 from ...base.units import ARCSEC, RPM
 from ..drive import Drive
-from ..laws.friction import Coulomb, LoadFriction, Viscous
-from ..laws.hysteresis import Parallel
-from ..laws.measured import RoundedPiecewiseLinear
-from ..laws.springs import Cubic, PiecewiseLinear
+from ..laws import Coulomb, Cubic, LoadFriction, Parallel, PiecewiseLinear, RoundedPiecewiseLinear, Viscous
 from .fits import LawFit, fit_odd
 
 SPECIAL = "special"  # grade of the selected gears

@@ -9,12 +9,11 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
 from ...base.protocols import Balance, System, omega_of
 from ...base.quantities import replace
-from ...base.results import Floats, Orbit, SolveError
+from ...base.results import Floats, Integers, Orbit, SolveError
 from ..balance.fourier import orders
 from ..balance.linear_part import carried, drive
 from ..integration.methods import Dopri5
@@ -87,7 +86,7 @@ class Attractor:
         return f"period {self.period}, amplitude {self.amplitude:.5g}, {kind}, through ({x:.5g}, {v:.5g})"
 
 
-def recognised(system: System, ends: Settled) -> tuple[NDArray[np.int64], tuple[Attractor, ...]]:
+def recognised(system: System, ends: Settled) -> tuple[Integers, tuple[Attractor, ...]]:
     """Label (lanes,) of the attractor on which every lane ended (-3: on none), and the attractors, largest first."""
     label = np.full(len(ends.period), NOT_RECOGNISED, np.int64)
     motions: list[Attractor] = []
@@ -205,9 +204,7 @@ def settled_motions(problem: Balance, omegas: Floats) -> Search:
     )  # fmt: skip
 
 
-def motions_among(
-    system: System, ends: Settled, lanes: NDArray[np.int64]
-) -> Iterator[tuple[Motion, Floats, NDArray[np.int64]]]:
+def motions_among(system: System, ends: Settled, lanes: Integers) -> Iterator[tuple[Motion, Floats, Integers]]:
     """The different motions on which lanes of one frequency have settled, the shortest periods first.
 
     With each the sizes (states,) of its states, and the lanes that are on it.

@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from ...base.law import repeating
 from ...base.protocols import System, state_count, with_parts
 from ...base.quantities import interval, positive_count, shown, whole
-from ...base.results import Floats
+from ...base.results import Floats, Integers
 from ..integration.methods import Method
 from .attractors import Attractor, recognised
 from .settle import SEEN, settled, stretching
@@ -45,7 +44,7 @@ class Basins:
 
     x: Floats
     v: Floats
-    label: NDArray[np.int64]
+    label: Integers
     attractors: tuple[Attractor, ...]
     shape: tuple[int, int] | None
     spans: tuple[tuple[float, float], tuple[float, float]]

@@ -9,11 +9,10 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.law import torsion
 from ...base.protocols import System, omega_of, prepared
-from ...base.results import Floats, SolveError
+from ...base.results import Booleans, Floats, Integers, SolveError
 from ...compile.elementwise import select
 from ..ensemble.ensemble import lanes_run
 from ..ensemble.measures import Extremes, Final
@@ -43,8 +42,8 @@ class Settled:
     """
 
     state: Floats
-    period: NDArray[np.int64]
-    diverged: NDArray[np.bool_]
+    period: Integers
+    diverged: Booleans
     lowest: Floats
     highest: Floats
 
@@ -82,7 +81,7 @@ def settled(
     longest: int,
     method: Method | None = None,
     threads: int | None = None,
-    known: Callable[[Settled], NDArray[np.bool_]] | None = None,
+    known: Callable[[Settled], Booleans] | None = None,
     most: float = math.inf,
 ) -> Settled:
     """March every lane from its state (states, lanes) for `settle` turns, and those not settled on to `longest`.

@@ -16,10 +16,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.protocols import Balance, System, lacking, omega_of, orders_of
-from ...base.results import Floats
+from ...base.results import Booleans, Floats
 from ...compile.address import ByAddress
 from ...compile.jit import kernel, run
 from ...compile.tree import leaf_of, leaves, with_leaf
@@ -287,11 +286,11 @@ class FirstOrder(NamedTuple):
     def biased(self) -> None:
         return None
 
-    def floating(self, points: Floats) -> NDArray[np.bool_]:
+    def floating(self, points: Floats) -> Booleans:
         """Whether the law gives no torque anywhere on an orbit, for every point: not known."""
         return np.zeros(len(points), bool)
 
-    def several_at(self, points: Floats) -> NDArray[np.bool_]:
+    def several_at(self, points: Floats) -> Booleans:
         may = np.empty(len(points), bool)
         for i, point in enumerate(points):
             a = linearised(self, point)[1]

@@ -8,11 +8,10 @@ What one harmonic tells of an oscillator's orbits: where solvers start, where ot
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
 from ...base.protocols import omega_of
-from ...base.results import Floats
+from ...base.results import Booleans, Floats
 from ...compile.jit import kernel_as, routine
 from ..operating_point import operating_point
 from .fourier import orders
@@ -159,7 +158,7 @@ class Around(NamedTuple):
     twice: Any
 
 
-def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
+def several_at(problem: Any, points: Floats) -> Booleans:
     """Whether others may exist beside known orbits, from what one harmonic on top of each allows; of one law alone."""
     around = problem.around(base_speed(problem, points[:, -1]))
     if around is None:
@@ -197,16 +196,16 @@ def several_at(problem: Any, points: Floats) -> NDArray[np.bool_]:
         waves = np.abs(np.fft.rfft(stiffness)) * (2.0 / u.shape[1])
         inside = twice < waves.shape[1]
         may |= inside & (off <= 0.5 * MARGIN * waves[:, np.where(inside, twice, 0)])
-    found: NDArray[np.bool_] = may.any(axis=1)
+    found: Booleans = may.any(axis=1)
     return found
 
 
-def floating(law: Any, series: Floats, synthesis: Floats) -> NDArray[np.bool_]:
+def floating(law: Any, series: Floats, synthesis: Floats) -> Booleans:
     """Whether a law gives no torque anywhere on an orbit (series (points, 2H+1) of its torsion) that moves."""
     if law.torque(0.0) != 0.0 or law.stiffness(0.0) != 0.0:
         return np.zeros(len(series), bool)
     u = series @ synthesis
-    idle: NDArray[np.bool_] = np.all(law.torque(u) + np.zeros_like(u) == 0.0, axis=1) & (np.ptp(u, axis=1) > 0.0)
+    idle: Booleans = np.all(law.torque(u) + np.zeros_like(u) == 0.0, axis=1) & (np.ptp(u, axis=1) > 0.0)
     return idle
 
 

@@ -9,9 +9,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...base.results import Floats
+from ...base.results import Booleans, Floats
 from ...base.series import remembered
 from ...compile.address import ByAddress, at
 from ...compile.jit import run
@@ -267,7 +266,7 @@ class SecondOrder(NamedTuple):
     def _half_wave(self) -> bool:
         return self.turns == 1 and seems_odd(self.system.law, self.tau, self.error)
 
-    def floating(self, points: Floats) -> NDArray[np.bool_]:
+    def floating(self, points: Floats) -> Booleans:
         """Whether the law gives no torque anywhere on an orbit that moves, for every point."""
         return linear_part.floating(self.system.law, points[:, :-1], self.synthesis)
 
@@ -278,7 +277,7 @@ class SecondOrder(NamedTuple):
         driven = np.abs(drive(system, w, self.tau, self.error))
         return Around(system.law, float(self.tau[0]), system.J * w * w, system.B * w, driven, 2 * k // self.stride)
 
-    def several_at(self, points: Floats) -> NDArray[np.bool_]:
+    def several_at(self, points: Floats) -> Booleans:
         return linear_part.several_at(self, points)
 
     def to_search(self, value: float) -> "SecondOrder":

@@ -6,11 +6,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base import protocols
 from ...base.protocols import CLOSED, END, FOLD, LOST, RUNNING, START, TOP, Balance
-from ...base.results import Branch, Floats, Orbit, Status
+from ...base.results import Branch, Complexes, Floats, Integers, Orbit, Status
 from ...base.series import highest_between, largest_size, oscillation, weights_at
 from ..balance.first_order import linearised
 from ..balance.fourier import from_blocks
@@ -184,7 +183,7 @@ def put_in_order(points: Floats, labels: Any) -> None:
                 points[[a, a + 1]], labels[[a, a + 1]] = points[[a + 1, a]], labels[[a + 1, a]]
 
 
-def with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> tuple[Floats, Any]:
+def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Floats, Any]:
     """Points and labels of a curve with the crests of |x| and of |x - mean| among them, labelled TOP.
 
     A crest that rises far above its neighbours may be a false one, at a corner of the law: they are looked for again.
@@ -202,7 +201,7 @@ def _largest(problem: Balance, points: Floats) -> Floats:
     return np.array([float(np.max(measure(series), initial=0.0)) for measure in (largest_size, oscillation)])
 
 
-def _with_crests(problem: Balance, points: Floats, labels: NDArray[np.int64]) -> tuple[Floats, Any]:
+def _with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Floats, Any]:
     if len(points) < 3:
         return points, labels
     series = _series(problem, points)
@@ -295,7 +294,7 @@ def _series(problem: Balance, points: Floats) -> Floats:
 
 def describe(
     problem: Balance, parameter: str, curve: Trace, tail: Tail | None, origin: str, *, locate: bool = True,
-    floquet: NDArray[np.complex128] | None = None,
+    floquet: Complexes | None = None,
 ) -> Branch:  # fmt: skip
     """Add stability, peaks, crests, period doublings and branch points to a branch, and label the special points.
 
@@ -333,14 +332,14 @@ def _ends(values: Floats) -> tuple[float, float]:
 
 def with_multipliers(
     problem: Balance, points: Floats, labels: Any, locate: bool = True, floquet: Any = None
-) -> tuple[Floats, Any, NDArray[np.complex128]]:
+) -> tuple[Floats, Any, Complexes]:
     """Points of a branch, and their multipliers; with its special points, those of an oscillator always."""
     if problem.hill():
         return with_hill(problem, points, labels)
     return with_stability(problem, points, labels, locate, floquet)
 
 
-def with_hill(problem: Any, points: Floats, labels: Any) -> tuple[Floats, Any, NDArray[np.complex128]]:
+def with_hill(problem: Any, points: Floats, labels: Any) -> tuple[Floats, Any, Complexes]:
     """Points of an oscillator's branch with its special points, and their multipliers."""
     traces = stability.hill(problem, points)
     decay = stability.orbit_scales(problem, points[:, -1])[1]

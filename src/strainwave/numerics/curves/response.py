@@ -206,7 +206,7 @@ def response_curves(
 
     def described(curve: Any, tail: Tail) -> Branch:
         problem, traces, _, origin = curve
-        return _described(problem, traces, tail, origin)
+        return with_all_said(problem, describe(problem, "omega", traces, tail, origin), traces)
 
     # The first compiles, where that is still to do, before threads start.
     curves = [followed(systems[0]), *apply(followed, systems[1:])]
@@ -214,10 +214,6 @@ def response_curves(
     if harmonics is not None:
         tails = tails_together(problems, [trace.points for trace in traces])
     return [described(curves[0], tails[0]), *apply(described, curves[1:], tails[1:])]
-
-
-def _described(problem: Balance, found: Trace, tail: Tail | None, origin: str) -> Branch:
-    return with_all_said(problem, describe(problem, "omega", found, tail, origin), found)
 
 
 def with_all_said(problem: Balance, branch: Branch, found: Trace) -> Branch:

@@ -5,9 +5,8 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...base.results import Floats
+from ...base.results import Booleans, Floats
 from ..balance.condensed.pencil import to_complex
 from .torus_problem import Torus
 
@@ -81,7 +80,7 @@ def _among(
     return np.concatenate(sizes)
 
 
-def _may_be_largest(x: Floats, mean: Floats, missed: Floats) -> NDArray[np.bool_]:
+def _may_be_largest(x: Floats, mean: Floats, missed: Floats) -> Booleans:
     high, low = x.max(axis=2), x.min(axis=2)
     above = np.maximum(high[:, :-1], high[:, 1:]) - mean.min(axis=2)
     below = mean.max(axis=2) - np.minimum(low[:, :-1], low[:, 1:])
@@ -89,7 +88,7 @@ def _may_be_largest(x: Floats, mean: Floats, missed: Floats) -> NDArray[np.bool_
     return np.asarray(np.maximum(above, below) + missed >= sure)
 
 
-def _may_be_smallest(x: Floats, mean: Floats, missed: Floats) -> NDArray[np.bool_]:
+def _may_be_smallest(x: Floats, mean: Floats, missed: Floats) -> Booleans:
     (high, later_high), (low, later_low) = _extremes_of_turns(x)
     size = np.maximum(np.maximum(high, later_high) - mean, mean - np.minimum(low, later_low))
     above = np.maximum(high[..., 1:], later_high[..., :-1]) - np.maximum(mean[..., 1:], mean[..., :-1])

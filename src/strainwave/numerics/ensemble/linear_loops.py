@@ -9,18 +9,17 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...base.quantities import States, number_of, numbers
 from ...base.records import Along, Labelled, Result
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...base.sentences import on_screen
 from ...compile.tree import leaves, mapped
 from .loop_march import between
 from .loops import marched, ready, steps_of
 
 COUNTS = 3  # the last fields of a loop's memory: age of a measurement, samples limited and lost
-Complexes = NDArray[np.complex128]
 
 FEWEST = 4  # steps between two samples
 LEAST = 200  # samples of a turn, or of several: it is rounded to whole samples

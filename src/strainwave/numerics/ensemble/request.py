@@ -8,13 +8,12 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
 from ...base.protocols import System, lacking, names_of, omega_of, order_of, orders_of
 from ...base.quantities import checked, numbers, positive_count, replace, shown, whole
 from ...base.quantities import parameters as parameters_of
-from ...base.results import Floats
+from ...base.results import Booleans, Floats
 from ..integration.methods import Dop8, Dopri5, Method
 from ..integration.methods import checked as checked_method
 from .stepping import stepping_of, steps_known
@@ -23,7 +22,7 @@ from .stepping import stepping_of, steps_known
 class LaneError(ValueError):
     """Some lanes of an ensemble cannot be computed: `lanes` (n,) says which, `reason` why the first of them cannot."""
 
-    def __init__(self, reason: str, lanes: NDArray[np.bool_]) -> None:
+    def __init__(self, reason: str, lanes: Booleans) -> None:
         super().__init__(f"lane {int(np.argmax(lanes))}: {reason}")
         self.reason, self.lanes = reason, lanes
 

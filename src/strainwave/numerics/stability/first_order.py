@@ -14,10 +14,9 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.protocols import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...base.series import remembered
 from ...compile.jit import kernel_as, routine
 from ...compile.tree import with_leaf
@@ -39,7 +38,7 @@ C = tuple(GAUSS_C.tolist())
 EVEN = 16  # numbers of steps are multiples of it, so that orbits share tables
 
 
-def floquet_of(problem: Any, points: Floats) -> NDArray[np.complex128]:
+def floquet_of(problem: Any, points: Floats) -> Complexes:
     """Multipliers (points, states) of orbits of a problem, largest modulus first."""
     known = problem.disturbances(points)
     if known is not None and resolved(known):
@@ -48,7 +47,7 @@ def floquet_of(problem: Any, points: Floats) -> NDArray[np.complex128]:
     return np.asarray(_floquet(flow, orbits) ** times)
 
 
-def _floquet(problem: FirstOrder, points: Floats) -> NDArray[np.complex128]:
+def _floquet(problem: FirstOrder, points: Floats) -> Complexes:
     """Multipliers (points, states) of orbits in all states, largest modulus first.
 
     Of orbits so slow that no steps resolve their disturbances: the exponential of the integral of the Jacobian's
@@ -229,13 +228,13 @@ def _phases(problem: FirstOrder, points: Floats) -> Floats:
     return np.asarray(np.exp(np.max(log, axis=1, initial=-np.inf) / 2**SQUARES) * period)
 
 
-def multipliers_of(flow: Floats) -> NDArray[np.complex128]:
+def multipliers_of(flow: Floats) -> Complexes:
     """Eigenvalues (points, states) of period maps, largest modulus first."""
     values = np.linalg.eigvals(flow).astype(complex)
     return np.asarray(np.take_along_axis(values, np.argsort(-np.abs(values), axis=1, kind="stable"), axis=1), complex)
 
 
-def tests_of(multipliers: NDArray[np.complex128]) -> dict[int, Floats]:
+def tests_of(multipliers: Complexes) -> dict[int, Floats]:
     """What changes sign at a period doubling, a fold or branch point, and a Neimark-Sacker point."""
     pairs = list(combinations(range(multipliers.shape[1]), 2))
     with np.errstate(over="ignore", invalid="ignore"):  # of a turn that is long beside what grows in it
@@ -247,9 +246,7 @@ def tests_of(multipliers: NDArray[np.complex128]) -> dict[int, Floats]:
     return found if torus is None else found | {NEIMARK_SACKER: torus}
 
 
-def with_special_points(
-    problem: Any, points: Floats, labels: Any, floquet: NDArray[np.complex128]
-) -> tuple[Floats, Any, NDArray[np.complex128]]:
+def with_special_points(problem: Any, points: Floats, labels: Any, floquet: Complexes) -> tuple[Floats, Any, Complexes]:
     """Insert the period doublings, branch points and Neimark-Sacker points of a branch, with their multipliers."""
     tests = tests_of(floquet)
     specials = []
@@ -281,8 +278,8 @@ def _located(problem: Any, first: Floats, last: Floats, label: int) -> Floats | 
 
 
 def with_stability(
-    problem: Any, points: Floats, labels: Any, locate: bool, floquet: NDArray[np.complex128] | None = None
-) -> tuple[Floats, Any, NDArray[np.complex128]]:
+    problem: Any, points: Floats, labels: Any, locate: bool, floquet: Complexes | None = None
+) -> tuple[Floats, Any, Complexes]:
     """Points of a branch with its special points, if they are to be located, and their multipliers.
 
     `floquet` are the multipliers of the points, where they are known.

@@ -16,11 +16,10 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of
 from ...base.protocols import BRANCH_POINT, DOUBLING, FOLD, Balance
-from ...base.results import Floats, SolveError
+from ...base.results import Booleans, Complexes, Floats, Integers, SolveError
 from ...base.series import largest_size
 from ...compile.address import ByAddress
 from ...compile.jit import borrowed, kernel_as, run
@@ -112,7 +111,7 @@ def grid_of(problem: SecondOrder, steps: int) -> Floats:
     return synthesis(problem.harmonics(), steps // problem.stride, problem.stride)
 
 
-def multipliers(traces: Floats, decay: Floats) -> NDArray[np.complex128]:
+def multipliers(traces: Floats, decay: Floats) -> Complexes:
     """Floquet multipliers (points, 2), largest modulus first, from Hill's traces and exp(-B period/(2J))."""
     half = 0.5 * np.asarray(traces, float)
     root = np.sqrt(np.abs(half - 1.0)) * np.sqrt(np.abs(half + 1.0))  # the square of half may not fit a float
@@ -168,7 +167,7 @@ def _between_kinks(problem: Any, points: Floats) -> list[Disturbances]:
     return [found] if resolved(found) else []
 
 
-def unresolved(problem: Any, points: Floats, table: Floats) -> NDArray[np.bool_]:
+def unresolved(problem: Any, points: Floats, table: Floats) -> Booleans:
     """Whether a free vibration (points,) has fewer than a quarter of the Numerov steps that it is to have."""
     rates = frozen_rates(problem, points)[0]
     fastest = np.max(np.abs(rates.imag), axis=1) * problem.turns / orbit_scales(problem, points[:, -1])[0]
@@ -185,7 +184,7 @@ def frozen_rates(problem: Any, points: Floats) -> Any:
         return np.where(half > 0.0, -q / (half + root), root - half), -half - root
 
 
-def frozen(problem: Balance, points: Floats) -> NDArray[np.complex128]:
+def frozen(problem: Balance, points: Floats) -> Complexes:
     """Multipliers (points, 2) of orbits so slow that disturbances follow the rates of the moment (WKB).
 
     With thousands of free vibrations a period what this leaves out is less than the rounding of the integral.
@@ -237,7 +236,7 @@ def changes(values: Floats, points: Floats) -> list[int]:
 
 
 def inserted(
-    points: Floats, labels: NDArray[np.int64], found: list[tuple[int, int, Floats]]
+    points: Floats, labels: Integers, found: list[tuple[int, int, Floats]]
 ) -> tuple[Floats, Any, list[int], Floats]:  # fmt: skip
     """Points and labels with new ones (number of the point before, label, point); their places, and they in order."""
     found = sorted(found, key=lambda item: (item[0], float(np.linalg.norm(item[2] - points[item[0]]))))
@@ -246,7 +245,7 @@ def inserted(
     return np.insert(points, places, new, axis=0), labels, places, new
 
 
-def _passes_one(crossing: Floats, labels: NDArray[np.int64], i: int) -> bool:
+def _passes_one(crossing: Floats, labels: Integers, i: int) -> bool:
     """Whether the sign change between points i and i + 1 is no fold and no rounding."""
     if labels[i] == FOLD or labels[i + 1] == FOLD:
         return False

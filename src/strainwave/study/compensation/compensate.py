@@ -13,8 +13,7 @@ from ...base.sentences import silent
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
-from ...model.controllers.closed_loop import Sampling
-from ...model.controllers.loops import SampledPD
+from ...model.controllers import SampledPD, Sampling
 from ...model.excitation import mean_torque
 from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, LoopRun

@@ -8,13 +8,12 @@ from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.protocols import System
 from ...base.quantities import interval, shown
 from ...base.quantities import number as real
 from ...base.records import Labelled, Result
-from ...base.results import Floats, SolveError
+from ...base.results import Booleans, Complexes, Floats, Integers, SolveError
 from ...base.sentences import number, on_screen
 from ...base.units import ARCSEC, BASES, Speeds
 from ...drive.project import Project
@@ -29,7 +28,6 @@ from ..analysis.resonances import operating_point
 from .bench import Bench, bench_of
 from .gains import torque_against
 
-Complexes = NDArray[np.complex128]
 WIDER = 1e-3  # of the speed: a predictor's range beyond the motions that it is compared with
 PER_LINE = 8  # angles on a period of the highest order
 
@@ -42,9 +40,9 @@ class Motions(NamedTuple):
     """
 
     omega: Floats
-    orders: NDArray[np.int64]
+    orders: Integers
     amplitudes: Complexes
-    stable: NDArray[np.bool_]
+    stable: Booleans
 
     def others(self, i: int) -> Complexes:
         """Amplitudes (orders, m) where the curve passes the speed of motion i elsewhere, straight between motions."""
@@ -59,7 +57,7 @@ class ClosedForm(NamedTuple):
     """Complex amplitudes (orders, n) [rad] of the closed forms, where they are valid (n,), and sentences."""
 
     amplitudes: Complexes
-    valid: NDArray[np.bool_]
+    valid: Booleans
     remarks: tuple[str, ...]
 
 
@@ -127,7 +125,7 @@ def _about(system: System, k: int, indices: Any, motions: Motions, forms: Closed
     return sentences
 
 
-def _steady(predictor: Any, omega: float, z: complex, orders: NDArray[np.int64]) -> tuple[Complexes, int]:
+def _steady(predictor: Any, omega: float, z: complex, orders: Integers) -> tuple[Complexes, int]:
     """Amplitudes (orders,) [rad] of the motion that a predictor makes of a steady state z [rad], and its flag."""
     count = PER_LINE * max(int(np.max(orders)), predictor.p)
     angle = 2.0 * np.pi * np.arange(count) / count
@@ -170,11 +168,11 @@ class PredictionTable(Result):
     omega: Floats
     orders: Any
     amplitudes: Complexes
-    stable: NDArray[np.bool_]
+    stable: Booleans
     jumps_up: tuple[float, ...] = ()
     jumps_down: tuple[float, ...] = ()
     closed: Complexes | None = None
-    valid: NDArray[np.bool_] | None = None
+    valid: Booleans | None = None
     remarks: tuple[str, ...] = ()
     shaft: str = "motor"
 

@@ -22,8 +22,7 @@ from ...model.drive import Drive
 from ...model.excitation import Harmonic
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
-from ...model.train.controls import Held
-from ...model.train.drive_train import DriveTrain
+from ...model.train import DriveTrain, Held
 from .averaged import Drives, Largest, balanced, largest, sensitivities, worth
 from .options import Case, Option, bounded, error_of, looked_at, option_of, rotor_doubts
 from .result import Candidate, Design, front

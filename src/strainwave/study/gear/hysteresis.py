@@ -17,8 +17,7 @@ from ...base.law import check_law, states_of
 from ...base.protocols import Law, lacking
 from ...base.quantities import checked, mapped, number
 from ...base.results import Floats, SolveError
-from ...model.laws.hysteresis import BoucWen, Parallel
-from ...model.laws.springs import PiecewiseLinear, Play
+from ...model.laws import BoucWen, Parallel, PiecewiseLinear, Play
 from ...numerics.operating_point import RTOL, SPEED, operating_point, slow_path
 
 SMALL_LOOP = 0.04  # of the rated torque

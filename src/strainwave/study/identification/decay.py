@@ -17,9 +17,7 @@ from ...base.records import Along
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen
 from ...compile.tree import leaves as numbers_in
-from ...model.laws.friction import Coulomb, QuadraticDamping
-from ...model.laws.hysteresis import Parallel
-from ...model.laws.springs import Polynomial
+from ...model.laws import Coulomb, Parallel, Polynomial, QuadraticDamping
 from .discrepancy import discrepancy
 from .fitted import Fitted, derivatives, free_leaves, refuse_unidentifiable, scales, with_values
 from .intervals import spread

@@ -10,9 +10,7 @@ from ...base.protocols import System, with_parts
 from ...base.quantities import Ratio, checked, positive_count
 from ...base.results import Floats, SolveError
 from ...base.sentences import silent
-from ...model.laws.friction import Coulomb, QuadraticDamping
-from ...model.laws.hysteresis import Parallel
-from ...model.laws.springs import Polynomial
+from ...model.laws import Coulomb, Parallel, Polynomial, QuadraticDamping
 from ...numerics.integration.methods import MOST_STEPS
 from .discrepancy import discrepancy
 from .driven import Between, lanes_of

@@ -10,9 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...base.results import Floats, SolveError, Status, largest_between
+from ...base.results import Booleans, Floats, Integers, SolveError, Status, largest_between
 from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import Segment
 from ...model.train.train_forms import behind_gear
@@ -76,7 +75,7 @@ class Path:
         return float(self.knots[-1])
 
     @property
-    def moving(self) -> NDArray[np.bool_]:
+    def moving(self) -> Booleans:
         """Whether the load moves in each segment (n,)."""
         return np.asarray((self.speed != 0.0) | (self.acceleration != 0.0) | (self.jerk != 0.0))
 
@@ -204,10 +203,10 @@ class Followed:
     rate: Floats
     work: Floats
     means: Floats
-    segment: NDArray[np.int64]
+    segment: Integers
 
     @property
-    def steps(self) -> NDArray[np.int64]:
+    def steps(self) -> Integers:
         """Numbers of the samples from which a step leads to the next one."""
         return np.flatnonzero((np.diff(self.segment) == 0) & (np.diff(self.t) > 0.0))
 

@@ -11,12 +11,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from numpy.typing import NDArray
 
 from ...base.law import has, spring_stiffness
 from ...base.protocols import lines_of
 from ...base.quantities import checked, interval, number
-from ...base.results import Floats, SolveError
+from ...base.results import Floats, Integers, SolveError
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import PEAK, Feedforward, MotorLimits, Payload, Task
 from ...drive.friction.standstill import standing
@@ -26,8 +25,7 @@ from ...drive.state_space import state_space
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, bearing_life, check_limits
 from ...model.laws.dry import is_dry
-from ...model.train.drive_train import DriveTrain
-from ...model.train.motion import Segment
+from ...model.train import DriveTrain, Segment
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.simulate import simulate
 from ...numerics.operating_point import bracketed_root
@@ -57,7 +55,7 @@ class Quintic(NamedTuple):
     coefficients: Floats  # (6, m), the constant first
 
     @classmethod
-    def through(cls, t: Floats, p: Floats, v: Floats, a: Floats, steps: NDArray[np.int64]) -> "Quintic":
+    def through(cls, t: Floats, p: Floats, v: Floats, a: Floats, steps: Integers) -> "Quintic":
         """Through samples (n,) of a value, its rate and its second derivative, over the steps that begin at `steps`."""
         i, j = steps, steps + 1
         h = t[j] - t[i]
@@ -67,7 +65,7 @@ class Quintic(NamedTuple):
         c4 = -15.0 * rise + 7.0 * slope - bend
         return cls(t[i], h, np.array([c0, c1, c2, c3, c4, 6.0 * rise - 3.0 * slope + 0.5 * bend]))
 
-    def of_share(self, s: Floats, which: NDArray[np.int64]) -> Floats:
+    def of_share(self, s: Floats, which: Integers) -> Floats:
         """Values at shares of steps number `which`."""
         return np.asarray(polyval(s, self.coefficients[:, which], tensor=False))
 

@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.results import Floats, SolveError
+from ...base.results import Complexes, Floats, SolveError
 from ...drive.loops.linear_control import around_poles, control_parts, control_response
 from ...drive.loops.sampled_loop import SampledLoop, SampledPlant, without_outside
 from ...drive.margins import MotorLoop, peak_sensitivity
 from ...drive.operating_point import operating_state
-from ...drive.state_space import Complexes
 from ...model.controllers.closed_loop import Sampling
 from ...model.train.drive_train import DriveTrain
 

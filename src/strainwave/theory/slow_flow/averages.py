@@ -14,12 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...base.series import remembered
 from ...compile.jit import kernel, run
 from ...compile.maths import cos, sin
 from ...numerics.addressed import law_by_address
-from .setting import Complexes
 
 POINTS = 32  # of the grid, per period of the highest harmonic
 FULL = 2.0 * math.pi

@@ -23,12 +23,12 @@ from typing import Any
 
 import numpy as np
 
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...compile.jit import run
 from ...numerics.balance.piecewise import Pieces, pieces_of
 from .averages import averages, grid_table
 from .memory import LoopAverages, loop_averages, remembers
-from .setting import Complexes, Setting, real_matrix
+from .setting import Setting, real_matrix
 from .varying import dampings, stiffnesses, torques, varies
 
 TARGET, LIMIT, LIMIT_2D = 1e-14, 8192, 65536  # accuracy of the trapezoid rule, and its most points

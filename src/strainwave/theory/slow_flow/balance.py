@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 
 from ...base.law import breakpoints_of
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...numerics.addressed import stiffnesses, torques
 from . import varying
 from .averages import harmonics, means, samples
 from .fixed_points import Flow
 from .memory import Loops, remembers
-from .setting import Complexes, Setting
+from .setting import Setting
 from .varying import varies
 
 SMOOTH, KINKED = 8, 64  # sample points per harmonic

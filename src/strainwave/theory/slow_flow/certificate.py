@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from . import varying
 from .averages import samples
 from .balance import Balance, balance_of, corrected, followed
@@ -18,7 +18,7 @@ from .fixed_points import Flow, is_stable
 from .memory import remembers
 from .results import Certificate
 from .second_order import second_order
-from .setting import Complexes, Setting
+from .setting import Setting
 from .varying import varies
 
 ACCEPTED = 0.10

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...numerics.balance.piecewise import pieces_of
 from .averaging import AveragedFlow
 from .closed_forms import CubicFlow
 from .memory import remembers
 from .second_order import SecondOrderFlow
-from .setting import Complexes, Setting
+from .setting import Setting
 from .varying import varies
 
 Integrals = AveragedFlow | SecondOrderFlow  # whose fixed points are sought on a grid

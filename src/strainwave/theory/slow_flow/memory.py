@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 
 from ...base.law import depends, spring_stiffness, states_of, torque_of, z_rate_of
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...compile.jit import kernel, kernel_as, run
 from ...compile.tree import with_leaf
 from .averages import means, samples
-from .setting import Complexes, Setting
+from .setting import Setting
 
 ROUNDS, CLOSED = 16, 1e-9  # periods at most, and how near to the closed loop suffices
 OPEN = 1e-6  # a loop whose gap stays larger has no average

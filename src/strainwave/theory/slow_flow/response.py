@@ -17,11 +17,10 @@ from typing import Any
 import numpy as np
 
 from ...base.blas import one_thread
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...numerics.operating_point import bracketed_root
 from .fixed_points import Flow, are_stable, is_trivial
 from .results import SlowBranch, SlowResponse
-from .setting import Complexes
 from .states import states
 
 LARGEST_STEP, TURN, MOST_POINTS = 0.05, 0.16, 4000

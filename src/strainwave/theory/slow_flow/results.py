@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.records import Along, Labelled, Result
-from ...base.results import Floats
+from ...base.results import Booleans, Floats
 from ...base.sentences import on_screen
-
-Booleans = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

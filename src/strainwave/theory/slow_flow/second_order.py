@@ -20,14 +20,14 @@ from typing import Any
 import numpy as np
 
 from ...base.law import breakpoints_of
-from ...base.results import Floats
+from ...base.results import Complexes, Floats
 from ...model.laws.springs import Polynomial, taylor
 from ...numerics.addressed import torques
 from .averages import Places, harmonics
 from .averaging import probes_of, turns_with_phase
 from .closed_forms import FORMS
 from .memory import LoopAverages, loop_averages, remembers
-from .setting import Complexes, Setting, real_matrix
+from .setting import Setting, real_matrix
 
 REACH = 7  # small harmonics up to this multiple of the fastest component
 SMOOTH = 80  # points per period of the fastest component: numbers without large prime factors

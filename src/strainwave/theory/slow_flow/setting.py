@@ -17,12 +17,11 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.law import breakpoints_of, depends, spring_stiffness, torque_of
 from ...base.protocols import Law, System, joint_orders, lacking
 from ...base.quantities import MOST_THINGS, Reals, shown
-from ...base.results import Floats
+from ...base.results import Booleans, Complexes, Floats
 from ...base.sentences import Angle, Sentence, Speed
 from ...model.oscillator import NoVariation
 from ...numerics.balance.harmonics import highest_order
@@ -30,7 +29,6 @@ from ...numerics.operating_point import loaded_state
 from ..equilibria import reach
 from .varying import mean_damping, pulling_lines, varied_orders, varies
 
-Complexes = NDArray[np.complex128]
 LARGEST, SMALLEST = 1e30, 1e-30  # of what the slow flow takes powers of
 HIGHEST = 2000  # harmonic of the common period: the averages sample it 16 times and more
 NEAR = 1e-6  # of omega_0: a hard line that is nearer sits on it
@@ -129,7 +127,7 @@ class Setting:
     orders: tuple[int, ...]
     torque_lines: Complexes
     error_lines: Complexes
-    on_fast: NDArray[np.bool_]
+    on_fast: Booleans
     omega: float
     fast: float
     hard: Complexes

@@ -14,14 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from ...base.results import Floats, SolveError
+from ...base.results import Complexes, Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ...numerics.operating_point import positive_roots
 from .closed_forms import CubicFlow
 from .fixed_points import RING, ROWS_PER_DECADE, Flow, amplitudes, attracts, is_stable, is_trivial, newton_step, scanned
 from .memory import remembers
 from .second_order import Forms, SecondOrderFlow
-from .setting import Complexes
 from .varying import varies
 
 TOGETHER = 2000  # speeds at once: what they take fits the memory, and a user can interrupt between

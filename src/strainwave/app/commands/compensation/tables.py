@@ -14,8 +14,7 @@ from ....base.protocols import terms_of
 from ....base.units import ARCSEC, RPM
 from ....drive.project import Project
 from ....files.order_table import OrderTable
-from ....model.controllers.adaptive import AdaptiveCancellation
-from ....model.controllers.feedforward import AngleFeedforward, TorqueTable
+from ....model.controllers import AdaptiveCancellation, AngleFeedforward, TorqueTable
 from ....model.excitation import Harmonic, Harmonics, KinematicError, Line, mean_torque
 from ....numerics.ensemble.loops import LoopRun, loop_ensemble, run_loop
 from ....study.compensation.bench import Bench

@@ -10,10 +10,9 @@ Whether other orbits may exist beside those of a condensed problem, from what on
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....base.protocols import System, linear_part_of, omega_of
-from ....base.results import Floats
+from ....base.results import Booleans, Floats
 from ....compile.address import ByAddress, at
 from ....compile.jit import run
 from ....compile.tree import with_leaf
@@ -226,7 +225,7 @@ class Condensed(NamedTuple):
     def biased(self) -> None:
         return None
 
-    def floating(self, points: Floats) -> NDArray[np.bool_]:
+    def floating(self, points: Floats) -> Booleans:
         """Whether the gear's law gives no torque anywhere on an orbit that moves, for every point."""
         return floating(self.part.laws[0], self.series(points)[:, 0], self.synthesis)
 
@@ -246,7 +245,7 @@ class Condensed(NamedTuple):
         driven = np.abs(s[:, 1:, 0, n] - s[:, 1:, 0, 0] * to_complex(self.gear.error)[1:])
         return Around(law, float(np.mean(s[:, 0, 0, n].real)), -s[:, 1:, 0, 0].real, damping, driven, 2 * k)
 
-    def several_at(self, points: Floats) -> NDArray[np.bool_]:
+    def several_at(self, points: Floats) -> Booleans:
         return several_at(self, points)
 
     def to_search(self, value: float) -> "Condensed":

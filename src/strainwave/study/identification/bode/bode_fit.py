@@ -14,7 +14,7 @@ from scipy.signal import cont2discrete
 from ....base.facts import Fact
 from ....base.quantities import number, shown
 from ....base.records import Labelled
-from ....base.results import Floats
+from ....base.results import Complexes, Floats
 from ....drive.loop_margin import motor_name
 from ....drive.margins import MotorLoop
 from ....drive.project import train_of
@@ -24,7 +24,7 @@ from ....model.train.controls import FREE, HERTZ
 from ....model.train.drive_train import DriveTrain
 from ..fitted import Fit, derivatives, refuse_unidentifiable
 from ..intervals import Spread, spread
-from .measured_bode import Complexes, MeasuredBode
+from .measured_bode import MeasuredBode
 
 UNITS = {"J_m": "kg*m^2", "J_l": "kg*m^2", "K": "N*m/rad", "B": "N*m*s/rad", "delay": "s", "gain": ""}
 BLOCKS = {  # of a project file: number, block with it and the ratio, and what has the source "measured"

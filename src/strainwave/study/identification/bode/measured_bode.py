@@ -5,18 +5,17 @@ from math import nan, pi
 from typing import ClassVar, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.ndimage import uniform_filter1d
 
 from ....base.facts import Fact
 from ....base.quantities import array_of, choice, complex_numbers, number, numbers
 from ....base.records import Along, Labelled, Result
-from ....base.results import Floats
+from ....base.results import Complexes, Floats
 from ....model.train.controls import HERTZ
 from ..identified import even_step
 from .measured_margins import MeasuredMargins, measured_margins
 
-Complexes = NDArray[np.complex128]
 Quantity = Literal["plant", "open loop", "closed loop"]
 Estimator = Literal["H1", "instrument", "unknown"]
 

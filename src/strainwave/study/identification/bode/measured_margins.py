@@ -9,17 +9,16 @@ from math import degrees, inf, isfinite, nan, pi
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from ....base.facts import Fact
-from ....base.results import Floats
+from ....base.results import Complexes, Floats
 from ....base.sentences import number
 from ....drive.loops.worst_margins import weakness
 from ....drive.margins import Margins
 from ....model.train.controls import HERTZ
 
-Logarithm = Callable[[Floats], NDArray[np.complex128]]
+Logarithm = Callable[[Floats], Complexes]
 
 BETWEEN = 64  # places from one frequency to the next
 LEFT = -1.75 * pi  # least phase at the lowest frequency: three integrators, and an eighth of a turn
@@ -97,7 +96,7 @@ def measured_margins(measured: Any) -> MeasuredMargins:
     logarithm = np.log(np.abs(L)) + 1j * phase
     spline: Logarithm = CubicSpline(x, logarithm)
 
-    def straight(at: Floats) -> NDArray[np.complex128]:
+    def straight(at: Floats) -> Complexes:
         return np.asarray(np.interp(at, x, logarithm.real) + 1j * np.interp(at, x, logarithm.imag))
 
     fine = np.interp(np.arange((len(x) - 1) * BETWEEN + 1) / BETWEEN, np.arange(len(x)), x)

@@ -14,8 +14,7 @@ from scipy.special import fdtrc
 
 from ....base.quantities import checked, number
 from ....base.results import Floats, SolveError
-from ....model.laws.hysteresis import BoucWen, Parallel
-from ....model.laws.springs import Backlash, Linear, PiecewiseLinear, Play
+from ....model.laws import Backlash, BoucWen, Linear, Parallel, PiecewiseLinear, Play
 from ..fitted import derivatives
 from ..intervals import Spread, derived_freedom, orthogonal, restricted
 from ..law_fit import Candidate, LackOfFit, compared

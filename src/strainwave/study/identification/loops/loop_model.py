@@ -13,13 +13,11 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....base.above import above
 from ....base.records import Along
-from ....base.results import Floats
-from ....model.laws.hysteresis import Parallel
-from ....model.laws.springs import Play
+from ....base.results import Floats, Integers
+from ....model.laws import Parallel, Play
 from ..law_fit import Candidate, LawFit
 
 SPRING = ("K1", "K2", "K3", "x1", "x2")
@@ -58,7 +56,7 @@ class Shape(NamedTuple):
 class Path(NamedTuple):
     """Way of the torsion: for every sample its branch; of every branch its direction and where it begins [rad]."""
 
-    branch: NDArray[np.int64]
+    branch: Integers
     direction: Floats
     begin: Floats
 

@@ -5,7 +5,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....base.quantities import SMALLEST
 from ....base.results import Floats
@@ -202,7 +201,7 @@ def closed_energy(x: Floats, t: Floats, path: Path) -> float:
     return total
 
 
-def _over(grid: Floats, x: Floats, t: Floats) -> NDArray[np.float64]:
+def _over(grid: Floats, x: Floats, t: Floats) -> Floats:
     order = np.argsort(x)
     return np.interp(grid, x[order], t[order])
 

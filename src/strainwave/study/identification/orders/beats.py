@@ -11,10 +11,9 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ....base.quantities import number, shown
-from ....base.results import Floats
+from ....base.results import Booleans, Floats, Integers
 from ....model.orders import Turn, whole_ratio
 from ..intervals import without
 from ..run import Run
@@ -100,7 +99,7 @@ class Around:
             self.grams.append(gram - shared.T @ shared)
             self.parts.append(part)
 
-    def gains(self, chosen: NDArray[np.int64]) -> Floats:
+    def gains(self, chosen: Integers) -> Floats:
         """Gains (m,) of lines at the places of these indices (m, lines), all together."""
         columns = np.stack([2 * chosen, 2 * chosen + 1], axis=-1).reshape(len(chosen), -1)
         total = np.zeros(len(chosen))
@@ -124,7 +123,7 @@ class Around:
         """A gain as if the noise were known."""
         return self.freedom * math.log1p(max(gain, 0.0) / self.freedom)
 
-    def settled(self, places: Floats, loose: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+    def settled(self, places: Floats, loose: Booleans) -> tuple[Floats, Floats]:
         """Places of lines, of those that are loose by least squares from these on, and the deviations of all."""
         nearest, deviations = STEP / max(run.turns for run in self.runs), np.zeros(len(places))
         for _ in range(ROUNDS):
@@ -216,7 +215,7 @@ def _tried(
     return FoundLine(order, error, "order" if several else "undecided", 0.0, alarm)
 
 
-def _twos(around: Around, order: float) -> NDArray[np.int64]:
+def _twos(around: Around, order: float) -> Integers:
     """Indices (m, 2) of places that half a beat parts, as far apart as the turns of some gear put lines."""
     turns = max(run.turns for run in around.runs)
     first, second = np.triu_indices(len(around.places), 1)

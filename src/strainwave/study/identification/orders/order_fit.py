@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ....base.results import Floats
+from ....base.results import Complexes, Floats
 from ..run import Run
 
 NEIGHBOURS = 64  # independent frequencies from which the noise at an order is estimated
@@ -47,7 +46,7 @@ def power(runs: Sequence[Any], spacing: float, count: int) -> Floats:
     return np.asarray(np.abs(2.0 / sum(len(angle) for angle, _ in runs) * total) ** 2)
 
 
-def _sums(angle: Floats, residual: Floats, spacing: float, count: int) -> NDArray[np.complex128]:
+def _sums(angle: Floats, residual: Floats, spacing: float, count: int) -> Complexes:
     """Sums of residual exp(-i q (angle - first angle)) at q = spacing, 2 spacing, ...; by FFT where the grid allows."""
     n = len(angle)
     step = float(angle[-1] - angle[0]) / (n - 1)

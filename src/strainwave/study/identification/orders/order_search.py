@@ -11,11 +11,10 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import rfft
 from scipy.special import gammaincc
 
-from ....base.results import Floats
+from ....base.results import Floats, Integers
 from ..intervals import orthogonal
 from ..run import Run
 from .order_fit import Floor, rounding, slow_columns
@@ -192,7 +191,7 @@ class Search:
             for v, c, here in runs
         )
 
-    def _bands(self, order: float, frequency: float) -> list[NDArray[np.int64]]:
+    def _bands(self, order: float, frequency: float) -> list[Integers]:
         """Numbers of the time's places, in each run, about the frequencies of an order there and about a frequency."""
         bands = []
         for run, c in zip(self.runs, self.time.over, strict=True):
@@ -205,7 +204,7 @@ class Search:
             bands.append(some[:: max(1, len(some) // MOST_BINS)])
         return bands
 
-    def _likelihood(self, bands: list[NDArray[np.int64]]) -> float:
+    def _likelihood(self, bands: list[Integers]) -> float:
         """Logarithm of the likelihood of what is left, as noise that is even over the bands."""
         total = 0.0
         for power, band, least, rest in zip(self.time.powers(self.rest), bands, self.least, self.rest, strict=True):
