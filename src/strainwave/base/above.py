@@ -71,8 +71,8 @@ def namespaces() -> dict[str, str]:
     places = dict(listed_in(root / "__init__.pyi"))
     for space in NAMESPACES:
         place = root.joinpath(*filter(None, places[space].split(".")), space)
-        tables = (place.with_suffix(".pyi"), place / "__init__.pyi", place / "__init__.py")
-        for name, _ in listed_in(next(table for table in tables if table.exists())):
+        table = place.with_suffix(".pyi")
+        for name, _ in listed_in(table if table.exists() else place / "__init__.pyi"):
             homes.setdefault(name, space)
     return homes
 
