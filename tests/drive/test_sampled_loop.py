@@ -1,7 +1,6 @@
 """The loop as its controller samples it: eigenvalues and Nyquist curves by hand, and what every face makes of them."""
 
 import json
-import math
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from strainwave.base.facts import data
 from strainwave.drive.loops.linear_control import control_parts
 from strainwave.drive.loops.worst_margins import loaded_trains
 from strainwave.drive.margins import loop_of
-from strainwave.numerics.integration.held import exponential
 from strainwave.study.compensation.bench import bench_of
 from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
 
@@ -129,13 +127,3 @@ def test_a_gear_that_is_stiffer_under_a_load_may_make_its_loop_unstable(tmp_path
     sizes = [np.exp(found.slowest.real * found.period) for found in loaded.loop.margins]
     assert sorted(sizes) == pytest.approx(sorted([soft, stiff]), abs=1e-8)
     assert loaded.loop.stable == (max(soft, stiff) < 1.0)
-
-
-@pytest.mark.interpreted
-def test_the_exponential_of_a_matrix_is_that_of_a_rotation_and_of_a_double_integrator():
-    w, t = 400.0, 1e-3
-    turned = exponential(t * np.array([[0.0, 1.0], [-w * w, 0.0]]))
-    c, s = math.cos(w * t), math.sin(w * t)
-    np.testing.assert_allclose(turned, [[c, s / w], [-w * s, c]], rtol=1e-12)
-    held = exponential(t * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]))
-    np.testing.assert_allclose(held, [[1.0, t, 0.5 * t * t], [0.0, 1.0, t], [0.0, 0.0, 1.0]], rtol=1e-12)

@@ -183,7 +183,7 @@ def test_what_is_no_free_decay_is_said_in_one_sentence(said):
 def test_bad_arguments_are_said():
     y = FADING * np.cos(T)
     for said, arguments, options in (
-        ("time does not rise at sample 1", (T[::-1], y), {}),
+        ("sample 1 stands after .*; times must ascend", (T[::-1], y), {}),
         ("3000 times and 5 values", (T, y[:5]), {}),
         ("no continuous parameter 'law.alpha'", (T, y), {"free": ("B", "law.alpha")}),
         ("excitation.amplitude: it changes nothing", (T, y), {"free": ("B", "excitation.amplitude")}),

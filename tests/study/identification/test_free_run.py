@@ -51,7 +51,7 @@ def test_a_start_is_a_state_or_measured_samples_with_gaps(log, found, start):
     [
         (lambda t, u: (np.append(t[:-1] ** 1.01 * t[-2] ** -0.01, t[-1]), u), (0.2, 0.0), "resample to equal steps"),
         (lambda t, u: (t[:10], u), (0.2, 0.0), f"input has {SAMPLES} samples and time 10; give equally many"),
-        (lambda t, u: (t[::-1], u), (0.2, 0.0), "let it ascend"),
+        (lambda t, u: (t[::-1], u), (0.2, 0.0), "times must ascend"),
         (lambda t, u: (t[:1], u[:1]), (0.2, 0.0), "inputs have 1 samples; give 2 at least"),
         (lambda t, u: (t, u), {"output": [np.nan, np.nan]}, "start has no measured sample"),
     ],

@@ -322,7 +322,7 @@ def test_what_cannot_be_asked_is_one_sentence(changes, sentence):
         (lambda log: log | {"output": 0.0 * log["output"]}, "nothing moves"),
         (lambda log: log | {"output": 1e200 * log["time"]}, r"values beyond 1e\+30; give it in SI"),
         (lambda log: log | {"input": np.where(log["time"] == log["time"][7], np.nan, log["input"])}, "sample 7"),
-        (lambda log: log | {"time": log["time"][::-1]}, "let it ascend"),
+        (lambda log: log | {"time": log["time"][::-1]}, "times must ascend"),
         (lambda log: log | {"time": log["time"] ** 1.5}, "equal steps"),
         (lambda log: log | {"input": log["input"][:-1]}, "equally many"),
         (lambda log: {n: v[:5] for n, v in log.items()}, "16 at least"),

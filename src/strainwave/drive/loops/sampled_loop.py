@@ -17,11 +17,11 @@ from ...model.controllers.closed_loop import Sampling
 from ...model.train.commanded import COMMANDED
 from ...model.train.controls import Lagged
 from ...model.train.filters import Filtered, apart, around
-from ...numerics.integration.held import held
 from .linear_control import around_poles, control_parts
 
 SMALL = 1e-7  # of the largest: a pole that stands for 0
 BEYOND = 30.0  # how far the frequencies go below the slowest pole
+JUST = 1e-9  # of a period: rounding of a delay
 ON_CIRCLE = 1e-9  # distance from 1 of a pole that does not move
 
 
@@ -143,3 +143,32 @@ def _continuous(loop: Any, outside: tuple[Any, ...]) -> tuple[Floats, Floats, Fl
     whole = np.block([[plant.A, -np.outer(plant.B[:, 0], C[0])], [np.zeros((len(A), len(plant.A))), A]])
     seen = np.hstack([np.vstack([angle, speed]), np.zeros((2, len(A) - 1))])
     return whole[:-1, :-1], whole[:-1, -1], seen
+
+
+def held(A: Floats, B: Floats, period: float, delay: float) -> tuple[Floats, Floats]:
+    """Matrices from sample to sample of x' = A x + B u, u held over a period and late by the delay.
+
+    The states are x and the torques of the samples before that do not act yet or still act, the latest first.
+    """
+    from scipy.linalg import expm  # here, because most analyses have no sampled loop and need none of SciPy
+
+    T, n = period, len(A)
+    whole = int(delay / T + JUST)
+    part = max(delay / T - whole, 0.0)
+    part = part if part > JUST else 0.0
+    before = whole + (part > 0.0)
+    matrix = np.zeros((n + 1, n + 1))
+    matrix[:n, :n], matrix[:n, n] = A, B
+    late, now = expm(part * T * matrix), expm((1.0 - part) * T * matrix)
+    F, g = np.zeros((n + before, n + before)), np.zeros(n + before)
+    F[:n, :n] = now[:n, :n] @ late[:n, :n]
+    if part:
+        F[:n, n + whole] = now[:n, :n] @ late[:n, n]
+    if whole:
+        F[:n, n + whole - 1] += now[:n, n]
+    else:
+        g[:n] = now[:n, n]
+    if before:
+        g[n] = 1.0
+        F[n + 1 :, n:-1] = np.eye(before - 1)
+    return F, g

@@ -18,6 +18,7 @@ from .driven import Between
 from .experiment import Experiment, Record
 from .fitted import Fitted
 from .intervals import Interval, interval
+from .run import refuse_descending
 from .windows import fitted_start
 
 MOST_OF_START = 50  # samples that a start is fitted to
@@ -96,10 +97,8 @@ def refuse_lengths(where: str, rows: Mapping[str, Floats], samples: int) -> None
 
 def even_step(label: str, time: Floats) -> float:
     """Mean step [s] of two times or more, which must ascend by equal steps (ValueError)."""
+    refuse_descending(time, f"{label}: time")
     steps = np.diff(time)
-    if not np.all(steps > 0.0):
-        i = int(np.flatnonzero(steps <= 0.0)[0])
-        raise ValueError(f"{label}: time {time[i + 1]:g} s of sample {i + 1} stands after {time[i]:g} s; let it ascend")
     step = float(time[-1] - time[0]) / (len(time) - 1)
     if np.max(np.abs(time - time[0] - step * np.arange(len(time)))) > UNEVEN * float(np.median(steps)):
         raise ValueError(

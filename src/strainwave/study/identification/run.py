@@ -94,11 +94,12 @@ def column(name: str, values: Any, item: str = "sample") -> Floats:
     return samples_of(name, values)
 
 
-def refuse_descending(time: Floats) -> None:
-    """Refuse times [s] that do not ascend (ValueError)."""
-    if not np.all(np.diff(time) > 0.0):
-        i = int(np.flatnonzero(np.diff(time) <= 0.0)[0])
-        raise ValueError(f"time {time[i + 1]:.9g} s of sample {i + 1} stands after {time[i]:.9g} s; times must ascend")
+def refuse_descending(values: Floats, name: str = "time", unit: str = "s", remedy: str = "times must ascend") -> None:
+    """Refuse times, or other values, that do not ascend (ValueError)."""
+    if not np.all(np.diff(values) > 0.0):
+        i = int(np.flatnonzero(np.diff(values) <= 0.0)[0])
+        after = f"{values[i + 1]:.9g} {unit} of sample {i + 1} stands after {values[i]:.9g} {unit}"
+        raise ValueError(f"{name} {after}; {remedy}")
 
 
 def angle_before(time: Floats, angle: Floats, delay: float) -> Floats:

@@ -14,6 +14,7 @@ import numpy as np
 from ...base.quantities import SMALLEST, numbers
 from ...base.results import Floats
 from .intervals import spread
+from .run import refuse_descending
 
 CYCLES = 3.0  # of a window, and fewer in a short record
 FEWEST = 3  # windows
@@ -64,10 +65,7 @@ def checked_record(time: Any, value: Any) -> tuple[Floats, Floats]:
     t, y = numbers("time [s]", time), numbers("value", value)
     if len(t) != len(y):
         raise ValueError(f"there are {len(t)} times and {len(y)} values; give one value for each time")
-    late = np.flatnonzero(np.diff(t) <= 0.0)
-    if len(late):
-        at = int(late[0]) + 1
-        raise ValueError(f"time does not rise at sample {at}: {t[at]:.9g} s after {t[at - 1]:.9g} s; sort the record")
+    refuse_descending(t)
     if not np.ptp(y) > SMALLEST:
         raise ValueError(f"the value is {y[0]:g} in all {len(y)} samples: there is no motion; record a free decay")
     return t, y

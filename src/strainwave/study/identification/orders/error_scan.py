@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ....base.quantities import choice, positive_count, shown
 from ....model.error_spectrum import extremes
 from ....model.excitation import HIGHEST
-from ..run import column
+from ..run import column, refuse_descending
 from . import error_result
 from .error_result import Direction, ErrorScan, Fit, ScanLine, fit_lines, squared_amplitude
 from .order_fit import FEWEST, Floor, correlation, noise_floor, power, probability, rounding
@@ -181,13 +181,8 @@ def _direction(prefix: str, angle: Any, error: Any, sign: float) -> Direction:
         raise ValueError(
             f"{prefix}angle and error have the shapes {theta.shape} and {e.shape}; give one length of 4 at least"
         )
-    steps = np.diff(theta)
-    if not np.all(steps > 0.0):
-        i = int(np.flatnonzero(steps <= 0.0)[0])
-        raise ValueError(
-            f"{prefix}angle {theta[i + 1]:.9g} rad of sample {i + 1} stands after {theta[i]:.9g} rad; angles must "
-            "ascend: average repeated ones, give the way back as `backward`, its angles ascending too"
-        )
+    back = "average repeated ones, give the way back as `backward`, its angles ascending too"
+    refuse_descending(theta, f"{prefix}angle", "rad", f"angles must ascend: {back}")
     direction = Direction(theta, sign * e)
     if direction.turns < 1.0 - NEARLY:
         raise ValueError(
