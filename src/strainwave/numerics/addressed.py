@@ -296,10 +296,8 @@ def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[
         elif inside:
             place = OscillatorAt._fields.index(name)
         first += count(item)
-    torque, error = (
-        FunctionAt(places["excitation"], entry(_torques, system.excitation, VECTOR, VECTOR)),
-        FunctionAt(places["error"], entry(_values_of_error, system.error, VECTOR, VECTOR)),
-    )
+    torque = FunctionAt(places["excitation"], entry(_torques, system.excitation, VECTOR, VECTOR))
+    error = FunctionAt(places["error"], entry(_values_of_error, system.error, VECTOR, VECTOR))
     own = float(system.J), float(system.B), float(system.omega)
     return OscillatorAt(*own, places["law"], torque, error, slot), place, places["law"]
 

@@ -157,10 +157,8 @@ def _ranged(project: Project) -> bool:
 
 def _remarks(project: Project) -> list[str]:
     """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
-    texts, speeds = (
-        [*remarks(project), *posture_note(project), *move_note(project), *load_remark(project)],
-        project.speeds,
-    )
+    texts = [*remarks(project), *posture_note(project), *move_note(project), *load_remark(project)]
+    speeds = project.speeds
     if speeds.single:
         ends = _speeds([speeds.own(omega) for omega in speeds.limits], " to ")
         texts.append(

@@ -221,10 +221,8 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     state = operating_state(train, 0.0)
     poles = state_space(train, at=state).poles
     fastest = float(np.max(np.abs(poles)))
-    span, most = (
-        2.0 * pi / fastest,
-        LONGEST / float(np.min(-poles.real[-poles.real > STANDS**2 * fastest], initial=fastest)),
-    )
+    span = 2.0 * pi / fastest
+    most = LONGEST / float(np.min(-poles.real[-poles.real > STANDS**2 * fastest], initial=fastest))
     core, T = core_of(train.motor.control), breakaway(train.motor.drag)
     state[2] += 2.0 * T / torque_of(core, 1.0, 0.0, (0.0,) * states_of(core))  # its torque is twice what breaks it away
     t, angle, moves, rested = np.zeros(1), state[2:3], np.zeros(1, bool), False

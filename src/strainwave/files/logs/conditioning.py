@@ -243,12 +243,8 @@ def _ascends(path: Path, name: str, time: Floats) -> None:
     back = np.flatnonzero(np.diff(time) < 0.0)
     if len(back):
         i = int(back[0])
-        raise refuse(
-            path,
-            f"runs backwards, from {time[i]:.9g} to {time[i + 1]:.9g} s after sample {i + 1}; sort the lines, or make "
-            "a file of each run",
-            what="time",
-        )
+        said = f"runs backwards, from {time[i]:.9g} to {time[i + 1]:.9g} s after sample {i + 1}"
+        raise refuse(path, f"{said}; sort the lines, or make a file of each run", what="time")
     if time[-1] == time[0]:
         raise refuse(path, f"stands still at {time[0]:.9g} s; is it the right column?", what="time")
 

@@ -318,9 +318,5 @@ def _check_ratio(path: Path, log: Log, ratio: float, notes: list[str]) -> None:
     if log_ratio is None:
         notes.append(f"the ratio {ratio:g} cannot be checked: that takes the motion of both shafts")
     elif abs(log_ratio / ratio - 1.0) > WRONG_GEAR:
-        raise refuse(
-            path,
-            f"is the log of another gear: its motor turns {log_ratio:.5g} times as far as its load, and the ratio is "
-            f"{ratio:g}; give its own ratio or its own file",
-            what="ratio",
-        )
+        said = f"its motor turns {log_ratio:.5g} times as far as its load, and the ratio is {ratio:g}"
+        raise refuse(path, f"is the log of another gear: {said}; give its own ratio or its own file", what="ratio")

@@ -82,18 +82,14 @@ def in_seconds(lines: list[str], start: int = 0) -> Dated:
 
 def _nanoseconds(line: int, match: re.Match[str]) -> int:
     """Nanoseconds since 1970, in UTC where there is a time zone."""
-    year, month, day, hour, minute = map(int, match.groups()[:5])
+    year, month, day, hour, minute, second, fraction, zone = match.groups(default="")
+    zone = zone if zone[:1] in ("+", "-") else "Z"
     try:
-        date = datetime(year, month, day, hour, minute, int(match.group(6) or 0), tzinfo=UTC)
+        date = datetime.fromisoformat(f"{year}-{month}-{day}T{hour}:{minute}:{second or '00'}{zone}")
     except ValueError:
         raise WrongDate(line, f"has {match.group()}, which is no date of the calendar; correct it") from None
     passed = date - EPOCH
-    zone = (match.group(8) or "").replace(":", "")
-    ahead = 0
-    if zone[:1] in ("+", "-"):
-        ahead = (int(zone[1:3]) * 3600 + int(zone[3:] or 0) * 60) * (1 if zone[0] == "+" else -1)
-    seconds = passed.days * 86_400 + passed.seconds - ahead
-    return seconds * NANO + int((match.group(7) or "").ljust(9, "0"))
+    return (passed.days * 86_400 + passed.seconds) * NANO + int(fraction.ljust(9, "0"))
 
 
 @dataclass(frozen=True)
@@ -189,9 +185,8 @@ def place_of(path: Path, file: list[Column], channel: str, column: str | int, hi
     if isinstance(column, int) and not isinstance(column, bool):
         if 0 <= column < len(file):
             return column
-        raise refuse(
-            path, f"has {counted(len(file), 'column')}, so none at the place {column} for {channel}; 0 is the first"
-        )
+        said = f"has {counted(len(file), 'column')}, so none at the place {column} for {channel}; 0 is the first"
+        raise refuse(path, said)
     for names in ([c.name for c in file], [named(c.name).name for c in file]):
         if names.count(str(column)) == 1:
             return names.index(str(column))
@@ -242,13 +237,8 @@ def columns_in_si(
         if not (unit or file_unit):
             raise refuse(path, f"column {shown(name)} has no unit; {hint}", 1, place + 1, field)
         if unit and file_unit and unit != file_unit:
-            raise refuse(
-                path,
-                f"column {shown(name)} is in {file_unit} and was requested in {joined([unit])}; leave one out",
-                1,
-                place + 1,
-                field,
-            )
+            said = f"column {shown(name)} is in {file_unit} and was requested in {joined([unit])}; leave one out"
+            raise refuse(path, said, 1, place + 1, field)
         if not np.all(np.isfinite(values)):
             i = int(np.flatnonzero(~np.isfinite(values))[0])
             raise refuse(path, "is no finite number; correct it or remove the line", lines[i], place + 1, field)
@@ -285,13 +275,9 @@ def _header(path: Path, lines: Lines, start: int, dialect: Dialect, width: int) 
     if len(header) > 1 and len(header[-1]) == len(header[-2]) == width and unit_row(header[-1]):
         units = [cell.strip("[]() ") for cell in header.pop()]
     if len(header[-1]) != width:
-        line = lines.numbers[start - 1]
-        raise refuse(
-            path,
-            f"names {len(header[-1])} columns and the lines below have {width} numbers; give delimiter and decimal as "
-            "the file is written",
-            line,
-        )
+        said = f"names {len(header[-1])} columns and the lines below have {width} numbers"
+        remedy = "give delimiter and decimal as the file is written"
+        raise refuse(path, f"{said}; {remedy}", lines.numbers[start - 1])
     return header[-1], units
 
 

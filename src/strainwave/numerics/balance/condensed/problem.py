@@ -234,11 +234,8 @@ class Condensed(NamedTuple):
         law, *more = self.part.laws
         if more:
             return None
-        n, k, s = (
-            len(self.part.inertia),
-            orders(self.harmonics()),
-            np.empty((len(omega), *self.stiff[0].shape), complex),
-        )
+        n, k = len(self.part.inertia), orders(self.harmonics())
+        s = np.empty((len(omega), *self.stiff[0].shape), complex)
         with np.errstate(all="ignore"):
             condense(self.pencil._replace(kept=1), omega, 1.0, s, None)
         damping = s[:, 1:, 0, 0].imag + self.gear_damping * self.pencil.rate * omega[:, None] * k

@@ -281,10 +281,8 @@ def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -
             raise ValueError(f"{name} runs to the end of what is searched; leave it out of free")
     J = derivatives(misfit, x, np.full(len(names), STEP))
     refuse_unidentifiable(J, names, np.ones(len(names)), TOLERANCE)
-    scatter, solved = (
-        spread(J, misfit(x), len(J) // count * [count]),
-        values(late, x),
-    )  # records: real and imaginary part
+    scatter = spread(J, misfit(x), len(J) // count * [count])  # records: real and imaginary part
+    solved = values(late, x)
     sizes = np.array([1.0 / fastest if name == "delay" else solved[name] for name in names])
     return solved, scatter._replace(covariance=scatter.covariance * np.outer(sizes, sizes))
 
