@@ -12,31 +12,15 @@ from ..study.move.result import Move
 from ..study.speed_map.result import SpeedMap
 from ..study.tuning.result import TunedLoop
 from ..study.tuning.trial import GOALS
-from .panels import (
-    BLACK,
-    BLUE,
-    DOT_DASH,
-    DOTS,
-    GREEN,
-    GREY,
-    MOTOR,
-    ORANGE,
-    PINK,
-    TIME,
-    Axis,
-    Cells,
-    Panel,
-    angle,
-    of_speeds,
-    panels_of,
-)
+from . import panels
+from .panels import BLACK, BLUE, DOT_DASH, DOTS, GREY, ORANGE, TIME, Axis, Panel, angle, of_speeds, panels_of
 
 AFTER = 0.4  # durations of the profile shown after its end, and twice the time to settle
 NEAR = 2.0  # times the largest value: limits up to there are drawn
 SHADE = "#909090"  # bands, which are drawn half transparent
 RPMS, TORQUE = Axis("", "rpm", RPM), Axis("", "N*m")
 
-BAND, LOADS, STYLES = "#8c2d04", (BLUE, GREEN, PINK), ("", "7 3", "2 3")  # of the loads shown
+BAND, LOADS, STYLES = "#8c2d04", (BLUE, panels.GREEN, panels.PINK), ("", "7 3", "2 3")  # of the loads shown
 BAR = 0.42  # of the distance between loads
 GREYS = range(0xFA, 0x8F, -9)  # of oscillations from small to large
 
@@ -65,11 +49,11 @@ def move_panels(move: Move, gear: Gear | None = None, limits: MotorLimits = UNLI
     for name, dash in {"rated_torque": "4 2", "repeated_peak_torque": "8 3", "momentary_torque": "2 3"}.items():
         rating, label = getattr(gear, name, None), f"{name.replace('_', ' ')} of the gear"
         _limit(lowest, rating, move.peak_gear_torque, torque, label, dash)
-    panels = [_speed(move, t, move.reference_speed[samples], gear, limits), error, lower, lowest]
-    for panel in panels:
+    drawn = [_speed(move, t, move.reference_speed[samples], gear, limits), error, lower, lowest]
+    for panel in drawn:
         panel.xlim = (0.0, float(t[-1]))
         panel.upright(move.duration, GREY, "end of the profile", DOTS)
-    return panels
+    return drawn
 
 
 def _allowed(panel: Panel, limits: MotorLimits, t: Floats, speed: Floats, torque: Floats) -> None:
@@ -137,7 +121,7 @@ def _bands(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
         shade = np.where(good, np.round((len(GREYS) - 1) * share), -1.0).astype(int)
         middle = np.concatenate([grid.speeds[:1], 0.5 * (grid.speeds[1:] + grid.speeds[:-1]), grid.speeds[-1:]])
         edges = np.append(grid.loads - 0.5 * step, grid.loads[-1] + 0.5 * step)
-        panel.cells = Cells(middle, edges, shade, [f"#{3 * f'{grey:02x}'}" for grey in GREYS])
+        panel.cells = panels.Cells(middle, edges, shade, [f"#{3 * f'{grey:02x}'}" for grey in GREYS])
     if grid.vendor:
         loads = np.array([rule.load for rule in grid.vendor])
         up = np.column_stack([loads - 0.5 * step, loads + 0.5 * step]).ravel()
@@ -224,7 +208,9 @@ def tuning_panels(tuning: TunedLoop) -> list[Panel]:
     drawn = ((tuning.response_before, GREY, "gains of the file"), (tuning.response_after, BLUE, "recommended gains"))
     found = [(response, colour, name) for response, colour, name in drawn if response is not None]
     largest = [float(np.max(response.oscillation)) for response, _, _ in found]
-    swept = Panel("Under the load with the largest oscillation", MOTOR, angle("oscillation of the error", largest))
+    swept = Panel(
+        "Under the load with the largest oscillation", panels.MOTOR, angle("oscillation of the error", largest)
+    )
     for response, colour, name in found:
         swept.parted(response.omega, response.oscillation, response.stable, colour, name)
     swept.fit()
