@@ -208,9 +208,8 @@ def tuning_panels(tuning: TunedLoop) -> list[Panel]:
     drawn = ((tuning.response_before, GREY, "gains of the file"), (tuning.response_after, BLUE, "recommended gains"))
     found = [(response, colour, name) for response, colour, name in drawn if response is not None]
     largest = [float(np.max(response.oscillation)) for response, _, _ in found]
-    swept = Panel(
-        "Under the load with the largest oscillation", panels.MOTOR, angle("oscillation of the error", largest)
-    )
+    size = angle("oscillation of the error", largest)
+    swept = Panel("Under the load with the largest oscillation", panels.MOTOR, size)
     for response, colour, name in found:
         swept.parted(response.omega, response.oscillation, response.stable, colour, name)
     swept.fit()
