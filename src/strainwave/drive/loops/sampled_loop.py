@@ -19,7 +19,7 @@ from ...model.train.controls import Lagged
 from ...model.train.filters import Filtered, apart, around
 from .linear_control import around_poles, control_parts
 
-SMALL = 1e-7  # of the largest: a pole that stands for 0
+SMALL = 1e-7  # of half the rate: a pole that stands for 0
 BEYOND = 30.0  # how far the frequencies go below the slowest pole
 JUST = 1e-9  # of a period: rounding of a delay
 ON_CIRCLE = 1e-9  # distance from 1 of a pole that does not move
@@ -112,7 +112,7 @@ class SampledLoop:
         """Frequencies [rad/s], ascending to pi/T, close around resonances and antiresonances."""
         every = np.concatenate([self.plant.loop.corners, self.plant.poles, self.growing])
         sizes, top = np.abs(every), pi / self.period
-        least = np.min(sizes[sizes > SMALL * np.max(sizes)], initial=top)
+        least = np.min(sizes[sizes > SMALL * top], initial=top)
         near = around_poles(every, about)
         return np.unique(np.concatenate([np.geomspace(least / BEYOND, top, points), near[near < top]]))
 

@@ -17,6 +17,7 @@ from ...model.controllers.closed_loop import Sampling
 from ...model.train.drive_train import DriveTrain
 
 POINTS, BEYOND = 500, 30.0  # frequencies, and how far below and above the slowest and fastest pole they go
+STEP = 0.05  # of the logarithm of a frequency, below these where a loop with other gains is slower
 ABOUT = np.tan(np.linspace(-1.45, 1.45, 30))  # places around a resonance, in half widths
 ZOOM = 33  # places between the neighbours of the largest sensitivity
 AT_REST = 1e-9  # of the largest pole: one that stands for 0
@@ -92,7 +93,8 @@ class OpenLoop:
             return UNSTABLE
         into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
         angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
-        extra = around_poles(poles, ABOUT)
+        lower = np.arange(STEP, np.log(BEYOND * self.grid[0] / np.min(np.abs(poles[moving]))), STEP)
+        extra = np.append(around_poles(poles, ABOUT), self.grid[0] * np.exp(-lower))
         grid = np.concatenate([self.grid, extra])
         if self.sampling is not None:
             found, answered = self._sampled(control, self.sampling), _disturbed(poles[moving], angle, grid)
