@@ -9,6 +9,7 @@ from typing import Any
 from ..base.protocols import Law
 from ..base.quantities import checked, interval, number, shown
 from ..base.units import Speeds
+from ..compile.tree import leaves
 from ..drive.asked import DriveUnit, MotorLimits
 from ..drive.project import Project
 from ..model.error_spectrum import LoadedError
@@ -20,6 +21,7 @@ from ..model.oscillator import NoVariation
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
+from ..study.tuning.trial import having
 from .fields import groups, schema
 from .fields.drive_units import DriveUnitsSpec
 from .fields.postures import PostureSpec
@@ -93,9 +95,9 @@ def _of_project(project: Project) -> str:
     if _reads_as(project, project.text):
         return project.text
     edited = project.whole and with_loop(project.text, project.whole.motor.control)
-    if edited and _reads_as(project, edited):
+    if edited and _reads_as(_without_bandwidth(project), edited):
         return edited
-    project = _written_scatter(project)
+    project = _written_scatter(_without_bandwidth(project))
     for gear in _gears(project):
         if _reads_as(project, text := _file(**gear, **_parts(project))):
             return text
@@ -105,21 +107,30 @@ def _of_project(project: Project) -> str:
     )
 
 
-def _written_scatter(project: Project) -> Project:
-    """The project with the scatter of what is written: B for a ratio of damping, and no bandwidth beside gains."""
-    names = {"damping.ratio": "damping.B", "damping.quality": "damping.B"}  # B is as many percent off as they are
-    rows = [(names.get(name, name), share) for name, share in project.scatter]
-    kept = [i for i, (name, _) in enumerate(rows) if name.removeprefix("motor.") not in BY_BANDWIDTH]
+def _without_bandwidth(project: Project) -> Project:
+    """The project without the scatter of a loop's bandwidth, beside gains."""
+    names = [name.removeprefix("motor.") for name, _ in project.scatter]
+    kept = [i for i, name in enumerate(names) if name not in BY_BANDWIDTH]
     table = project.correlation and tuple(tuple(project.correlation[i][j] for j in kept) for i in kept)
-    return replace(project, scatter=tuple(rows[i] for i in kept), correlation=table)
+    return replace(project, scatter=tuple(project.scatter[i] for i in kept), correlation=table)
+
+
+def _written_scatter(project: Project) -> Project:
+    """The project with the scatter of what is written: B for a ratio of damping."""
+    names = {"damping.ratio": "damping.B", "damping.quality": "damping.B"}  # B is as many percent off as they are
+    return replace(project, scatter=tuple((names.get(name, name), share) for name, share in project.scatter))
 
 
 def _reads_as(project: Project, text: str) -> bool:
-    """Whether a text reads as this project but for its notes, which follow from the file."""
+    """Whether a text reads as this project but for its notes, which follow from the file; gains to 1e-9."""
     try:
         found = from_text(text, project.path)
     except ProjectError:
         return False
+    if project.whole and found.whole:
+        own, other = [leaves(one.whole.motor.control) for one in (project, found) if one.whole]
+        if own != other and len(own) == len(other) and all(map(math.isclose, own, other)):
+            found = having(found, project.whole.motor.control)
     return replace(found, text=project.text, notes=project.notes, gear=project.gear) == project
 
 
