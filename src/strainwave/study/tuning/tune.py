@@ -9,7 +9,7 @@ import numpy as np
 from ...base.quantities import number as checked_number
 from ...base.quantities import shown
 from ...base.results import Floats, SolveError
-from ...base.sentences import number, silent
+from ...base.sentences import listed, number, silent
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
@@ -26,6 +26,7 @@ NEAR = 0.97  # share of a limit from which on it binds
 NOTCH = 0.5, 0.1  # width over the frequency, and depth
 BETTER = 0.01  # of the measure: a notch that gains less is not offered
 DEFAULT = 2.0
+WHOSE = "the gains of the file", "those of the rule", "the recommended gains"
 NO_NOTCH = "A notch filter at the resonance with the motor free makes the goals no better."
 SLACK = 1.015  # times the compliance and settling of the file, where no goal is given
 NOTHING = 1e-12  # rad, s, N*m: a goal that rounding makes
@@ -166,15 +167,17 @@ def tune(
         raise ValueError(_goal_sentence(search, loop.names))
     progress("before and after", 0.9)
     sensitivities = tuple(_sensitivity(search, best, i, name) for i, name in enumerate(loop.names))
-    advice, dearest = _notched(search, loop, best) if notch else None, trial.dearest(best)
-    trial.full = trial.whole = True
-    today, ruled, recommended = [trial.point(x) for x in (of_file, by_rule, best)]
+    advice, trial.full, trial.whole = _notched(search, loop, best) if notch else None, True, True
+    dearest, points = trial.dearest(best), [trial.point(x) for x in (of_file, by_rule, best)]
+    late = [whose for whose, point in zip(WHOSE, points, strict=True) if inf in point.settlings]
+    if late:
+        remarks = (*remarks, f"The move does not settle with {listed(late)}.")
     cases = drives[: max(1, len(project.postures))]
     before, after = [_response(cases, loads, loop.control(x)) for x in (of_file, best)]
-    binding = tuple(_binding(search, best, recommended, loop.names))
+    binding = tuple(_binding(search, best, points[2], loop.names))
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return TunedLoop(
-        setting.goals, loop.names, trial.setting.limits, ranges, today, ruled, recommended, front(search),
+        setting.goals, loop.names, trial.setting.limits, ranges, *points, front(search),
         binding, sensitivities, loop.control(best), before, after, trial.computed, advice,
         (*remarks, *([NO_NOTCH] if notch and advice is None else [])), project.drive_units,
         None if dearest is None else GainCost(loop.names[dearest[0]], *dearest[1:]),
@@ -391,5 +394,5 @@ def _notched(search: Search, loop: Loop, best: Floats) -> NotchAdvice | None:
     trial.computed += notched.trial.computed
     if notched.measure(x) > search.measure(best) - BETTER:
         return None
-    notched.trial.full = True
+    notched.trial.full = notched.trial.whole = True
     return NotchAdvice(place, *NOTCH, notched.trial.point(x), loop.control(x, added))
