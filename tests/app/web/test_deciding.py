@@ -112,8 +112,11 @@ def test_gains_are_tuned_shown_before_and_after_and_taken(blank):
     blank.wait_for_selector("#plot-tuning[data-drawn]")
     names = blank.evaluate("() => document.getElementById('plot-tuning').data.map((one) => one.name)")
     assert {"before", "after"} <= set(names)
-    texts = blank.locator("#tuned td:nth-child(1)").all_inner_texts()
-    assert texts == ["of the file", "of the rule", "recommended"]
+    texts = blank.locator("#tuned th:not(:first-child)").all_inner_texts()
+    assert texts == ["file", "rule", "recommended"]
+    assert "K_p [N·m·s/rad]" in blank.locator("#tuned td:first-child").all_inner_texts()
+    blank.set_viewport_size({"width": 375, "height": 812})
+    assert blank.evaluate("() => tuned.scrollWidth <= tuned.clientWidth")  # nothing is out of sight
     blank.locator("#use").click()
     blank.wait_for_function("() => location.hash.startsWith('#project=')")
 

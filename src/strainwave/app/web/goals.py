@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...base.results import SolveError
+from ...base.sentences import sign
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
@@ -17,7 +18,7 @@ from ...files.variants.replaced import replaced
 from ...study.compensation.compensate import benches_of, compensate
 from ...study.compensation.designs import own_rate
 from ...study.compensation.gains import times_of
-from ...study.tuning.trial import GOALS
+from ...study.tuning.result import gain_unit
 from ...study.tuning.tune import tune
 from ..console import without_calls
 from .parameters import parameters
@@ -89,15 +90,15 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
     """The gains of the loop that make the pointing error small, before and after, and the project that has them."""
     result = tune(project, progress=progress)
     scale = project.speeds.scale
-    points = {"of the file": result.before, "of the rule": result.rule, "recommended": result.recommended}
+    points = {"file": result.before, "rule": result.rule, "recommended": result.recommended}
     return {
         "gains": list(result.gains),
-        "goal": GOALS[result.goals[0]].words,
+        "units": [sign(gain_unit(result.control, name)) for name in result.gains],
         "points": [
             {
                 "name": name, "gains": point.gains, "oscillation_arcsec": point.pointing / ARCSEC,
                 "compliance_arcsec_per_N_m": point.figures.compliance / ARCSEC, "settling_s": point.figures.settling,
-                "move_settling_s": None if math.isnan(point.move_settling) else point.move_settling,
+                "move_settling_s": point.move_settling,
                 "peak_sensitivity": point.figures.peak_sensitivity, "gain_margin": point.figures.gain_margin,
                 "phase_margin_deg": math.degrees(point.figures.phase_margin), "motor_torque": point.motor_torque,
             }
