@@ -29,33 +29,34 @@ def with_loop(text: str, control: Any) -> str | None:
     if loop is None or loop.id != "mapping":
         return None
     core, about = apart(control)
-    kept = tuple(f"motor.loop.{name}" for name in about)
+    kept, kinds = tuple(f"motor.loop.{name}" for name in about), {n: r.kind for n, r in rows_of(core.__class__).items()}
     changes = [
         (_span(text, value), groups.YOURS)
         for name, value in _pairs(_of(root, "sources"))
         if name.value.startswith("motor.loop") and not name.value.startswith(kept)
     ]
     if any(_of(loop, key) for key in BY_BANDWIDTH):
-        changes += [*_gains(text, loop, core), *_without_scatter(text, root)]
+        changes += [*_gains(text, loop, core, kinds), *_without_scatter(text, root)]
     else:
-        pairs = [(_kinds(core)[key.value], getattr(core, key.value), value) for key, value in loop.value
-                 if key.value in core._fields]  # fmt: skip
-        changes += [
-            (_span(text, value), _in_unit(kind, gain, value.value))
-            for kind, gain, value in pairs
-            if kind.read(value.value, Place((), [])) != gain
-        ]
+        for key, value in loop.value:
+            gain = getattr(core, key.value, None)
+            if gain is not None and kinds[key.value].read(value.value, Place((), [])) != gain:
+                changes.append((_span(text, value), _in_unit(kinds[key.value], gain, value.value)))
     changes += _more_filters(text, loop, about.get("filters", ()))
     for (begin, end), new in sorted(changes, reverse=True):
         text = text[:begin] + new + text[end:]
     return text
 
 
-def _gains(text: str, loop: Any, core: Any) -> list[Change]:
+def by_bandwidth(name: str) -> bool:
+    """Whether a number of the file is the bandwidth of a loop, or its damping."""
+    return name.rpartition("loop.")[1:] in [("loop.", key) for key in BY_BANDWIDTH]
+
+
+def _gains(text: str, loop: Any, core: Any, kinds: dict[str, Any]) -> list[Change]:
     """Changes that put gains where a bandwidth and its damping are."""
     given = [pair for pair in loop.value if pair[0].value in BY_BANDWIDTH]
     between = ", " if loop.flow_style else _newline(text) + " " * given[0][0].start_mark.column
-    kinds = _kinds(core)
     gains = [f"{n}: {kinds[n].text(v)}" for n, v in core._asdict().items() if v and not is_model(v)]
     if _of(loop, "type") is None:
         gains.insert(0, Loop().text(core).lstrip("{").partition(",")[0])
@@ -82,15 +83,13 @@ def _more_filters(text: str, loop: Any, filters: tuple[Any, ...]) -> Iterator[Ch
 
 def _without_scatter(text: str, root: Any) -> Iterator[Change]:
     """Changes that take the bandwidth and its damping out of the scatter and its correlation."""
-    names = [name.value.removeprefix("motor.loop.").removeprefix("loop.") for name, _ in _pairs(_of(root, "scatter"))]
-    gone = [i for i, name in enumerate(names) if name in BY_BANDWIDTH]
-    if gone and len(gone) == len(names):
-        top = [key.value for key, _ in root.value]
-        yield from _without(text, root, [top.index(key) for key in ("scatter", "scatter_correlation") if key in top])
+    scatter, table = _of(root, "scatter"), _of(root, "scatter_correlation")
+    gone = [i for i, (name, _) in enumerate(_pairs(scatter)) if by_bandwidth(name.value)]
+    if gone and len(gone) == len(scatter.value):
+        yield from _without(text, root, [i for i, (_, value) in enumerate(root.value) if value in (scatter, table)])
     elif gone:
-        table = _of(root, "scatter_correlation")
-        kept = [] if table is None else [row for i, row in enumerate(table.value) if i not in gone]
-        for node in filter(None, (_of(root, "scatter"), table, *kept)):
+        rows = [row for i, row in enumerate(table.value) if i not in gone] if table else []
+        for node in filter(None, (scatter, table, *rows)):
             yield from _without(text, node, gone)
 
 
@@ -107,12 +106,6 @@ def _without(text: str, node: Any, gone: Collection[int]) -> Iterator[Change]:
         else:
             begin = spans[i - 1][1]
         yield (begin, end), ""
-
-
-def _kinds(core: Any) -> dict[str, Any]:
-    """How each gain of a loop is written."""
-    cls: Any = type(core)
-    return {name: row.kind for name, row in rows_of(cls).items()}
 
 
 def _in_unit(kind: Any, value: float, given: str) -> str:
@@ -139,10 +132,10 @@ def _items(node: Any) -> list[Any]:
 
 def _span(text: str, *nodes: Any) -> tuple[int, int]:
     """Where nodes that follow each other begin, and where the last line of the last has its last letter."""
-    begin, last = nodes[0].start_mark.index, nodes[-1]
+    last = nodes[-1]
     while last.id != "scalar" and not last.flow_style:
         last = _items(last)[-1][-1]
-    return begin, len(text[: last.end_mark.index].rstrip())
+    return nodes[0].start_mark.index, len(text[: last.end_mark.index].rstrip())
 
 
 def _newline(text: str) -> str:

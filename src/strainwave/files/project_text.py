@@ -26,11 +26,10 @@ from .fields import groups, schema
 from .fields.drive_units import DriveUnitsSpec
 from .fields.postures import PostureSpec
 from .fields.rows import texts_of
-from .loop_text import with_loop
+from .loop_text import by_bandwidth, with_loop
 from .reading import ProjectError, from_text
 
 KEPT = (groups.ASSUMED, groups.MEASURED, groups.CATALOGUE)  # sources that are written
-BY_BANDWIDTH = ("loop.bandwidth", "loop.damping")
 NEIGHBOURS = (0.0, -math.inf, math.inf)
 
 
@@ -94,10 +93,11 @@ def _of_project(project: Project) -> str:
     """Text of a project that reads back equal: the file's own, or one that is written from its parts."""
     if _reads_as(project, project.text):
         return project.text
+    project = _without_bandwidth(project)
     edited = project.whole and with_loop(project.text, project.whole.motor.control)
-    if edited and _reads_as(_without_bandwidth(project), edited):
+    if edited and _reads_as(project, edited):
         return edited
-    project = _written_scatter(_without_bandwidth(project))
+    project = _written_scatter(project)
     for gear in _gears(project):
         if _reads_as(project, text := _file(**gear, **_parts(project))):
             return text
@@ -109,8 +109,7 @@ def _of_project(project: Project) -> str:
 
 def _without_bandwidth(project: Project) -> Project:
     """The project without the scatter of a loop's bandwidth, beside gains."""
-    names = [name.removeprefix("motor.") for name, _ in project.scatter]
-    kept = [i for i, name in enumerate(names) if name not in BY_BANDWIDTH]
+    kept = [i for i, (name, _) in enumerate(project.scatter) if not by_bandwidth(name)]
     table = project.correlation and tuple(tuple(project.correlation[i][j] for j in kept) for i in kept)
     return replace(project, scatter=tuple(project.scatter[i] for i in kept), correlation=table)
 

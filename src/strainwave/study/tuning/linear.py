@@ -126,11 +126,8 @@ class OpenLoop:
         L = loop(grid)
         gains, phases = crossings(grid, L)
         factors = np.append(phases[:, 1], -1.0 / L[-1].real)  # half the rate, where L is real
-        return (
-            peak_sensitivity(loop, grid, L),
-            np.min(factors[factors > 1.0], initial=inf),
-            np.min(np.abs(gains[:, 1]), initial=inf),
-        )
+        factor, phase = np.min(factors[factors > 1.0], initial=inf), np.min(np.abs(gains[:, 1]), initial=inf)
+        return peak_sensitivity(loop, grid, L), factor, phase
 
     def _answer(self, omega: Floats) -> Complexes:
         """Deviations (n, 2), as the loop sees it and of the motor, over a torque on the motor, without its loop."""

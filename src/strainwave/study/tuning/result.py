@@ -36,10 +36,8 @@ class GainSensitivity(NamedTuple):
         return tuple(map(Fact, self._fields, self))
 
     def __str__(self) -> str:
-        sides = [
-            f"{number(100.0 * self.step)} % {way} {changed(change)}"
-            for way, change in (("more", self.up), ("less", self.down))
-        ]
+        ways = ("more", self.up), ("less", self.down)
+        sides = [f"{number(100.0 * self.step)} % {way} {changed(change)}" for way, change in ways]
         return f"{self.gain}: {', '.join(sides)}"
 
 
@@ -150,15 +148,9 @@ class TunedLoop(Result):
         stable = isfinite(self.before.figures.peak_sensitivity)
         broken = [name for name, used in self.before.used(self.limits).items() if used > 1.0]
         return (
-            Fact(
-                "",
-                f"least {' and '.join(GOALS[name].words for name in self.goals)}, worst of all loads and drives",
-                "{}",
-            ),
+            Fact("", " and ".join(GOALS[name].words for name in self.goals), "least {}, worst of all loads and drives"),
             Fact("points", tuple((Fact("gains", name, "gains"), *self._row(p)) for name, p in rows), "{}"),
-            Fact(
-                "unstable", not stable, "" if stable else "the loop of the file is unstable with the delay that counts"
-            ),
+            Fact("unstable", not stable, "the loop of the file is unstable with the delay that counts" * (not stable)),
             Fact("broken", tuple(broken), "the gains of the file break the limit of the {}" if stable else ""),
             *self._in_drive_units(),
             Fact("binding", self.binding, "binds: {}"),

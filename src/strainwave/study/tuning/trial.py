@@ -73,8 +73,8 @@ class TuningPoint(NamedTuple):
     figures : LoopFigures
         Margins, compliance and settling of the linear loop.
     motor_torque : float
-        Largest torque [N*m] of the motor at steady speeds, and in the move where a goal is one of it; nan where it was
-        not computed.
+        Largest torque [N*m] of the motor at steady speeds, and in the move where it was computed; nan where neither
+        was.
     motor_share : float
         Largest share of what the motor gives at each speed, peak and rms.
     pointing : float
@@ -131,15 +131,16 @@ class Setting(NamedTuple):
     sampling: Sampling | None = None
 
 
+Cost = tuple[float, int, float, str, float, float, str]  # ratio, a gain's number, its change, what, before, after, unit
+
+
 class Trial:
     """Drives that one set of gains serves: the project's first, then other units of it, each under all its loads.
 
     Of units the worst counts, or of a share of them. Gains come as logarithms.
     """
 
-    def __init__(
-        self, drives: Sequence[Project], setting: Setting, control: Callable[[Floats], Any]
-    ) -> None:  # fmt: skip
+    def __init__(self, drives: Sequence[Project], setting: Setting, control: Callable[[Floats], Any]) -> None:
         self.setting, self.control, self.drives = setting, control, drives
         self.loaded = [loads_of(drive, setting.loads) for drive in drives]
         self.loops = [
@@ -231,29 +232,20 @@ class Trial:
                     return None
         torque, share, pointing, *rest = self._over(worst).tolist()
         times, goals = rest[: self.motions], rest[self.motions :]
-        return point._replace(
-            goals=tuple(goals), motor_torque=torque, motor_share=share, pointing=pointing, settlings=tuple(times)
-        )
+        return TuningPoint(point.gains, tuple(goals), point.figures, torque, share, pointing, tuple(times))
 
     def sturdy(self, x: Floats, wholly: bool = False) -> bool:
         """Whether no gain that is 5 % more or less costs compliance or settling, and `wholly` goals, more than 20 %."""
-        of = self.point if wholly else self.linear
-        goals, base = self.setting.goals, of(x)
-        return not any(_costs(base, of(x + step), goals) > CLIFF for _, _, step in small_steps(x))
+        return all(ratio <= 1.0 + CLIFF for ratio, *_ in self.costs(x, self.point if wholly else self.linear))
 
-    def dearest(self, x: Floats) -> tuple[int, float, str, float, float, str] | None:
-        """Of gains 5 % more or less the one that costs most: its number, the change, what it costs, before and after.
-
-        The last is the unit. None where nothing becomes worse.
-        """
-        base = self.point(x).measures(self.setting.goals)
-        rows = []
+    def costs(self, x: Floats, of: Callable[[Floats], TuningPoint]) -> Iterator[Cost]:
+        """What becomes worse where a gain is 5 % more or less."""
+        base = of(x).measures(self.setting.goals)
         for i, change, step in small_steps(x):
-            after = self.point(x + step).measures(self.setting.goals)
+            after = of(x + step).measures(self.setting.goals)
             for name, (value, unit) in base.items():
                 if after[name][0] > value > 0.0:
-                    rows.append((after[name][0] / value, (i, change, name, value, after[name][0], unit)))
-        return max(rows)[1] if rows else None
+                    yield after[name][0] / value, i, change, name, value, after[name][0], unit
 
     def _exceeds(self, point: TuningPoint, surplus: Callable[[Floats], bool]) -> bool:
         """Whether goals are a surplus at a speed alone near which, with gains before, a drive oscillated most."""
@@ -265,15 +257,14 @@ class Trial:
                 train, crests = having(case, control).train, self.crests.get((i, k), [])
                 for crest in crests:
                     size = train and crest.size_of(train)
-                    if size and surplus(self._goals(size, point)):
+                    if size and surplus(self._goals(pointing=size, compliance=point.figures.compliance)):
                         self.computed += 1
                         self._first(i)
                         crests.sort(key=lambda other: other is not crest)
                         return True
         return False
 
-    def _goals(self, oscillation: float, point: TuningPoint) -> Floats:
-        values = {"pointing": oscillation, "compliance": point.figures.compliance}
+    def _goals(self, **values: float) -> Floats:
         return np.array([values.get(name, 0.0) for name in self.setting.goals])
 
     def _rows(self, i: int, point: TuningPoint) -> Iterator[tuple[int, Floats]]:
@@ -291,7 +282,8 @@ class Trial:
             if "pointing" in self.setting.goals or self.full:
                 self.computed += 1
                 torque, share, largest = self._of_speeds(having(case, control), (i, k))
-            yield len(cases) - k - 1 + late, np.array([torque, share, largest, *unknown, *self._goals(largest, point)])
+            goals = self._goals(pointing=largest, compliance=point.figures.compliance)
+            yield len(cases) - k - 1 + late, np.array([torque, share, largest, *unknown, *goals])
         if late:
             self.computed += 1
             yield 0, self._of_move(having(self.drives[i], control))
@@ -328,9 +320,8 @@ class Trial:
         except SolveError:
             return np.full(3 + self.motions + len(self.setting.goals), inf)
         times = [inf if time is None else max(time, SHORT) for time in run.settling_times]
-        values = {"move": run.peak_error, "settling": max(times), "motor_rms": run.rms_motor_torque}
         share = max([0.0, *(found.value / found.bound for found in run.findings if found.limit in (PEAK, RMS))])
-        goals = [values.get(name, 0.0) for name in self.setting.goals]
+        goals = self._goals(move=run.peak_error, settling=max(times), motor_rms=run.rms_motor_torque)
         return np.array([run.peak_motor_torque, share, nan, *times, *goals])
 
     def _over(self, units: Any) -> Floats:
@@ -346,13 +337,6 @@ def gains_of(x: Floats) -> tuple[float, ...]:
 def small_steps(x: Floats) -> list[tuple[int, float, Floats]]:
     """Gains by their numbers, with a change up and down, and its step of logarithms."""
     return [(i, change, np.log1p(change) * row) for i, row in enumerate(np.eye(len(x))) for change in (STEP, -STEP)]
-
-
-def _costs(base: TuningPoint, other: TuningPoint, goals: Sequence[str]) -> float:
-    """Largest relative growth of a number."""
-    before, after = base.measures(goals), other.measures(goals)
-    shares = [after[name][0] / value for name, (value, _) in before.items() if isfinite(value) and value > 0.0]
-    return max(shares, default=1.0) - 1.0
 
 
 def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:

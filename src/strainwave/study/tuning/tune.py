@@ -17,7 +17,19 @@ from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
 from .result import GainCost, GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, WORTH, Search, front, least_broken
-from .trial import GOALS, SETTLED_S, STEP, Setting, Trial, TuningLimits, TuningPoint, gains_of, having, loads_of
+from .trial import (
+    GOALS,
+    SETTLED_S,
+    STEP,
+    Setting,
+    Trial,
+    TuningLimits,
+    TuningPoint,
+    gains_of,
+    having,
+    loads_of,
+    small_steps,
+)
 
 ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
 SPAN = 10.0  # times the gains of the rule and of the file, up and down; squared of those that go with the frequency
@@ -126,7 +138,7 @@ def tune(
             checked_number(name, bound, positive=True)
     if share > 1.0:
         raise ValueError(f"share is {share:g}; it is a share of the drives, above 0 and at most 1")
-    for name, some in (("loads", loads), ("gains", gains)):
+    for name, some in (("loads", loads), ("gains", gains), ("goals", goals)):
         if some is not None and not len(some):
             raise ValueError(f"{name} is empty; give one or more, or leave it out")
     margins = [bound for bound in (gain_margin, phase_margin) if bound is not None]
@@ -166,21 +178,22 @@ def tune(
     if search.measure(best) == inf:
         raise ValueError(_goal_sentence(search, loop.names))
     progress("before and after", 0.9)
-    sensitivities = tuple(_sensitivity(search, best, i, name) for i, name in enumerate(loop.names))
+    sensitivities = tuple(_sensitivities(search, best, loop.names))
     advice, trial.full, trial.whole = _notched(search, loop, best) if notch else None, True, True
-    dearest, points = trial.dearest(best), [trial.point(x) for x in (of_file, by_rule, best)]
+    dearest = max(trial.costs(best, trial.point), default=None)
+    today, ruled, recommended = points = [trial.point(x) for x in (of_file, by_rule, best)]
     late = [whose for whose, point in zip(WHOSE, points, strict=True) if inf in point.settlings]
     if late:
         remarks = (*remarks, f"The move does not settle with {listed(late)}.")
     cases = drives[: max(1, len(project.postures))]
     before, after = [_response(cases, loads, loop.control(x)) for x in (of_file, best)]
-    binding = tuple(_binding(search, best, points[2], loop.names))
+    binding = tuple(_binding(search, best, recommended, loop.names))
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return TunedLoop(
-        setting.goals, loop.names, trial.setting.limits, ranges, *points, front(search),
+        setting.goals, loop.names, trial.setting.limits, ranges, today, ruled, recommended, front(search),
         binding, sensitivities, loop.control(best), before, after, trial.computed, advice,
         (*remarks, *([NO_NOTCH] if notch and advice is None else [])), project.drive_units,
-        None if dearest is None else GainCost(loop.names[dearest[0]], *dearest[1:]),
+        dearest and GainCost(loop.names[dearest[1]], *dearest[2:]),
     )  # fmt: skip
 
 
@@ -230,8 +243,6 @@ def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
             raise ValueError(f"there is no goal {shown(name)}; there are {', '.join(GOALS)}")
         if GOALS[name].of_move and project.move is None:
             raise ValueError(f"the goal {name!r} is one of a move, and the project has none; write its group 'move'")
-    if not len(goals):
-        raise ValueError(f"there is no goal; name one or more of {', '.join(GOALS)}")
     return tuple(dict.fromkeys(goals))
 
 
@@ -331,12 +342,11 @@ def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
             "no gains keep the margins, with compliance and settling no worse than today; ask for less margin, or name "
             "goals to give compliance and settling up"
         )
-    heavy = [point for point in search.computed.values() if 1.0 < point.motor_share < inf]
+    goals, points = search.trial.setting.goals, search.computed.values()
+    heavy = [point for point in points if 1.0 < point.motor_share < inf]
     if not heavy:
-        tried = [point.goals for point in search.computed.values() if np.isfinite(point.figures.peak_sensitivity)]
-        missed = next(
-            (name for i, name in enumerate(search.trial.setting.goals) if all(inf == g[i] for g in tried)), ""
-        )
+        tried = [point.goals for point in points if np.isfinite(point.figures.peak_sensitivity)]
+        missed = next((name for i, name in enumerate(goals) if all(inf == g[i] for g in tried)), "")
         if missed == "settling":
             return "the move settles with no gains tried; give it a wider window, or a dwell at its end"
         if missed and GOALS[missed].of_move:
@@ -351,13 +361,11 @@ def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
     )
 
 
-def _sensitivity(search: Search, best: Floats, i: int, name: str) -> GainSensitivity:
-    """How the measure answers to one gain; its sides are None where a limit is broken there."""
-    steps = [np.log1p(change) * np.eye(len(best))[i] for change in (STEP, -STEP)]
-    values = [search.measure(best + step) for step in steps]
-    return GainSensitivity(
-        name, STEP, *(float(np.expm1(value - search.measure(best))) if value < inf else None for value in values)
-    )
+def _sensitivities(search: Search, best: Floats, names: tuple[str, ...]) -> Iterator[GainSensitivity]:
+    """How the measure answers to each gain; its sides are None where a limit is broken there."""
+    values = [search.measure(best + step) - search.measure(best) for _, _, step in small_steps(best)]
+    sides = [float(np.expm1(value)) if value < inf else None for value in values]
+    yield from map(GainSensitivity, names, [STEP] * len(names), sides[::2], sides[1::2])
 
 
 def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str, ...]) -> Iterator[str]:
@@ -386,13 +394,11 @@ def _notched(search: Search, loop: Loop, best: Floats) -> NotchAdvice | None:
     if not place:
         return None
     added = NotchFilter(place, NOTCH[0] * place, NOTCH[1])
-    notched = Search(
-        Trial(trial.drives, trial.setting, lambda x: loop.control(x, added)), (search.low, search.high),
-        search.reference,
-    )  # fmt: skip
+    own = Trial(trial.drives, trial.setting, lambda x: loop.control(x, added))
+    notched = Search(own, (search.low, search.high), search.reference)
     x = notched.fine(notched.descend(least_broken(notched.trial, best), COARSE, WORTH))
-    trial.computed += notched.trial.computed
+    trial.computed += own.computed
     if notched.measure(x) > search.measure(best) - BETTER:
         return None
-    notched.trial.full = notched.trial.whole = True
-    return NotchAdvice(place, *NOTCH, notched.trial.point(x), loop.control(x, added))
+    own.full = own.whole = True
+    return NotchAdvice(place, *NOTCH, own.point(x), own.control(x))
