@@ -14,6 +14,7 @@ from strainwave.base.facts import data
 from strainwave.drive.loops.linear_control import control_parts
 from strainwave.drive.loops.worst_margins import loaded_trains
 from strainwave.drive.margins import loop_of
+from strainwave.drive.operating_point import mean_state
 from strainwave.study.compensation.bench import bench_of
 from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
 
@@ -35,7 +36,7 @@ def project(axis, folder, more=""):
 
 def poles(drive):
     one = next(iter(loaded_trains(drive)))
-    return loop_of(one.train, one.at, one.train.omega, drive.sampling).poles
+    return loop_of(one.train, mean_state(one.train), one.train.omega, drive.sampling).poles
 
 
 @pytest.mark.parametrize("axis", edges(8, seed=5), ids=lambda a: f"{a.encoder}-{a.filter and a.filter[0]}-{a.lag:.1g}")

@@ -15,14 +15,14 @@ from numpy.typing import ArrayLike
 from ..base.protocols import Control, with_parts
 from ..base.quantities import SMALLEST, choice, number, numbers
 from ..base.records import Along, Result
-from ..base.results import Complexes, Floats, Orbit, SolveError
+from ..base.results import Complexes, Floats, Orbit
 from ..base.sentences import on_screen
 from ..model.excitation import Harmonic
 from ..model.train import Filtered, LoadEncoder, MixedEncoders, PositionIntegral, SteadyTrain, controls
 from ..model.train.controls import HERTZ
 from ..model.train.drive_train import DriveTrain, coupling_twist
 from ..numerics.shooting import find_orbit
-from .operating_point import operating_state
+from .operating_point import mean_state
 from .state_space import driven, state_space, undriven
 
 ROUNDING = 1e-9  # of the largest pole: less growth than this is none
@@ -210,11 +210,7 @@ def fastest_growth(train: DriveTrain) -> complex:
 
     States of a law with memory have poles at 0, which rounding puts on either side.
     """
-    try:
-        state = operating_state(train, train.omega)
-    except (SolveError, TypeError):  # a law cannot carry the torque, or a torque has no mean
-        state = np.zeros(len(train.state_names()))
-    poles = bode(train, [1.0], source="load", at=state, speed=train.omega).poles
+    poles = bode(train, [1.0], source="load", at=mean_state(train), speed=train.omega).poles
     fastest = complex(poles[int(np.argmax(poles.real))])
     return fastest if fastest.real > ROUNDING * float(np.max(np.abs(poles))) else 0j
 

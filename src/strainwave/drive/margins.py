@@ -53,6 +53,14 @@ class MotorLoop:
         return linear_control(self.train.motor.control, self.closed.at, self._own)
 
     @cached_property
+    def outputs(self) -> Floats:
+        """Rows (3, states) of the motor's angle as the loop sees it, of its angle, and of its speed."""
+        names = ("motor deviation", "motor speed", "error")
+        angle, rate, error = self.plant.C[list(map(self.plant.outputs.index, names))]
+        at_load = hasattr(self.train.motor.control, "at_load")
+        return np.array([angle - self.train.N * error if at_load else angle, angle, rate])
+
+    @cached_property
     def corners(self) -> Complexes:
         """Its resonances, those of the closed loop, and its antiresonances: the modes with the motor locked."""
         held = self.train.with_motor(control=Held())
@@ -72,11 +80,13 @@ class MotorLoop:
     def __call__(self, omega: ArrayLike) -> Complexes:
         """Open loop (n,) at frequencies [rad/s]; 1 + L = 0 is the closed loop's characteristic equation."""
         at = np.atleast_1d(np.asarray(omega, float))
-        response, N = self.plant.response(at)[:, 0], self.train.N
-        angle, error = [response[self.plant.outputs.index(name)] for name in ("motor deviation", "error")]
-        by_angle, by_speed = control_response(self.own, at)
-        seen = angle - N * error if hasattr(self.train.motor.control, "at_load") else angle
-        return np.asarray(by_angle * seen + by_speed * angle)
+        return np.asarray(np.sum(control_response(self.own, at) * self.answer(at), axis=1))
+
+    def answer(self, omega: Floats) -> Complexes:
+        """Deviations (n, 2), as the loop sees it and of the motor, over a torque on the motor, without its loop."""
+        s = 1j * omega[:, None, None] * np.eye(len(self.plant.A)) - self.plant.A
+        response = np.linalg.solve(s, self.plant.B[:, :1].astype(complex))[:, :, 0]
+        return np.asarray(response @ self.outputs[:2].T)
 
     def frequencies(self, points: int, about: Floats, beyond: float = BEYOND) -> Floats:
         """Frequencies [rad/s], ascending, close around resonances and antiresonances."""

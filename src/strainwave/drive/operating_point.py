@@ -99,6 +99,14 @@ def operating_state(
     raise SolveError(Sentence("the mean torques hold the train in no state at {}: {}", Speed(speed), said))
 
 
+def mean_state(train: DriveTrain) -> Floats | None:
+    """State in which its mean torques hold a train; None where a law cannot carry them, or one has no mean."""
+    try:
+        return operating_state(train, train.omega)
+    except (SolveError, TypeError):
+        return None
+
+
 def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], tolerance: float) -> bool:
     """Newton's method on a state, the internal states of laws with memory as they are; whether the rates vanish."""
     rates = _rates(train, angle, state)

@@ -71,10 +71,8 @@ def _more_filters(text: str, loop: Any, filters: tuple[Any, ...]) -> Iterator[Ch
     more = [FILTERED.text((one,))[1:-1] for one in filters[len(there.value) if there else 0 :]]
     if not more:
         return
-    beside = there or loop
-    items = more if there else [f"filters: [{', '.join(more)}]"]
-    at = _span(text, *_items(beside)[-1])[1]
-    before = ", "
+    beside, items = (there, more) if there else (loop, [f"filters: [{', '.join(more)}]"])
+    at, before = _span(text, *_items(beside)[-1])[1], ", "
     if not beside.flow_style:
         at = re.compile(r"[^\r\n]*").match(text, at).end()  # type: ignore[union-attr]
         before = _newline(text) + " " * beside.start_mark.column + "- " * bool(there)
@@ -99,12 +97,10 @@ def _without(text: str, node: Any, gone: Collection[int]) -> Iterator[Change]:
     first = next(i for i in range(len(spans)) if i not in gone)
     for i in gone:
         begin, end = spans[i]
-        if not node.flow_style:
-            begin, end = text.rfind("\n", 0, begin) + 1, text.find("\n", end) + 1 or len(text)
-        elif i < first:
-            end = spans[i + 1][0]
+        if node.flow_style:
+            begin, end = (begin, spans[i + 1][0]) if i < first else (spans[i - 1][1], end)
         else:
-            begin = spans[i - 1][1]
+            begin, end = text.rfind("\n", 0, begin) + 1, text.find("\n", end) + 1 or len(text)
         yield (begin, end), ""
 
 

@@ -29,9 +29,6 @@ from .fields.rows import texts_of
 from .loop_text import by_bandwidth, with_loop
 from .reading import ProjectError, from_text
 
-KEPT = (groups.ASSUMED, groups.MEASURED, groups.CATALOGUE)  # sources that are written
-NEIGHBOURS = (0.0, -math.inf, math.inf)
-
 
 def project_text(
     source: Project | DriveTrain, omega: float | tuple[float, float] | None = None, *, title: str = ""
@@ -126,10 +123,10 @@ def _reads_as(project: Project, text: str) -> bool:
         found = from_text(text, project.path)
     except ProjectError:
         return False
-    if project.whole and found.whole:
-        own, other = [leaves(one.whole.motor.control) for one in (project, found) if one.whole]
-        if own != other and len(own) == len(other) and all(map(math.isclose, own, other)):
-            found = having(found, project.whole.motor.control)
+    loops = [(one.whole and one.whole.motor.control) or () for one in (project, found)]
+    own, other = map(leaves, loops)
+    if own != other and len(own) == len(other) and all(map(math.isclose, own, other)):
+        found = having(found, loops[0])
     return replace(found, text=project.text, notes=project.notes, gear=project.gear) == project
 
 
@@ -188,7 +185,7 @@ def _parts(project: Project) -> dict[str, Any]:
 def _kept(project: Project) -> Iterator[tuple[str, str]]:
     """Sources that the file must name: those of its numbers, not of what follows from a name or a default."""
     for one in project.sources:
-        if one.word in KEPT and not one.why and one.name != "gear":
+        if one.word in (groups.ASSUMED, groups.MEASURED, groups.CATALOGUE) and not one.why and one.name != "gear":
             wholes = (g for g in ("damping", "motor.loop") if one.name.startswith(f"{g}."))
             yield next(wholes, one.name), one.word
 
@@ -209,7 +206,7 @@ def _speeds(speeds: Speeds) -> schema.SpeedSpec:
 
 def _share(omega: float, ratio: float) -> float:
     """Number that times the ratio is omega, to the bit where there is one."""
-    near = [math.nextafter(omega / ratio, omega / ratio + way) for way in NEIGHBOURS]
+    near = [math.nextafter(omega / ratio, omega / ratio + way) for way in (0.0, -math.inf, math.inf)]
     return next((value for value in near if value * ratio == omega), near[0])
 
 

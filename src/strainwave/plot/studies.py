@@ -213,11 +213,10 @@ def tuning_panels(tuning: TunedLoop) -> list[Panel]:
     for response, colour, name in found:
         swept.parted(response.omega, response.oscillation, response.stable, colour, name)
     swept.fit()
-    goal, points = GOALS[tuning.goals[0]], tuning.front
+    goal, points, best = GOALS[tuning.goals[0]], tuning.front, tuning.recommended
     values = [p.goals[0] for p in points]
     y = angle(goal.words, values) if goal.key.endswith("arcsec") else Axis(goal.words)
     front = Panel("The best gains for each peak sensitivity", Axis("peak sensitivity"), y)
     front.points([p.figures.peak_sensitivity for p in points], values, BLUE, "tried")
-    best = tuning.recommended
     front.points([best.figures.peak_sensitivity], [best.goals[0]], ORANGE, "recommended", "s", ORANGE)
     return [swept, front]

@@ -108,7 +108,7 @@ def test_the_proof_takes_every_step_of_one_and_two_gains():
     [
         ("mode: held", {}, "has no loop to tune"),
         (f"loop: {SPEED}", {"gains": ("K_v",)}, "no gain 'K_v' to tune in this loop; it has K_p, K_i"),
-        (f"loop: {SPEED}", {"goals": ("speed",)}, "no goal 'speed'; there are pointing, compliance"),
+        (f"loop: {SPEED}", {"goals": ("speed",)}, "goal is 'speed'; it must be 'pointing', 'compliance'"),
         (f"loop: {SPEED}", {"goals": ("settling",)}, "one of a move, and the project has none"),
         (f"loop: {SPEED}", {"goals": ()}, "goals is empty"),
         (f"loop: {SPEED}", {"peak_sensitivity": 0.0}, "peak_sensitivity is 0"),

@@ -89,11 +89,9 @@ def _met(excess: Callable[[float], float], begin: float, end: float) -> float | 
 def tuned(project: Project, progress: Progress) -> dict[str, Any]:
     """The gains of the loop that make the pointing error small, before and after, and the project that has them."""
     result = tune(project, progress=progress)
-    scale = project.speeds.scale
     points = {"file": result.before, "rule": result.rule, "recommended": result.recommended}
     return {
-        "gains": list(result.gains),
-        "units": [sign(gain_unit(result.control, name)) for name in result.gains],
+        "gains": {name: sign(gain_unit(result.control, name)) for name in result.gains},
         "points": [
             {
                 "name": name, "gains": point.gains, "oscillation_arcsec": point.pointing / ARCSEC,
@@ -105,8 +103,8 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
             for name, point in points.items()
         ],
         "speed_unit": project.speeds.unit,
-        "before": _curve(result.response_before, scale),
-        "after": _curve(result.response_after, scale),
+        "before": _curve(result.response_before, project.speeds.scale),
+        "after": _curve(result.response_after, project.speeds.scale),
         "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
         "binding": list(result.binding),
         "project": yaml_of(result.applied(project)),

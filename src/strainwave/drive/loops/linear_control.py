@@ -12,12 +12,12 @@ from ...model.train.controls import inertia_of
 STEP = 1e-6  # of the states of a control, for differences
 
 
-def control_response(parts: tuple[Any, ...], omega: Floats) -> tuple[Complexes, Complexes]:
-    """Torques (n,) of a `linear_control` against an angle as it sees it and against that of the motor, by its speed."""
+def control_response(parts: tuple[Any, ...], omega: Floats) -> Complexes:
+    """Torques (n, 2) of a `linear_control` against an angle as it sees it, and by its speed against the motor's."""
     by_angle, by_speed, inertia, A, B, C = parts
     s = 1j * omega
     inner = (C @ np.linalg.solve(s[:, None, None] * np.eye(len(A)) - A, B + 0j))[:, 0]
-    return by_angle + inner[:, 0], s * (by_speed + s * inertia + inner[:, 1])
+    return np.column_stack([by_angle + inner[:, 0], s * (by_speed + s * inertia + inner[:, 1])])
 
 
 def around_poles(poles: Complexes, places: Floats) -> Floats:

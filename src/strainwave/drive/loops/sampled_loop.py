@@ -136,12 +136,9 @@ def without_outside(control: Any) -> tuple[Any, Any]:
 
 def _continuous(loop: Any, outside: tuple[Any, ...]) -> tuple[Floats, Floats, Floats]:
     """Matrices of plant, lag and filters under a torque that is held, and rows of the angle and the speed as seen."""
-    plant, train = loop.plant, loop.train
-    A, C = outside[3], outside[5]  # the last state is the torque that is held
-    angle, speed, error = [plant.C[plant.outputs.index(n)] for n in ("motor deviation", "motor speed", "error")]
-    angle = angle - train.N * error if hasattr(train.motor.control, "at_load") else angle
+    plant, A, C = loop.plant, outside[3], outside[5]  # the last state is the torque that is held
     whole = np.block([[plant.A, -np.outer(plant.B[:, 0], C[0])], [np.zeros((len(A), len(plant.A))), A]])
-    seen = np.hstack([np.vstack([angle, speed]), np.zeros((2, len(A) - 1))])
+    seen = np.hstack([loop.outputs[[0, 2]], np.zeros((2, len(A) - 1))])
     return whole[:-1, :-1], whole[:-1, -1], seen
 
 

@@ -21,7 +21,7 @@ from ...model.laws.dry import without_dry_friction
 from ...model.train import DriveTrain, PositionLoop, SpeedLoop
 from ...numerics.operating_point import loaded_state
 from ..margins import Margins, loop_of, margins
-from ..operating_point import operating_state
+from ..operating_point import mean_state
 
 LOADS = 9  # torques of a range, and of each part of it between two bends of the law
 SAME = 9  # digits of a stiffness
@@ -35,14 +35,6 @@ class Loaded(NamedTuple):
     posture: str
     load: float | None
     train: DriveTrain
-
-    @property
-    def at(self) -> Any:
-        """State in which its mean torques hold it; zeros where a law cannot carry the torque or it has no mean."""
-        try:
-            return operating_state(self.train, self.train.omega)
-        except (SolveError, TypeError):
-            return None
 
     @property
     def said(self) -> str:
@@ -72,7 +64,8 @@ class WorstMargins:
     @classmethod
     def of(cls, loads: list[Loaded], sampling: Sampling | None) -> "WorstMargins":
         """Margins under every load, at the speed of its train."""
-        found = (margins(one.train, at=one.at, speed=one.train.omega, sampling=sampling) for one in loads)
+        trains = (one.train for one in loads)
+        found = [margins(train, at=mean_state(train), speed=train.omega, sampling=sampling) for train in trains]
         return cls(tuple(loads), tuple(found), sampling)
 
     @property
@@ -214,5 +207,5 @@ def loop_fault(project: Any) -> str:
     if train is None or (sampling is None and isinstance(train.motor.control, PASSIVE)):
         return ""
     loads = list(loaded_trains(project))
-    stable = all(loop_of(one.train, one.at, one.train.omega, sampling).stable for one in loads)
+    stable = all(loop_of(one.train, mean_state(one.train), one.train.omega, sampling).stable for one in loads)
     return "" if stable else WorstMargins.of(loads, sampling).fault

@@ -123,7 +123,7 @@ def largest(drives: Drives) -> Largest:
 
 def loop_stiffness(loop: Any, s: Any) -> Any:
     """Torque of a loop over the deviation of the motor [N*m/rad] at s = i omega (n, m) [1/s]."""
-    by_angle, of_motor = control_response(control_parts(loop), np.ravel(np.imag(s)))
+    by_angle, of_motor = control_response(control_parts(loop), np.ravel(np.imag(s))).T
     return (by_angle + of_motor).reshape(np.shape(s))
 
 

@@ -3,23 +3,23 @@
 The train without its loop does not depend on the gains. It is made linear once; every set of gains is then algebra.
 """
 
+from collections.abc import Sequence
 from math import inf, pi
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.results import Complexes, Floats, SolveError
+from ...base.results import Complexes, Floats
 from ...drive.loops.linear_control import around_poles, control_parts, control_response
 from ...drive.loops.sampled_loop import SampledLoop, SampledPlant, without_outside
 from ...drive.margins import MotorLoop, peak_sensitivity
-from ...drive.operating_point import operating_state
+from ...drive.operating_point import mean_state
 from ...model.controllers.closed_loop import Sampling
 from ...model.train.drive_train import DriveTrain
 
 POINTS, BEYOND = 500, 30.0  # frequencies, and how far below and above the slowest and fastest pole they go
 STEP = 0.05  # of the logarithm of a frequency, below these where a loop with other gains is slower
 ABOUT = np.tan(np.linspace(-1.45, 1.45, 30))  # places around a resonance, in half widths
-ZOOM = 33  # places between the neighbours of the largest sensitivity
 AT_REST = 1e-9  # of the largest pole: one that stands for 0
 SETTLED, TIMES = 0.02, 4000  # share of the largest deviation, and times that are looked at
 
@@ -63,20 +63,14 @@ class OpenLoop:
     """
 
     def __init__(self, train: DriveTrain, delay: float = 0.0, sampling: Sampling | None = None) -> None:
-        try:
-            state: Any = operating_state(train, train.omega)
-        except (SolveError, TypeError):  # a law cannot carry the torque, or a torque has no mean
-            state = None
-        loop = MotorLoop(train, state, train.omega)
+        loop = MotorLoop(train, mean_state(train), train.omega)
         self.plant, self.delay, self.loop, self.sampling = loop.plant, delay, loop, sampling
         self.sampled: tuple[Any, SampledPlant] | None = None  # by lag and filters, which may be others
-        outputs = map(self.plant.outputs.index, ("motor deviation", "motor speed", "load speed", "error"))
-        self.angle, self.rate, self.load, error = self.plant.C[list(outputs)]
-        self.seen = self.angle - train.N * error if hasattr(train.motor.control, "at_load") else self.angle
+        (self.seen, _, self.rate), self.load = loop.outputs, self.plant.C[self.plant.outputs.index("load speed")]
         self.motor, self.torque = self.plant.B[:, 0], self.plant.B[:, self.plant.inputs.index("load torque")]
         self.memory = sum(" z" in name for name in self.plant.states)
         self.grid = loop.frequencies(POINTS, ABOUT, BEYOND)
-        self.answer = self._answer(self.grid)
+        self.answer = self.loop.answer(self.grid)
 
     @property
     def resonance(self) -> float:
@@ -101,18 +95,18 @@ class OpenLoop:
             return UNSTABLE if found is None else LoopFigures(*map(float, (*found, *answered)))
         order = np.argsort(grid)
         grid = grid[order]
-        L = _open(parts, grid, np.concatenate([self.answer, self._answer(extra)])[order])
+        answer = np.concatenate([self.answer, self.loop.answer(extra)])[order]
+        L = np.sum(control_response(parts, grid) * answer, axis=1)
         gains, _ = crossings(grid, L)
         if np.any(np.mod(gains[:, 1], 2.0 * pi) < self.delay * gains[:, 0]):
             return UNSTABLE
         L *= np.exp(-1j * self.delay * grid)
-        gains, phases = crossings(grid, L)
-        margins = np.min(phases[phases[:, 1] > 1.0, 1], initial=inf), np.min(np.abs(gains[:, 1]), initial=inf)
-        top = int(np.argmin(np.abs(1.0 + L)))
-        fine = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], ZOOM)
-        close = _open(parts, fine, self._answer(fine)) * np.exp(-1j * self.delay * fine)
-        peak = 1.0 / min(abs(1.0 + L[top]), np.min(np.abs(1.0 + close)))
-        return LoopFigures(*map(float, (peak, *margins, *_disturbed(poles[moving], angle, grid))))
+
+        def loop(omega: Floats) -> Any:
+            delayed = self.loop.answer(omega) * np.exp(-1j * self.delay * omega)[:, None]
+            return np.sum(control_response(parts, omega) * delayed, axis=1)
+
+        return LoopFigures(*map(float, (*_margins(loop, grid, L), *_disturbed(poles[moving], angle, grid))))
 
     def _sampled(self, control: Any, sampling: Sampling) -> tuple[float, float, float] | None:
         """Peak sensitivity, gain and phase margin of the sampled loop; None of an unstable one."""
@@ -124,16 +118,7 @@ class OpenLoop:
             return None
         grid = loop.frequencies(POINTS, ABOUT)
         L = loop(grid)
-        gains, phases = crossings(grid, L)
-        factors = np.append(phases[:, 1], -1.0 / L[-1].real)  # half the rate, where L is real
-        factor, phase = np.min(factors[factors > 1.0], initial=inf), np.min(np.abs(gains[:, 1]), initial=inf)
-        return peak_sensitivity(loop, grid, L), factor, phase
-
-    def _answer(self, omega: Floats) -> Complexes:
-        """Deviations (n, 2), as the loop sees it and of the motor, over a torque on the motor, without its loop."""
-        s = 1j * omega[:, None, None] * np.eye(len(self.plant.A)) - self.plant.A
-        response = np.linalg.solve(s, self.motor[:, None].astype(complex))[:, :, 0]
-        return np.asarray(response @ np.column_stack([self.seen, self.angle]))
+        return _margins(loop, grid, L, [-1.0 / L[-1].real])  # half the rate, where L is real
 
     def _closed(self, parts: tuple[Any, ...]) -> Floats:
         """Matrix of the closed loop, the states of the control last."""
@@ -144,9 +129,12 @@ class OpenLoop:
         return np.vstack([top, np.hstack([B @ np.vstack([self.seen, self.rate]), A])])
 
 
-def _open(parts: tuple[Any, ...], omega: Floats, answer: Complexes) -> Complexes:
-    by_angle, by_speed = control_response(parts, omega)
-    return np.asarray(by_angle * answer[:, 0] + by_speed * answer[:, 1])
+def _margins(loop: Any, grid: Floats, L: Complexes, more: Sequence[float] = ()) -> tuple[float, float, float]:
+    """Peak sensitivity, gain and phase margin; `more` factors of the gain beside those of the crossings."""
+    gains, phases = crossings(grid, L)
+    factors = np.append(phases[:, 1], more)
+    margins = np.min(factors[factors > 1.0], initial=inf), np.min(np.abs(gains[:, 1]), initial=inf)
+    return peak_sensitivity(loop, grid, L), *margins
 
 
 def crossings(grid: Floats, L: Complexes) -> tuple[Floats, Floats]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.facts import Fact
 from ...base.records import Labelled, Result
-from ...base.sentences import number
+from ...base.sentences import number, sign
 from ...drive.asked import DriveUnit
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
@@ -165,9 +165,8 @@ class TunedLoop(Result):
         )
 
     def _row(self, p: TuningPoint) -> tuple[Fact, ...]:
-        names = {name: f"{name} [{gain_unit(self.control, name).replace('*', '·')}]" for name in self.gains}
         return (
-            *(Fact(name, p.gains[i], words) for i, (name, words) in enumerate(names.items())),
+            *(Fact(n, p.gains[i], f"{n} [{sign(gain_unit(self.control, n))}]") for i, n in enumerate(self.gains)),
             *(Fact(GOALS[n].key, v, LABELS.get(n, n)) for n, v in zip(self.goals, p.goals, strict=True)),
             Fact("peak_sensitivity", p.figures.peak_sensitivity, "peak sensitivity"),
             Fact("gain_margin", p.figures.gain_margin), Fact("phase_margin_rad", p.figures.phase_margin),
@@ -219,7 +218,7 @@ def gain_unit(control: Any, name: str) -> str:
 
 def gains_text(control: Any, names: Sequence[str], gains: Sequence[float]) -> str:
     """Gains of a control with their units, in a row."""
-    units = (gain_unit(control, name).replace("*", "·") for name in names)
+    units = (sign(gain_unit(control, name)) for name in names)
     return ", ".join(f"{name} {number(gain)} {unit}" for name, gain, unit in zip(names, gains, units, strict=True))
 
 

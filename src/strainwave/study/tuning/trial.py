@@ -151,8 +151,7 @@ class Trial:
         self.last: tuple[bytes, Any, dict[int, list[LoopFigures]]] = (b"", None, {})
         self.harmonics: int | None = None
         self.crests: dict[tuple[int, int], list[Any]] = {}  # of drive and load, with gains before
-        motor = setting.limits.motor
-        task = drives[0].move
+        motor, task = setting.limits.motor, drives[0].move
         self.motions = len(path_of(task.profile, task.start).motions()) if task and task.profile else 0
         self.of_move = any(GOALS[name].of_move for name in setting.goals)
         self.full = isfinite(motor.most) or motor.lasts  # whether the torque of the motor and stability are computed

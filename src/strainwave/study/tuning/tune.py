@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ...base.quantities import choice, shown
 from ...base.quantities import number as checked_number
-from ...base.quantities import shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import listed, number, silent
 from ...drive.asked import MotorLimits
@@ -141,9 +141,8 @@ def tune(
     for name, some in (("loads", loads), ("gains", gains), ("goals", goals)):
         if some is not None and not len(some):
             raise ValueError(f"{name} is empty; give one or more, or leave it out")
-    margins = [bound for bound in (gain_margin, phase_margin) if bound is not None]
     if peak_sensitivity is None:
-        peak_sensitivity = inf if margins else DEFAULT
+        peak_sensitivity = DEFAULT if gain_margin is phase_margin is None else inf
     limits = TuningLimits(
         peak_sensitivity, gain_margin or 0.0, phase_margin or 0.0, project.motor_limits or MotorLimits()
     )
@@ -185,8 +184,7 @@ def tune(
     late = [whose for whose, point in zip(WHOSE, points, strict=True) if inf in point.settlings]
     if late:
         remarks = (*remarks, f"The move does not settle with {listed(late)}.")
-    cases = drives[: max(1, len(project.postures))]
-    before, after = [_response(cases, loads, loop.control(x)) for x in (of_file, best)]
+    before, after = [_response(drives[: len(project.postures) or 1], loads, loop.control(x)) for x in (of_file, best)]
     binding = tuple(_binding(search, best, recommended, loop.names))
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return TunedLoop(
@@ -239,8 +237,7 @@ def _drives(project: Project, units: Sequence[Project], loop: Loop) -> tuple[Pro
 
 def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
     for name in goals:
-        if name not in GOALS:
-            raise ValueError(f"there is no goal {shown(name)}; there are {', '.join(GOALS)}")
+        choice("goal", name, *GOALS)
         if GOALS[name].of_move and project.move is None:
             raise ValueError(f"the goal {name!r} is one of a move, and the project has none; write its group 'move'")
     return tuple(dict.fromkeys(goals))
@@ -248,15 +245,15 @@ def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
 
 def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tuple[str, ...]]:
     """Delay [s] in the margins beside the lag, and what is to be said of it."""
-    if given is not None or (lag and project.sampling is None):
-        if given is not None and given < 0.0:
-            raise ValueError(f"delay is {given:g} s; it must be zero or more")
-        return checked_number("delay [s]", given or 0.0), ()
-    if project.sampling is not None:
-        time = project.sampling.lead
-        return time, ("The margins are those of the loop as its controller samples it; responses are not.",)
-    said = f"a delay of {number(1e3 * ASSUMED)} ms is assumed in the margins"
-    return ASSUMED, (f"The project has neither a lag of the loop nor a controller: {said}, as gains end by it.",)
+    if given is None and project.sampling is not None:
+        said = "The margins are those of the loop as its controller samples it; responses are not."
+        return project.sampling.lead, (said,)
+    if given is None and not lag:
+        said = f"a delay of {number(1e3 * ASSUMED)} ms is assumed in the margins"
+        return ASSUMED, (f"The project has neither a lag of the loop nor a controller: {said}, as gains end by it.",)
+    if given is not None and given < 0.0:
+        raise ValueError(f"delay is {given:g} s; it must be zero or more")
+    return checked_number("delay [s]", given or 0.0), ()
 
 
 def _search(trial: Trial, loop: Loop) -> tuple[Search, Floats]:
@@ -276,16 +273,12 @@ def _search(trial: Trial, loop: Loop) -> tuple[Search, Floats]:
     return Search(trial, box, np.array(goals)), start
 
 
-def _assumed(project: Project) -> bool:
-    """Whether the loop of a project is an assumption."""
-    return any(s.word == "assumed" and not s.why and s.name.startswith("motor.loop") for s in project.sources)
-
-
 def _baseline(trial: Trial, project: Project, of_file: Floats, by_rule: Floats) -> tuple[list[Floats], str]:
     """Gains than which nothing is to become worse, and whose they are."""
     if not isfinite(trial.linear(of_file).figures.peak_sensitivity):
         return [by_rule], "the symmetric optimum's, as the loop of the file is unstable"
-    return [of_file, by_rule] if _assumed(project) else [of_file], "today's"
+    assumed = any(s.word == "assumed" and not s.why and s.name.startswith("motor.loop") for s in project.sources)
+    return [of_file, by_rule] if assumed else [of_file], "today's"
 
 
 def _spare(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = True) -> str:

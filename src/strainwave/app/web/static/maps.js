@@ -86,9 +86,8 @@ async function paintTuning(r) {
   const table = Object.fromEntries(["before", "after"].flatMap((key) => (r[key] ? [[`speed ${key} [${r.speed_unit}]`, r[key].speed], [`oscillation ${key} [arcsec]`, r[key].oscillation_arcsec]] : [])));
   await draw("tuning", { data: [...curve(r.before, "before", RED, "dash"), ...curve(r.after, "after", BLUE), ...limit], layout: { xaxis: { title: `speed [${r.speed_unit}]` }, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" } }, table, label: `Oscillation over the speed, before ${round(r.points[0].oscillation_arcsec)} and after ${round(r.points[2].oscillation_arcsec)} arcsec at most` });
   const shown = { oscillation_arcsec: "largest oscillation [arcsec]", settling_s: "settling after a torque [s]", move_settling_s: "settling of the move [s]", compliance_arcsec_per_N_m: "compliance [arcsec per N·m]", peak_sensitivity: "peak sensitivity", gain_margin: "gain margin", phase_margin_deg: "phase margin [°]", motor_torque: "motor torque [N·m]" };
-  const rows = [...r.gains.map((name, i) => [`${name} [${r.units[i]}]`, ...r.points.map((p) => round(p.gains[i]))]), ...Object.entries(shown).filter(([key]) => r.points.some((p) => p[key] !== null)).map(([key, text]) => [text, ...r.points.map((p) => round(p[key], 3))])];
-  const use = button("use", "Take these gains into the drive", () => ask("project", r.project));
-  placed("prepend", element("div", { className: "wide", id: "tuned" }, tabled(["gains", ...r.points.map((p) => p.name)], rows), use));
+  const rows = [...Object.entries(r.gains).map(([name, unit], i) => [`${name} [${unit}]`, ...r.points.map((p) => round(p.gains[i]))]), ...Object.entries(shown).filter(([key]) => r.points.some((p) => p[key] !== null)).map(([key, text]) => [text, ...r.points.map((p) => round(p[key], 3))])];
+  placed("prepend", element("div", { className: "wide", id: "tuned" }, tabled(["gains", ...r.points.map((p) => p.name)], rows), button("use", "Take these gains into the drive", () => ask("project", r.project))));
   answer(`The recommended gains bring the largest oscillation from ${sure(r.points[0].oscillation_arcsec)} to ${sure(r.points[2].oscillation_arcsec)} arcsec.${r.binding.length ? ` What binds: ${r.binding.join(", ")}.` : ""}`);
   return r.remarks;
 }
