@@ -185,12 +185,11 @@ def tune(
     if late:
         remarks = (*remarks, f"The move does not settle with {listed(late)}.")
     before, after = [_response(drives[: len(project.postures) or 1], loads, loop.control(x)) for x in (of_file, best)]
-    binding = tuple(_binding(search, best, recommended, loop.names))
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return TunedLoop(
         setting.goals, loop.names, trial.setting.limits, ranges, today, ruled, recommended, front(search),
-        binding, sensitivities, loop.control(best), before, after, trial.computed, advice,
-        (*remarks, *([NO_NOTCH] if notch and advice is None else [])), project.drive_units,
+        tuple(_binding(search, best, recommended, loop.names)), sensitivities, loop.control(best), before, after,
+        trial.computed, advice, (*remarks, *([NO_NOTCH] if notch and advice is None else [])), project.drive_units,
         dearest and GainCost(loop.names[dearest[1]], *dearest[2:]),
     )  # fmt: skip
 
