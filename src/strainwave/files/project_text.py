@@ -50,7 +50,7 @@ def project_text(
     -------
     str
         Of a project that is still what its file says, the text of that file; of one whose loop alone is another, that
-        text with the other loop. Else YAML in SI units, with every number
+        text with the other loop, gains to ten digits of the author's units. Else YAML in SI units, with every number
         as it is. A line of negative amplitude is written with its size and the phase moved by half a turn.
 
     Raises
