@@ -116,7 +116,7 @@ def test_gains_are_tuned_shown_before_and_after_and_taken(blank):
     assert texts == ["file", "rule", "recommended"]
     assert "K_p [N·m·s/rad]" in blank.locator("#tuned td:first-child").all_inner_texts()
     blank.set_viewport_size({"width": 375, "height": 812})
-    assert blank.evaluate("() => tuned.scrollWidth <= tuned.clientWidth")  # nothing is out of sight
+    blank.wait_for_function("() => tuned.scrollWidth <= tuned.clientWidth && tuned.clientWidth < 375")
     blank.locator("#use").click()
     blank.wait_for_function("() => location.hash.startsWith('#project=')")
 
