@@ -44,8 +44,7 @@ class MotorLoop:
     @cached_property
     def plant(self) -> StateSpace:
         """The train without the control."""
-        free = self.train.with_motor(control=FREE)
-        return state_space(free, at=self.still, speed=self.closed.speed)
+        return state_space(self.train.with_motor(control=FREE), at=self.still, speed=self.closed.speed)
 
     @cached_property
     def own(self) -> Any:
@@ -93,8 +92,7 @@ class MotorLoop:
         sizes = np.abs(self.corners)
         sizes = sizes[sizes > SMALL * np.max(sizes, initial=1e-300)]
         low, high = (float(np.min(sizes)), float(np.max(sizes))) if len(sizes) else (1.0, 1.0)
-        even = np.geomspace(low / beyond, high * beyond, points)
-        return np.unique(np.concatenate([even, around_poles(self.corners, about)]))
+        return np.unique([*np.geomspace(low / beyond, high * beyond, points), *around_poles(self.corners, about)])
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,8 +64,7 @@ class WorstMargins:
     @classmethod
     def of(cls, loads: list[Loaded], sampling: Sampling | None) -> "WorstMargins":
         """Margins under every load, at the speed of its train."""
-        trains = (one.train for one in loads)
-        found = [margins(train, at=mean_state(train), speed=train.omega, sampling=sampling) for train in trains]
+        found = [margins(t, at=mean_state(t), speed=t.omega, sampling=sampling) for t in (one.train for one in loads)]
         return cls(tuple(loads), tuple(found), sampling)
 
     @property
