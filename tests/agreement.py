@@ -25,7 +25,7 @@ from strainwave.app.web.state import ScriptRequest, State, project_of
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.variants.names import nominal_of
 from strainwave.files.yaml_text import read
-from strainwave.study.analysis.avoid import between, merged
+from strainwave.study.speed_map.bands import between, merged
 
 EXACT, SLIDER, PRINTED, MAP, MOTION = 1e-9, 2e-6, 1e-5, 2e-3, 2e-3
 UNITS = {"arcsec": 1.0, "arcmin": 60.0, "deg": 3600.0, "mrad": 1e-3 / ARCSEC, "rad": 1.0 / ARCSEC}

@@ -11,8 +11,10 @@ import sympy as sp
 import strainwave as sw
 from strainwave.app.report.verdict import posture_said
 from strainwave.drive.asked import WEIGHT
-from strainwave.study.analysis.analyze import over_postures
+from strainwave.study.analysis.analyze import decided_bands, worst_posture
 from strainwave.study.analysis.verdict import Answer, judged
+from strainwave.study.speed_map.decide import decide
+from strainwave.study.speed_map.rules import Rules
 
 PROJECT = """\
 title: Arm
@@ -97,15 +99,17 @@ def test_the_verdict_counts_every_posture_and_names_the_worst(tmp_path):
     arm = replace(arm, limit=(sizes[0] * sizes[2]) ** 0.5)
     before = judged(arm, found[0]).verdict
     assert before.answer is Answer.ALL_RIGHT
-    verdict, worst = over_postures(arm, before, lambda _: None)
+    decided = decide(arm, Rules(arm.limit), search=False)
+    worst = worst_posture(decided)
     assert (worst.number, worst.rows, worst.name) == (2, 3, "out")
     assert worst.peak == pytest.approx(max(sizes), rel=1e-3)
-    assert verdict.answer is worst.answer is Answer.BUT
-    assert any(low <= found[2].omega[found[2].top] <= high for low, high in verdict.speeds)
+    assert worst.answer is Answer.BUT
+    assert any(low <= found[2].omega[found[2].top] <= high for low, high in decided_bands(decided))
+    assert [case.name for case in decided.load_cases][-1] == "load of the file, -3 N*m"
     assert "postures the worst is posture 2 (out)" in posture_said(
         SimpleNamespace(analysis=SimpleNamespace(posture=worst))
     )
-    assert over_postures(replace(arm, postures=()), before, lambda _: None) == (before, None)
+    assert worst_posture(decide(replace(arm, postures=()), Rules(arm.limit), search=False)) is None
 
 
 def test_a_posture_changes_the_load_and_keeps_loop_and_damping(tmp_path):

@@ -41,6 +41,8 @@ FAR = 10.0  # times an excitation's frequency
 CROSSOVER = 1.0, 1000.0  # Hz, of a speed loop
 USUAL_TIME, SLOWER = 4.0, 100.0  # T_n and 1/K_v times the crossover, by the symmetric optimum; slow loops are sound
 
+OF_CURVE = "of this curve; separate motions not searched"
+
 
 def notes(project: Project, by_bandwidth: bool) -> Iterator[str]:
     """Sentences on what a reader of the results should know about the input; whether the loop has a bandwidth there."""

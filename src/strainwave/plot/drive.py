@@ -20,10 +20,10 @@ from ..drive.drive_response import DriveResponse
 from ..drive.loop_margin import Bode
 from ..drive.project import Project
 from ..study.analysis.analysis import Analysis
-from ..study.analysis.avoid import Avoid
 from ..study.analysis.in_time import RunUp
 from ..study.analysis.load_cases import LoadCase
-from ..study.analysis.resonances import Regime
+from ..study.speed_map.avoid import Avoid
+from ..study.speed_map.resonances import Regime
 from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, HERTZ, ORANGE, Axis, Panel, angle, of_speeds, panels_of
 
 SHADE, SURE = "#d9d9d9", "#c6dcec"  # speeds to avoid, and what assumed numbers leave open

@@ -3,7 +3,7 @@
 import numpy as np
 
 from strainwave.app.report.sections.resonances import _even, envelope
-from strainwave.study.analysis.avoid import turns
+from strainwave.study.speed_map.ramp import turns
 
 
 def test_the_band_of_a_run_up_holds_a_whole_turn_at_every_speed():

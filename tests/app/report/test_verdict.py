@@ -7,9 +7,9 @@ import pytest
 from strainwave.app.report.verdict import _headline, _remedy
 from strainwave.base.units import ARCSEC
 from strainwave.model.gears.limits import Finding
-from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.verdict import Answer, Verdict, WorstPosture
+from strainwave.study.speed_map.avoid import Avoid
 
 AVOID = Avoid(((100.0, 120.0),), 80.0 * ARCSEC, 110.0, 5.0 * ARCSEC, limit=60.0 * ARCSEC)
 VERDICT = Verdict(Answer.NOT, ((100.0, 120.0),), (), ())
@@ -33,9 +33,13 @@ def test_a_remedy_that_misses_the_limit_is_the_best_of_no_change():
     assert "torque of the largest oscillation" not in said
 
 
-def headline(answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), posture=None, run_up=None, moved=None):
+def headline(
+    answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), posture=None, run_up=None, moved=None, apart=None
+):
     passed = ((100.0, 120.0),) if run_up else ()
-    avoid = Avoid((*unstable, *passed), peak, 110.0, 1.0, (), limit, passed, run_up and (110.0, run_up), unstable)
+    avoid = Avoid(
+        unstable, peak, 110.0, 1.0, (), limit, passed, run_up and (110.0, run_up), unstable, apart and (110.0, apart)
+    )
     analysis = SimpleNamespace(
         train=None,
         avoid=avoid,
@@ -65,8 +69,12 @@ BAND = ((100.0, 120.0),)
         ((Answer.BUT, 14.0, (), BAND), "Fail at some speeds; at some speeds the motion is not stable"),
         ((Answer.BUT, 14.0, (), (), 100.0, (1,)), "Fail at some speeds; the motion jumps"),
         (
-            (Answer.BUT, 92.0, (), (), 100.0, (), None, 116.0),
-            "Fail at some speeds; the oscillation in the run-up is 16 % above its limit",
+            (Answer.BUT, 92.0, (), (), 100.0, (), None, None, None, 116.0),
+            "Fail at some speeds; the oscillation of a motion apart from the curve is 16 % above its limit",
+        ),
+        (
+            (Answer.ALL_RIGHT, 92.0, (), (), 100.0, (), None, 116.0),
+            "Pass; the oscillation is 8 % below its limit; but a run-up adds 100 to 120 rad/s",
         ),
         (
             (Answer.NOT, 14.0, (), (), 100.0, (), None, None, SimpleNamespace(findings=(TORQUE,))),

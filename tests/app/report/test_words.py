@@ -20,10 +20,11 @@ from strainwave.base.units import ARCSEC, RPM, Speeds
 from strainwave.drive.asked import MotorLimits
 from strainwave.drive.drive_response import MotorUse, Usage, limit_findings
 from strainwave.study.analysis.analysis import Largest
-from strainwave.study.analysis.avoid import Avoid, merged
 from strainwave.study.analysis.remedies import Remedy
-from strainwave.study.analysis.resonances import operating_point
 from strainwave.study.analysis.verdict import Answer, Verdict
+from strainwave.study.speed_map.avoid import Avoid
+from strainwave.study.speed_map.bands import merged
+from strainwave.study.speed_map.resonances import operating_point
 
 ARCSECONDS = AngleUnit("arcsec", 1.0 / ARCSEC)
 SPEEDS = Speeds((60.0, 200.0))
@@ -196,6 +197,7 @@ def advised(
     analysis = SimpleNamespace(
         avoid=avoid, remedies=remedies, not_tried=(), response=response, speeds=(60.0, 200.0), load_cases=(),
         train_curve=None, verdict=Verdict(Answer.BUT, merged([*bands, *beyond]), (), exceeded), jumping=jumping,
+        posture=None,
     )  # fmt: skip
     return told(SpeedsToAvoid().data(view(analysis))["advice"])
 
@@ -206,8 +208,8 @@ def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
     advice = advised(((135.0, 155.0), (190.0, 200.0)), 1e-3, 1e-4, sweep=sweep, peaks=peaks)
     assert advice["sentence"] == (
         "Avoid 1289 to 1481 and 1814 to 1910 (the end of the range) rpm at the motor: there the error oscillates with "
-        "more than 1/√2 of the peak there, 206.3 arcsec at 1337 and 61.88 arcsec at 1910, against 20.63 arcsec of "
-        "quasi-static rotation, and the motion jumps between 1413 and 1461 and between 1814 and 1862."
+        "more than 2 times the 20.63 arcsec of quasi-static rotation: 206.3 arcsec at 1337 and 61.88 arcsec at 1910, "
+        "and the motion jumps between 1413 and 1461 and between 1814 and 1862."
     )
     assert "nominal drive; with 'scatter' and 'limit' in the project file 'strainwave exceedance'" in advice["nominal"]
     assert advice["bands"][0]["to_rpm"] == pytest.approx(155.0 / RPM)
@@ -240,14 +242,14 @@ def test_speeds_that_only_a_limit_of_the_motor_forbids_are_to_be_avoided_too():
     assert said.endswith("nothing jumps. With the limits of the motor, keep out of 859.4 to 1481 rpm at the motor.")
 
 
-def test_a_limit_of_the_project_is_the_rule_in_place_of_half_power():
+def test_a_limit_of_the_project_is_the_rule_in_place_of_twice_the_error_of_slow_rotation():
     advice = advised(((135.0, 155.0),), 1e-3, 1e-4, limit=5e-4)
     assert advice["sentence"] == (
         "Avoid 1289 to 1481 rpm at the motor: there the error oscillates with more than the limit of 103.1 arcsec, at "
         "most 206.3 arcsec at 1337."
     )
     assert "is above the project's limit of 103.1 arcsec" in advice["rule"]
-    assert "half power" not in advice["rule"]
+    assert "times that of slow rotation" not in advice["rule"]
     assert "arcsec, within the limit of 412.5 arcsec, and nothing" in advised((), 1e-3, 1e-4, limit=2e-3)["sentence"]
 
 

@@ -20,8 +20,8 @@ from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.state import State, first_text, of_state, project_of
 from strainwave.app.web.views import POINTS
 from strainwave.base.units import ARCSEC, RPM
-from strainwave.study.analysis.avoid import speeds_to_avoid
-from strainwave.study.analysis.resonances import operating_point
+from strainwave.study.speed_map.avoid import speeds_to_avoid
+from strainwave.study.speed_map.resonances import operating_point
 
 GEAR = {"gear": "CSG-40-50"}
 ARTICLE = (Path(sw.__file__).parent / "app/projects/article.yaml").read_text(encoding="utf-8")
@@ -389,7 +389,7 @@ def test_the_verdict_under_all_loads_is_that_of_the_speed_map():
     light = LOOP | GRAVITY | {"load.drag.amplitude": "44 N*m"}
     for values in (light, light | {"limit.oscillation": "50 arcsec"}):
         project = project_of(State(gear="CSG-40-50", values=values))
-        under, found = views.under_loads(project), sw.speed_map(project, search=False)
+        under, found = views.under_loads(project), sw.speed_map(project)
         np.testing.assert_allclose(under["allowed"], found.windows / RPM, rtol=1e-9)
         assert under["passes"] is under["whole"] is ("limit.oscillation" not in values)
     assert views.under_loads(project_of(State(gear="CSG-40-50", values=LOOP))) is None

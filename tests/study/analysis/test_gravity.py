@@ -12,12 +12,12 @@ from three_slopes import three_slopes
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.drive.project import Project
-from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import read_project
-from strainwave.study.analysis.avoid import searched, speeds_to_avoid
-from strainwave.study.analysis.load_cases import LoadCase, load_cases, over_all, steady_motions
-from strainwave.study.analysis.resonances import operating_point
+from strainwave.study.analysis.load_cases import load_cases, over_all
+from strainwave.study.speed_map import under_load
+from strainwave.study.speed_map.bands import searched
+from strainwave.study.speed_map.decide import decide
+from strainwave.study.speed_map.rules import complement, rules_of
 
 RPM = 30.0 / math.pi
 GEAR = (1e5, 1.4e5, 1.8e5, 54.0, 196.0)
@@ -35,6 +35,10 @@ damping: {{B: {B} N*m*s/rad}}
 speed: {{from: 1100 rpm, to: 2200 rpm, shaft: motor}}
 excitation: {{kinematic_error: [{{order: 2, amplitude: 10 arcsec}}]}}
 """
+
+
+def decided(project):
+    return decide(project, rules_of(None, None, None, project.limit), search=False, threads=1)
 
 
 def run_up(payload=0.0):
@@ -81,7 +85,7 @@ def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_bes
     advice = results["advice"]
     speed, size = run_up()
     peak = speed[np.argmax(size)]
-    bands = [(band["from_rpm"], band["to_rpm"]) for band in advice["bands"]]
+    bands = [(band["from_rpm"], band["to_rpm"]) for key in ("bands", "run_up_bands") for band in advice[key]]
     assert any(low < peak < high for low, high in bands)
     assert any(low < results["train"]["run_up"]["at_rpm"] < high for low, high in bands)
     assert lines[lines.index(advice["sentence"]) + 1] == advice["about"]
@@ -91,11 +95,9 @@ def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_bes
     assert torques == sorted(torques)
     assert (torques[0], torques[-1]) == pytest.approx((-150.0, 150.0))
     assert len(torques) >= 9
-    assert "about the mean of its turns" in advice["sentence"]
-    told = re.search(r"in the run-up the error oscillates with up to ([0-9.]+) arcsec, at ([0-9]+)", advice["sentence"])
-    if told is not None:
-        assert float(told[1]) == pytest.approx(np.max(size) * 648000.0 / math.pi, rel=0.02)
-        assert float(told[2]) == pytest.approx(peak, rel=0.03)
+    told = re.search(r"with up to ([0-9.]+) arcsec about the mean of its turns, at ([0-9]+)", advice["about"])
+    assert float(told[1]) == pytest.approx(np.max(size) * 648000.0 / math.pi, rel=0.02)
+    assert float(told[2]) == pytest.approx(peak, rel=0.03)
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert f"<p><b>{advice['sentence']}</b></p><p>{advice['about'].replace(chr(39), '&#39;')}</p>" in page
 
@@ -104,10 +106,7 @@ def test_the_bands_of_a_range_of_torques_hold_the_largest_error_of_run_ups_at_ra
     (tmp_path / "joint.yaml").write_text(PROJECT)
     project = read_project(tmp_path / "joint.yaml")
     assert project.load_torques == pytest.approx((-WEIGHT, WEIGHT), rel=1e-3)
-    system, train = project.under(0.0).system(reduced=True), project.under(0.0).train
-    curve = train_curve(train, project.speeds.limits)
-    middle = LoadCase(0.0, curve, speeds_to_avoid(system, curve, operating_point(system)), project.speeds.limits)
-    bands = over_all(None, load_cases(project, middle, lambda _: None)).bands
+    bands = complement(decided(project).quiet, project.speeds.limits)
     for payload in np.random.default_rng(3).uniform(-math.pi, math.pi, 10):
         speed, size = run_up(payload)
         peak = speed[np.argmax(size)] / RPM
@@ -128,11 +127,10 @@ excitation: {accuracy: catalogue, load_torque: {mean: {from: -12 N*m, to: 2 N*m}
 """
     )
     project = read_project(tmp_path / "worn.yaml")
-    middle = LoadCase(-5.0, steady_motions(project.under(-5.0))[0], None, project.speeds.limits)
-    bands = over_all(None, load_cases(project, middle, lambda _: None)).bands
+    bands = complement(decided(project).quiet, project.speeds.limits)
     allowed = sw.speed_map(project, search=False, threads=1).windows
     jumps = [band for torque in (-2.2, -1.8, -1.2, -0.9, -0.7)
-             for band in steady_motions(project.under(torque))[0].sweep.jumping]  # fmt: skip
+             for band in project.under(torque).response(coexisting=False).sweep.jumping]  # fmt: skip
     assert len(jumps) == 5
     for jump in jumps:
         assert any(low <= jump.low and jump.high <= high for low, high in bands)
@@ -152,14 +150,13 @@ limit: {oscillation: 340 arcsec}
 """
     )
     project = read_project(tmp_path / "gap.yaml")
-    system, drive = project.system(reduced=True), project.response(coexisting=False)
-    avoid = speeds_to_avoid(system, drive, operating_point(system), project.limit)
-    cases = load_cases(project, LoadCase(-45.0, drive, avoid, project.speeds.limits), lambda _: None)
+    drive, found = project.response(coexisting=False), decided(project)
+    cases = load_cases(project, found)
     curve = sw.speed_map(project, loads=[case.torque for case in cases], search=False, threads=1)
     for case, forbidden in zip(cases, curve.forbidden, strict=True):
         assert np.array(case.bands).reshape(-1, 2) == pytest.approx(forbidden), case.torque
     assert curve.allowed[-1].size == 0  # without a load nothing holds the teeth together
-    whole = over_all(avoid, cases)
+    whole = over_all(drive, found, cases, project.limit, None)
     assert whole.bands == whole.unstable == (project.speeds.limits,)
 
 
@@ -170,8 +167,9 @@ def test_no_speed_is_allowed_where_the_error_equation_has_stable_motions_and_the
     project = read_project(tmp_path / "loop.yaml")
     reduced = project.under(0.0).equation_response(coexisting=False)
     assert np.any(reduced.curve.stable)
-    monkeypatch.setattr(Project, "train_response", lambda *_, **__: None)
-    cases = load_cases(project, LoadCase(0.0, reduced, None, project.speeds.limits), lambda _: None)
+    monkeypatch.setattr(under_load, "train_curve", lambda *_, **__: None)
+    cases = load_cases(project, decided(project))
+    assert len(cases) == 9
     assert all(case.bands == case.unstable == (project.speeds.limits,) for case in cases)
 
 

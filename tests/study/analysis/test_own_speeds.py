@@ -10,9 +10,9 @@ from strainwave.app.web.views import response as view
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.drive.train_curve import largest_oscillation
 from strainwave.files.reading import from_text
-from strainwave.study.analysis.avoid import speeds_to_avoid, without_stable
-from strainwave.study.analysis.resonances import operating_point
 from strainwave.study.design.averaged import balanced
+from strainwave.study.speed_map.avoid import speeds_to_avoid, without_stable
+from strainwave.study.speed_map.resonances import operating_point
 
 # hardening: both speeds lie in or at a bistable band, whose upper motions go on to 1824 rpm and are largest there
 BISTABLE = """\

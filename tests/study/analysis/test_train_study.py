@@ -15,11 +15,13 @@ from strainwave.drive.response import exact_response
 from strainwave.drive.run import drive_run
 from strainwave.drive.train_curve import train_curve
 from strainwave.files.reading import from_text
-from strainwave.study.analysis import train_study as of_trains
-from strainwave.study.analysis.avoid import in_run
-from strainwave.study.analysis.load_cases import LoadCase, load_cases
-from strainwave.study.analysis.resonances import operating_point
+from strainwave.study.analysis.load_cases import load_cases
 from strainwave.study.analysis.train_study import train_study
+from strainwave.study.speed_map import ramp as of_ramps
+from strainwave.study.speed_map.decide import decide
+from strainwave.study.speed_map.ramp import in_run
+from strainwave.study.speed_map.resonances import operating_point
+from strainwave.study.speed_map.rules import Rules
 
 PROJECT = """\
 gear: {{ratio: 50, law: {{type: linear, K: 1e5 N*m/rad}}}}
@@ -60,7 +62,7 @@ def test_a_run_up_that_ends_before_it_begins_is_left_out_and_the_remark_says_so(
     of = project("loop: {bandwidth: 20 Hz, damping: 0.7}")
     system, limits = of.system(reduced=True), of.speeds.limits
     exact = exact_response(system, limits)
-    monkeypatch.setattr(of_trains, "drive_run", lambda *args, **options: begun(drive_run(*args, **options)))
+    monkeypatch.setattr(of_ramps, "drive_run", lambda *args, **options: begun(drive_run(*args, **options)))
     study = train_study(of.train, system, limits, None, exact, operating_point(system))
     assert study.ramp is None
     assert f"The run-up ends while motion settles at the lowest speed: {Status.DIVERGED.value}." in study.remarks
@@ -115,8 +117,7 @@ def test_the_error_of_a_free_motor_is_no_pointing_error_under_any_torque_of_the_
         "{motor_torque: {lines: [{order: 2, amplitude: 0.1 N*m}]}, load_torque: {mean: {from: -30 N*m, to: 30 N*m}}}"
     )
     of = project("mode: free", excitation=excitation)
-    own = LoadCase(of.mean_load_torque, of.response(), None, of.speeds.limits)
-    cases = load_cases(of, own, lambda _: None)
+    cases = load_cases(of, decide(of, Rules(amplification=2.0), search=False))
     assert len(cases) > 2
     assert {case.drive.name for case in cases} == {"error between motor and load"}
 
@@ -131,4 +132,4 @@ def test_a_torque_that_the_law_cannot_bear_is_said_before_a_curve_is_looked_for(
     whole = of.whole._replace(law=law)
     of = replace(of, drive=of.drive._replace(law=law), whole=whole, train=of.train and whole)
     with pytest.raises(SolveError, match=r"BoucWen carries at most -?30 N\*m"):
-        load_cases(of, LoadCase(0.0, None, None, of.speeds.limits), lambda _: None)
+        decide(of, Rules(amplification=2.0), search=False)

@@ -12,9 +12,9 @@ import strainwave as sw
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.drive.drive_response import Usage
 from strainwave.model.gears.limits import Finding
-from strainwave.study.analysis.avoid import Avoid
 from strainwave.study.analysis.remedies import Allowance, Remedy
-from strainwave.study.analysis.verdict import STEPS, Answer, _steps, verdict_of
+from strainwave.study.analysis.verdict import STEPS, Answer, _steps, _where, verdict_of
+from strainwave.study.speed_map.avoid import Avoid
 
 ARTICLE = Path(__file__).parents[3] / "examples/projects/article.yaml"
 AXIS = """
@@ -142,7 +142,9 @@ def test_a_step_that_moves_a_fold_out_of_the_range_is_judged_by_the_large_motion
 
 def judged(*limits, used=None):
     used = used or Usage(100.0, 150.0, 50.0, 150.0)
-    return verdict_of((100.0, 200.0), (CURVE,), QUIET, used, limits)
+    fails = [finding for finding in limits if finding.fails]
+    bands = [band for finding in fails for band in _where(finding, (100.0, 200.0), CURVE, None, 1, None)]
+    return verdict_of((100.0, 200.0), tuple(bands), QUIET, used, limits)
 
 
 def test_a_torque_beyond_its_rating_at_some_speeds_leaves_the_others():
@@ -156,7 +158,7 @@ def test_a_torque_beyond_its_rating_at_some_speeds_leaves_the_others():
 
 def test_what_rounding_leaves_beside_a_band_is_no_speed_to_keep_to():
     band = replace(QUIET, bands=((100.01, 150.0),))
-    verdict = verdict_of((100.0, 200.0), (CURVE,), band, Usage(10.0, 150.0, 5.0, 150.0), ())
+    verdict = verdict_of((100.0, 200.0), band.bands, band, Usage(10.0, 150.0, 5.0, 150.0), ())
     assert verdict.allowed == ((150.0, 200.0),)
     assert verdict.answer is Answer.BUT
 

@@ -79,12 +79,14 @@ def test_no_posture_is_called_safe_at_a_speed_where_integration_finds_too_much()
     assert not np.any(~allowed & (size < 0.99 * LIMIT))
     computed = np.array([np.interp(w, found.speeds, found.oscillation[i]) for w, i in zip(speeds, rows, strict=True)])
     assert computed / ARCSEC == pytest.approx(size, rel=0.01)
-    everywhere = [all(found.is_allowed(w, i + 1.0) for i in range(len(project.postures))) for w in found.speeds]
+    everywhere = [all(found.is_allowed(w, i) for i in found.loads) for w in found.speeds]
     inside = [any(low <= w <= high for low, high in found.windows) for w in found.speeds]
     assert inside[1:-1] == everywhere[1:-1]  # a band that begins at the end of the range allows that end itself
     worst = int(np.argmax(np.max(found.oscillation, axis=1)))
     assert data(found.facts())["worst_load"] == worst + 1
-    assert f"largest oscillation: posture {worst + 1} ({project.postures[worst].name})" in str(found)
+    assert found.postures[:2] == ("posture 1 (0 and 0 deg)", "posture 2 (0 and 140 deg)")
+    assert found.postures[-1] == "load of the file, 0 N*m"
+    assert f"largest oscillation: {found.postures[worst]}" in str(found)
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from three_slopes import three_slopes
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.study.speed_map import speed_map
+from strainwave.study.speed_map import decide
 from strainwave.study.speed_map.motions import OMEGA, OSCILLATION, Loose
 from strainwave.study.speed_map.rules import Rules, bands_of, common, complement
 from strainwave.study.speed_map.search import Settling
@@ -627,13 +627,13 @@ limit: {oscillation: 19 arcsec}
 def test_motions_of_a_law_with_memory_do_not_add_up_from_load_to_load(tmp_path, monkeypatch):
     """A steep law has its resonance at every speed of the range, and no curve has it."""
     (tmp_path / "axis.yaml").write_text(STEEP, encoding="utf-8")
-    project, tried, before = sw.read_project(tmp_path / "axis.yaml"), [], speed_map.extended
+    project, tried, before = sw.read_project(tmp_path / "axis.yaml"), [], decide.extended
 
     def counted(loaded, case, span, speeds, seeds):
         tried.append(len(seeds))
         return before(loaded, case, span, speeds, seeds)
 
-    monkeypatch.setattr(speed_map, "extended", counted)
+    monkeypatch.setattr(decide, "extended", counted)
     found = sw.speed_map(project, loads=[-4.0, 0.0, 4.0])
     assert all(len(some) == 0 for some in found.allowed)
     assert sum(tried) <= 4
@@ -684,10 +684,10 @@ def test_what_goes_on_where_a_motion_doubles_its_period_is_not_allowed(tmp_path)
 
 
 def test_no_sliver_between_forbidden_speeds_is_allowed_that_no_search_has_seen():
-    run = np.zeros((2, 8))
+    run = np.zeros((2, 9))
     run[:, OMEGA], run[:, OSCILLATION] = (100.0, 200.0), 1.0
     loose = tuple(Loose(w, 5.0, 0.0, 0) for w in (120.0, 124.0, 150.0))
-    loaded = SimpleNamespace(quasi_static=1.0, runs=[(run, None)], loose=loose, jumping=())
+    loaded = SimpleNamespace(quasi_static=1.0, runs=[(run, None)], loose=loose, jumping=(), flips=())
     found = bands_of(loaded, Rules(limit=2.0), (100.0, 200.0), [], 0.012)
     np.testing.assert_allclose(
         found.forbidden, [[120.0 / 1.012, 124.0 * 1.012], [150.0 / 1.012, 150.0 * 1.012]], rtol=1e-12

@@ -17,7 +17,7 @@ from ...drive.friction.standstill import standing
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
 from ...drive.two_turns import A_TURN, beat_said
-from ...files.notes import load_remark, move_note, posture_note, remarks, unsaid
+from ...files.notes import OF_CURVE, load_remark, move_note, posture_note, remarks, unsaid
 from ...files.reading import read_project
 from ...files.sources import source_facts, sources_said
 from ...plot import axes
@@ -109,6 +109,7 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
             _sizes(project, motions, judged.covered, size, fast, peak) if peak else project.undamped or plain["sweep"],
             "{}",
         ),
+        Fact("scope", OF_CURVE, "{}"),
         *_beat(project, motions),
         Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),
         Fact("limits", tuple(one.data() for one in judged.findings)),

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 from ...base.sentences import Sentence, Speed
 from ...plot.svg import FONT, INK, LETTER, WIDTH, text_at
-from ...study.analysis.avoid import Avoid
 from ...study.analysis.load_cases import worst_of
 from ...study.analysis.remedies import Remedy
+from ...study.speed_map.avoid import Avoid
 from ..console import number
 from ..view import View, sizes
 

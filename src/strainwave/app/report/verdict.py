@@ -11,9 +11,10 @@ from ...base.units import ARCSEC, RPM
 from ...drive.asked import BRAKE, RMS, MotorLimits
 from ...files.fields.groups import MEASURED
 from ...model.gears.limits import Finding, gravest
-from ...study.analysis.avoid import out_of_reach
+from ...study.analysis.analysis import LESS
 from ...study.analysis.remedies import Remedy
 from ...study.analysis.verdict import Answer, Verdict
+from ...study.speed_map.avoid import Avoid, out_of_reach
 from ..console import number, percent
 from ..view import View, equation_alone, place_said, sizes, under_load
 from .limits import MOTOR, REST, above, move_said, named, of_move
@@ -51,8 +52,14 @@ def verdict_data(view: View) -> dict[str, Any]:
         "how_sure": how_sure(view),
         "speeds_to_keep_out_of": [band_data(view, *band) for band in verdict.speeds],
         "allowed_speeds": [band_data(view, *band) for band in verdict.allowed],
+        "run_up_adds": [band_data(view, *band) for band in (view.analysis.avoid.passed if view.analysis.avoid else ())],
         "smallest_change": row,
     }
+
+
+def run_up_said(avoid: Avoid) -> Sentence:
+    """Speeds that a run-up adds to those to keep out of."""
+    return Sentence("a run-up adds {}", ranges(avoid.passed))
 
 
 def share(view: View) -> float | None:
@@ -76,10 +83,10 @@ def _passes(view: View, verdict: Verdict) -> str:
     part, avoid, case = share(view), view.analysis.avoid, ""
     if verdict.answer is Answer.ALL_RIGHT:
         below = "" if part is None else f"the oscillation is {percent(1.0 - part, 2)} below its limit"
-        return f"Pass; {below or NO_LIMIT}"
+        return f"Pass; {below or NO_LIMIT}" + (f"; but {run_up_said(avoid)}" if avoid and avoid.passed else "")
     faults = []
-    if part is not None and part <= 1.0 and avoid and avoid.limit and avoid.largest_passed:
-        part, case = avoid.largest_passed[1] / avoid.limit, " in the run-up"
+    if part is not None and part <= 1.0 and avoid and avoid.limit and avoid.apart:
+        part, case = avoid.apart[1] / avoid.limit, " of a motion apart from the curve"
     if part is not None and part > 1.0:
         size = f"{number(part, 3)} times" if part > TWICE else f"{percent(part - 1.0, 2)} above"
         faults.append(f"the oscillation{case} is {size} its limit")
@@ -111,6 +118,11 @@ def _sentence(view: View, verdict: Verdict) -> Sentence:
     return Sentence("{}: {}; {}.", begin, _oscillation(view), torque_said(view, verdict)) + posture_said(view)
 
 
+def apart_said(apart: tuple[float, float]) -> tuple[Angle | str, Speed]:
+    """Size and speed of a motion apart from the curve; of one that grows beyond every bound in words."""
+    return Angle(apart[1]) if math.isfinite(apart[1]) else "no bound", Speed(apart[0], digits=5)
+
+
 def posture_said(view: View) -> Sentence:
     """The worst posture of the file, with its largest oscillation; empty where it has none."""
     worst = view.analysis.posture
@@ -134,6 +146,8 @@ def _oscillation(view: View) -> Sentence:
     elif avoid.slow > 0.0:
         against = f"{number(largest.peak / avoid.slow, 2)} times that of quasi-static rotation, {against}"
     text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), place, against)
+    if avoid.apart is not None and avoid.apart[1] > LESS * largest.peak:
+        text += Sentence(" (on a motion apart from the curve with up to {} at {})", *apart_said(avoid.apart))
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
         text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
     if said := out_of_reach(avoid.limit, avoid.slow, view.project.train):
@@ -257,6 +271,8 @@ def answers(view: View) -> dict[str, Any]:
     }
     if verdict.answer is Answer.BUT:
         sentences["without a change"] = Sentence("Keep to {}.", ranges(verdict.allowed, -1))
+    if (avoid := view.analysis.avoid) is not None and avoid.passed:
+        sentences["run-up"] = Sentence("A run-up adds {}.", ranges(avoid.passed))
     return {what: said for what, said in sentences.items() if said}
 
 

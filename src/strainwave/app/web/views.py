@@ -16,7 +16,7 @@ from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
-from ...files.notes import exciting, load_remark, move_note, unsaid
+from ...files.notes import OF_CURVE, exciting, load_remark, move_note, unsaid
 from ...files.variants.sureness import how_sure
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.in_time import drive_motion
@@ -150,6 +150,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             told(motions.message, writer(shortest, angle_unit(motions.oscillation[top]), speeds.unit, scale))
         ),
         "remarks": [
+            f"Everything here is {OF_CURVE}.",
             *([HELD] if project.train is None and project.motor == "held" else []),
             *judged.remarks,
             *unsaid(project.notes, judged.remarks),
@@ -197,7 +198,7 @@ def under_loads(project: Project) -> dict[str, Any] | None:
     if not project.other_loads[0] < project.other_loads[1]:
         return None
     try:
-        chart = speed_map(project, search=False, threads=1)
+        chart = speed_map(project, threads=1)
     except (ValueError, SolveError) as error:
         return {"why": str(error), "passes": None}
     ends = chart.speeds[[0, -1]]

@@ -57,6 +57,8 @@ class ProjectComparison(Result):
         Name of the file of each project.
     remarks : tuple of str
         What the numbers are without.
+    run_ups : tuple of tuple of (float, float)
+        Speeds [rad/s] of the base angle that a run-up of each adds to those to keep out of.
     """
 
     titles: tuple[str, ...]
@@ -79,6 +81,7 @@ class ProjectComparison(Result):
     failures: tuple[str, ...] = ()
     files: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
+    run_ups: tuple[tuple[tuple[float, float], ...], ...] = ()
 
     rows: ClassVar[str] = "drive"
 
@@ -88,6 +91,11 @@ class ProjectComparison(Result):
         scale, unit = self.scales[i]
         bands = (f"{low * scale:.5g} to {high * scale:.5g} {unit}" for low, high in self.verdicts[i].speeds)
         return ", ".join(bands)
+
+    def run_up_adds(self, i: int) -> str:
+        """Speeds that a run-up adds to these, in words; empty if none."""
+        scale, unit = self.scales[i]
+        return ", ".join(f"{low * scale:.5g} to {high * scale:.5g} {unit}" for low, high in self.run_ups[i])
 
     def coordinates(self) -> Labelled:
         """Titles and gears."""
@@ -123,7 +131,8 @@ class ProjectComparison(Result):
             Fact("beat_s", self.beat(i)),
             Fact("load_torque_N_m", numbers["load"]), Fact("lowest_load_torque_N_m", numbers["lowest_load"]),
             Fact("highest_load_torque_N_m", numbers["highest_load"]), Fact("verdict", self.verdicts[i].answer.value),
-            Fact("keep_out_of", self.keep_out_of(i) or "none"), Fact("torque_N_m", numbers["torque"]),
+            Fact("keep_out_of", self.keep_out_of(i) or "none"),
+            Fact("run_up_adds", self.run_up_adds(i) if self.run_ups else None), Fact("torque_N_m", numbers["torque"]),
             Fact("omega_0_rad_per_s", numbers["omega_0"]), Fact("damping_ratio", numbers["damping_ratio"]),
             Fact("reflected_inertia_kg_m2", numbers["reflected_inertia"]),
             Fact("load_inertia_kg_m2", numbers["load_inertia"]), Fact("folds", None if jumps is None else int(jumps)),
@@ -155,6 +164,7 @@ class ProjectComparison(Result):
         sizes = "no steady motion of the whole drive is stable" if np.isnan(self.oscillation[i]) else sizes
         bands = self.keep_out_of(i) or "none"
         yield f"{self.titles[i]} ({self.gears[i]}): {sizes}; {self.verdicts[i].answer}; keep out of: {bands}"
+        yield from [f"  a run-up adds {adds}"] if self.run_ups and (adds := self.run_up_adds(i)) else []
         yield from [f"  {self._failures(i)}"] if self._failures(i) else []
 
 
@@ -234,6 +244,7 @@ def _compared(projects: list[Project], analyses: list[Analysis]) -> ProjectCompa
         tuple(" ".join(limit.sentence for limit in gravest(analysis.limits) if limit.fails) for analysis in analyses),
         tuple(p.path.name for p in projects),
         tuple(dict.fromkeys(note for p in projects for note in of_hysteresis(p))),
+        tuple(() if analysis.avoid is None else analysis.avoid.passed for analysis in analyses),
     )
 
 

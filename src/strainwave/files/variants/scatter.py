@@ -15,11 +15,11 @@ from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import number, silent
 from ...base.units import Speeds
 from ...compile.jit import load
+from ...drive.load_cases import WITH_MEMORY, spread
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
-from ...study.analysis.avoid import band_above
-from ...study.analysis.load_cases import WITH_MEMORY
 from ...study.identification.intervals import Interval
+from ...study.speed_map.avoid import band_above
 from ..fields.groups import Radians
 from ..notes import of_hysteresis
 from ..yaml_text import read
@@ -224,7 +224,7 @@ def exceedance(
         raise ValueError(f"{project.path.name} has no limit; write for example 'limit: {{oscillation: 60 arcsec}}'")
     if project.train is not None:
         refuse_free(project.train)
-    torques = _torques(project)
+    torques = tuple(spread(project, WITH_MEMORY))
     rows: list[tuple[float, float, float, float]] = []
     errors = dict[str, None]()
 
@@ -260,17 +260,11 @@ def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
     return low, (1.0 if hits == count else float(betaincinv(hits + 1, count - hits, 1.0 - tail)))
 
 
-def _torques(drive: Project) -> tuple[float, ...]:
-    """Torques [N*m] of the load under which a drive is followed."""
-    low, high = drive.other_loads
-    return tuple(np.linspace(low, high, WITH_MEMORY).tolist()) if low < high else (drive.mean_load_torque,)
-
-
 def _largest(
     drive: Project, limit: float, errors: dict[str, None], progress: Callable[[int], None]
 ) -> tuple[float, float, float, float]:  # fmt: skip
     """Largest oscillation of a drive, its speed, and the ends of the speeds to avoid; nan where there are none."""
-    torques, rows = _torques(drive), []
+    torques, rows = spread(drive, WITH_MEMORY), []
     for i, torque in enumerate(torques):
         if i:
             progress(i)

@@ -14,8 +14,8 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import listed, number, sign
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
+from ...drive.load_cases import LOADS, WITH_MEMORY, spread
 from ...drive.project import Project
-from ...study.analysis.load_cases import spread
 from ..fields.groups import ASSUMED
 from ..project_text import project_text
 from ..reading import from_text
@@ -251,7 +251,9 @@ def _torques(project: Project, solve: Solve) -> tuple[float, ...]:
     if not project.other_loads[0] < project.other_loads[1]:
         return ()
     sizes = dict[float, float]()
-    for torque in dict.fromkeys((project.mean_load_torque, *spread(project))):
+    for torque in dict.fromkeys(
+        (project.mean_load_torque, *spread(project, WITH_MEMORY if project.has_memory else LOADS))
+    ):
         with suppress(ValueError, SolveError):
             response, _ = solve(_under(project, torque))
             sizes[torque] = float(response.oscillation[response.top])

@@ -27,13 +27,14 @@ from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
 from ..move.move import move
 from ..move.result import Move
-from .avoid import Avoid, searched
+from ..speed_map.avoid import Avoid
+from ..speed_map.ramp import Ramp
+from ..speed_map.resonances import OperatingPoint, Regime
 from .in_time import Beat, RunUp
 from .load_cases import LoadCase
 from .remedies import Remedy
-from .resonances import OperatingPoint, Regime
 from .time_case import TimeCase
-from .train_study import MotorCase, Ramp, TrainStudy
+from .train_study import MotorCase, TrainStudy
 from .verdict import Verdict, WorstPosture
 
 LESS = 1.001  # relative difference of two largest errors below which the steady one is named
@@ -136,11 +137,6 @@ def cautions(analysis: Any) -> Iterator[str]:
         if not case.transient.status:
             text = f" ({case.name}) the simulation from rest {case.transient.message}."
             yield "At " + Speed(case.omega, digits=5) + text
-    if not searched(analysis.system.law):
-        yield (
-            "Motions apart from the curve are searched for at the ends of the range alone, under the mean load torque. "
-            "With backlash or memory others may be inside: `strainwave speed-map` searches for them."
-        )
     if study is not None and study.curve is not None:
         yield from not_exact("The steady curve of the whole drive train", study.curve.curve)
     if study is not None and study.left_out is not None:

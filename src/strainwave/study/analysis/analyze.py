@@ -18,10 +18,9 @@ from ...base.sentences import Angle, Sentence, Speed, number, silent
 from ...base.units import Speeds
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
 from ...drive.friction.standstill import standing
-from ...drive.postures import titled
 from ...drive.project import Project
 from ...drive.response import exact_response
-from ...drive.train_curve import FEW, refuse_free, unfollowed
+from ...drive.train_curve import refuse_free, unfollowed
 from ...drive.two_turns import NONE_STABLE
 from ...model.gears.gear import Gear
 from ...model.gears.limits import RATCHETING
@@ -30,16 +29,20 @@ from ...numerics.curves.torus_motion import largest_sizes
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
+from ..speed_map.bands import HALF_POWER, merged, searched
+from ..speed_map.decide import Decision, decide
+from ..speed_map.motions import OMEGA, OSCILLATION
+from ..speed_map.ramp import in_run
+from ..speed_map.resonances import OperatingPoint, Regime, operating_point, regimes
+from ..speed_map.rules import complement, rules_of
 from .analysis import Analysis, GearLoop, loop_of, move_of, parametric_of
-from .avoid import HALF_POWER, between, in_run, merged, searched, speeds_to_avoid
 from .in_time import RunUp, beat_of, run_up_and_down
 from .knobs import Subject
 from .load_cases import LoadCase, load_cases, over_all
 from .remedies import what_helps, with_other_damping
-from .resonances import OperatingPoint, Regime, operating_point, regimes
 from .time_case import TimeCase, speeds_in_time, time_case, usage
 from .train_study import TrainStudy, motor_cases, train_study
-from .verdict import Answer, Verdict, WorstPosture, judged, smallest_change, verdict_of
+from .verdict import Answer, WorstPosture, smallest_change, verdict_of
 
 Told = Callable[[str, float], None]
 
@@ -168,14 +171,12 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     study = None if train is None else _whole_train(project, train, system, point, exact, single, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
     drive = curve or exact
-    still = unfollowed(train, curve)
-    avoid = None if still else speeds_to_avoid(system, drive, point, limit, None if ramp is None else in_run(*ramp))
-    by_load: tuple[LoadCase, ...] = ()
-    if project.other_loads[0] < project.other_loads[1]:
-        alone = None if still else speeds_to_avoid(system, drive, point, limit)  # without the run-up
-        as_it_is = LoadCase(project.mean_load_torque, drive, alone, limits)
-        by_load = load_cases(project, as_it_is, lambda t: progress(f"load torque {t:.4g} N*m", 0.86))
-        avoid = over_all(avoid, by_load)
+    progress("motions under every load", 0.86)
+    rules = rules_of(None, None, None, limit)
+    decided = decide(project, rules, progress=lambda share: progress("motions under every load", 0.86 + 0.01 * share))
+    by_load = load_cases(project, decided)
+    run = None if ramp is None else in_run(*ramp)
+    avoid = None if unfollowed(train, curve) else over_all(drive, decided, by_load, limit, run)
     study = _with_gravity(project, study, (drive, *(case.drive for case in by_load)), progress) if advice else study
     motors = {} if project.motor_named else project.motors()
     other_motors = tuple(motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87)))
@@ -188,7 +189,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     motor = _asked_of_motor(drive, by_load, study)
     fastest = speeds.given[-1] if speeds.by_motor else None
     curves = tuple(case.drive for case in by_load) or (drive,)
-    needs, resting = [curve.need() for curve in curves], max(map(abs, project.load_torques)) / project.drive.N
+    needs, resting = [curve.need() for curve in curves], _resting(decided)
     findings = limit_findings(project.gear, largest, fastest, project.motor_limits, motor, needs, resting)
     if advice:
         progress("what would help", 0.9)
@@ -199,10 +200,12 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     )
     change = smallest_change(subject, drive, avoid, by_load, largest.peak_torque, helps)
     verdict = verdict_of(
-        limits, curves, avoid, largest, findings, change, motor, sheet=project.motor_limits, needs=needs,
+        limits, decided_bands(decided), avoid, largest, findings, change, motor,
         fault=project.loop.fault if project.loop else "",
     )  # fmt: skip
-    verdict, worst = over_postures(project, verdict, lambda title: progress(title, 0.95))
+    worst = worst_posture(decided)
+    if worst is not None:
+        verdict = replace(verdict, answer=max(verdict.answer, worst.answer, key=list(Answer).index))
     progress("the move of the file", 0.97)
     moved, unmoved = move_of(project)
     if moved is not None and moved.failures:
@@ -216,33 +219,30 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     )  # fmt: skip
 
 
-def over_postures(
-    project: Project, verdict: Verdict, progress: Callable[[str], None]
-) -> tuple[Verdict, WorstPosture | None]:  # fmt: skip
-    """A verdict with the postures of a project counted in, and the worst of them; None where it has none.
+def _resting(decided: Decision) -> float:
+    """Torque [N*m, motor side] of the load at rest, the largest of all loads."""
+    return max(abs(torque) / one.drive.N for one in decided.projects for torque in one.load_torques)
 
-    The speeds to keep out of are those of all postures. `progress` is told every posture before its curve is computed.
-    """
+
+def decided_bands(decided: Decision) -> tuple[tuple[float, float], ...]:
+    """Speeds [rad/s] that are forbidden under some load, or between two."""
+    return merged(complement(decided.allowed, decided.span).tolist())
+
+
+def worst_posture(decided: Decision) -> WorstPosture | None:
+    """The worst posture of a project; None where it has none."""
     rows: list[WorstPosture] = []
-    bands, ranks = [*verdict.speeds], list(Answer)
-    for i, posture in enumerate(project.postures, 1):
-        progress(titled(i, posture.name))
-        posed, place = posture.on(project), (i, len(project.postures), posture.name)
-        try:
-            found = posed.response(coexisting=False, points=FEW)
-            one, top = judged(posed, found).verdict, found.top
-            rows.append(WorstPosture(*place, one.answer, float(found.oscillation[top]), float(found.omega[top])))
-            bands += one.speeds
-        except SolveError:
-            rows.append(WorstPosture(*place, Answer.NOT, math.nan, math.nan))
-            bands.append(project.speeds.limits)
-    if not rows:
-        return verdict, None
-    worst = max(rows, key=lambda row: (ranks.index(row.answer), row.peak if row.peak > 0.0 else math.inf))
-    whole = merged(bands)
-    allowed = between(whole, project.speeds.limits)
-    answer = max(verdict.answer, worst.answer, key=ranks.index) if allowed else Answer.NOT
-    return replace(verdict, answer=answer, speeds=whole, allowed=allowed), worst
+    posed = [i for i, case in enumerate(decided.load_cases) if case.posture is not None]
+    for i in posed:
+        found, bands, posture = decided.found[i], decided.bands[i], decided.load_cases[i].posture
+        name = "" if posture is None else posture.name
+        answer = Answer.ALL_RIGHT if not len(bands.forbidden) else Answer.BUT if len(bands.allowed) else Answer.NOT
+        tops = [run[np.argmax(run[:, OSCILLATION])] for run, _ in found.runs]
+        top = max(tops, key=lambda row: float(row[OSCILLATION]), default=np.full(2, math.nan))
+        rows.append(WorstPosture(i + 1, len(posed), name, answer, float(top[OSCILLATION]), float(top[OMEGA])))
+    ranks = list(Answer)
+    key = lambda row: (ranks.index(row.answer), row.peak if row.peak > 0.0 else math.inf)  # noqa: E731
+    return max(rows, key=key, default=None)
 
 
 def _of_one_turn(

@@ -31,7 +31,7 @@ from ...numerics.curves.torus_motion import BESIDE, largest_in_turns, largest_of
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...numerics.steady import SteadyMotion, finished_or_interrupted, settle, settled
-from .resonances import OperatingPoint, operating_point
+from ..speed_map.resonances import OperatingPoint, operating_point
 
 CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
 NEAR_FOLD = 0.003  # relative distance in speed within which motions settle too slowly to be a check

@@ -22,7 +22,7 @@ from ...model.drive import Drive
 from ...model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
 from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import apart
-from .resonances import operating_point
+from ..speed_map.resonances import operating_point
 
 CHANGES = 0.1, 0.3  # relative; the second where the first does next to nothing
 MORE, BOTH = (1.0,), (1.0, -1.0)

@@ -24,7 +24,7 @@ from ...model.excitation import KinematicError
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...model.orders import order_pair
-from .avoid import Avoid
+from ..speed_map.avoid import Avoid
 from .knobs import DAMPING, Knob, Subject, knobs
 from .load_cases import LoadCase, worst_of
 

@@ -17,8 +17,8 @@ from ...numerics.integration.simulate import simulate
 from ...numerics.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
+from ..speed_map.resonances import OperatingPoint, Regime
 from .in_time import RunUp
-from .resonances import OperatingPoint, Regime
 from .validity import Comparison, compare_with_integration
 
 WINDOW = 5.0  # in units of 1/mu

@@ -4,8 +4,8 @@ The same drive with other motors, where nothing says which it has: ideally held,
 """
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, Literal, NamedTuple
+from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 
@@ -13,30 +13,22 @@ from ...base.law import depends, spring_stiffness
 from ...base.protocols import terms_of
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, silent
-from ...base.series import largest_of_samples, sizes_of_samples
-from ...drive.drive_response import DriveResponse, MotorUse, Usage
+from ...drive.drive_response import DriveResponse
 from ...drive.friction.standstill import Standstill
 from ...drive.loop_margin import Bode, bode
-from ...drive.operating_point import operating_state, with_mean_torques
+from ...drive.operating_point import operating_state
 from ...drive.reductions import Reductions, compare_with_train
-from ...drive.response import damping_of
-from ...drive.run import DriveRun, drive_run
 from ...drive.two_turns import drive_curve
 from ...model.excitation import mean_torque
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
-from ...model.train.motion import SpeedProfile
-from ...numerics.integration.methods import Dopri5
-from .avoid import Speeds
+from ..speed_map.bands import Speeds
+from ..speed_map.ramp import Ramp, ramp_of
+from ..speed_map.resonances import OperatingPoint
 from .in_time import DriveMotion, train_motion
-from .resonances import OperatingPoint
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
 ALIKE = 1e-3  # relative difference of speeds that are looked at once
-SLOW, BEFORE = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
-ONSET, CORNERS = 0.2, 9  # share of the run-up in which its acceleration begins, and points of the speed in it
-MOST_TURNS, SAMPLES = 1000.0, 40  # of the motor in a run-up, and samples per cycle of the highest order
-METHOD = Dopri5(rtol=1e-8, atol=1e-12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,46 +76,6 @@ def spread(cases: tuple[MotorCase, ...]) -> float:
     """Largest oscillation over the smallest; nan where fewer than two motors have a curve."""
     sizes = [case.oscillation for case in cases if case.drive is not None]
     return max(sizes) / min(sizes) if len(sizes) > 1 and min(sizes) > 0.0 else float("nan")
-
-
-class Ramp(NamedTuple):
-    """A run-up from the lowest to the highest speed, and the time [s] at which it begins: before it, motion settles."""
-
-    run: DriveRun
-    begin: float
-
-    def largest(self, values: Floats) -> tuple[float, float]:
-        """Largest size of what was sampled over the run, once it has begun, and the motor speed [rad/s] there."""
-        sizes = np.where(self.run.trajectory.t >= self.begin, sizes_of_samples(values), 0.0)
-        at = int(np.argmax(sizes))
-        return float(sizes[at]), float(self.run.motor_speed[at])
-
-    @property
-    def duration(self) -> float:
-        """Time [s] from the lowest to the highest speed."""
-        return float(self.run.trajectory.t[-1]) - self.begin
-
-    def motor(self) -> MotorUse | None:
-        """What the run asks of the motor once it has begun; None where it did not end well.
-
-        How fast the motor runs up is assumed: `torque` is without what that takes of a rigid drive, `run_up` with it.
-        """
-        train, path = self.run.train, self.run.trajectory
-        if not path.status:
-            return None
-        begun = path.t >= self.begin
-        whole = train.motor_torque(train.omega * path.t, tuple(path.y)) * begun
-        own = whole - train.loop_inertia * train.reference.curvature(path.t) * begun
-        run_up, torque = largest_of_samples(np.array([whole, own])).tolist()
-        at = float(self.run.motor_speed[np.argmax(np.abs(own))])
-        return MotorUse(torque, at, 0.0, None, True, run_up)
-
-    def added_to(self, used: Usage) -> Usage:
-        """What motions ask of the gear, with the largest torque of a run that ended well where that is larger."""
-        peak, at = self.largest(self.run.torque)
-        if not self.run.trajectory.status or peak <= used.peak_torque:
-            return used
-        return replace(used, peak_torque=peak, at_peak=at)
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,7 +192,7 @@ def train_study(
             whole, reduced = left_out.exact, left_out.free
     else:
         progress("run-up")
-        ramp = _run_up(train, system, speeds, top, gear)
+        ramp = ramp_of(train, system, speeds, gear)
         if (path := ramp.run.trajectory).t[-1] < ramp.begin:
             remarks.append(Sentence("The run-up ends while motion settles at the lowest speed: {}.", path.message))
             ramp = None
@@ -296,23 +248,3 @@ def _operating_state(train: DriveTrain, speed: float, near: tuple[float, ...]) -
 
 def _torques(train: DriveTrain) -> tuple[Any, Any]:
     return train.motor.excitation, train.load.end().excitation
-
-
-def _run_up(train: DriveTrain, system: Any, speeds: tuple[float, float], top: int, gear: Gear | None) -> Ramp:
-    """Run-up that takes 40/mu, after 8/mu at the lowest speed; shorter where that were more than 1000 turns.
-
-    Its acceleration begins in steps of an eighth: one step would shake the drive, which no steady motion does.
-    """
-    low, high = speeds
-    mean = 0.5 * (low + high)
-    mu = max(damping_of(system) / system.J, 0.02 * mean)
-    length = min(SLOW / mu, MOST_TURNS * 2.0 * np.pi / mean)
-    begin = min(BEFORE / mu, 0.2 * length)
-    onset = np.linspace(0.0, 1.0, CORNERS)
-    first = low + (high - low) * ONSET / (2.0 - ONSET) * onset * onset
-    corners = (begin + ONSET * length * onset).tolist()
-    profile = SpeedProfile((0.0, *corners, begin + length), (low, *first.tolist(), high))
-    timed = with_mean_torques(train)._replace(omega=1.0, reference=profile)
-    cycles = top * mean * (begin + length) / (2.0 * np.pi)
-    times = np.linspace(0.0, begin + length, int(SAMPLES * cycles) + 2)
-    return Ramp(drive_run(timed, None, times, gear=gear, method=METHOD), begin)

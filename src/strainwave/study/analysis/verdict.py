@@ -24,11 +24,12 @@ from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findin
 from ...drive.postures import titled
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
-from .avoid import Avoid, Motions, Speeds, between, merged, out_of_reach, sees_load, speeds_to_avoid
+from ..speed_map.avoid import Avoid, out_of_reach, sees_load, speeds_to_avoid
+from ..speed_map.bands import Motions, Speeds, between, merged
+from ..speed_map.resonances import operating_point
 from .knobs import Knob, Subject
 from .load_cases import LoadCase
 from .remedies import MARGIN, Allowance, Remedy, Trial, at_worst, every_knob, under
-from .resonances import operating_point
 
 TORQUES = ("repeated_peak_torque", "momentary_torque", "ratcheting_torque", "buckling_torque")
 INPUT_SPEEDS = ("max_rpm", "motor speed")
@@ -72,9 +73,8 @@ class Verdict:
 
 
 def verdict_of(
-    speeds: Speeds, curves: tuple[DriveResponse, ...], avoid: Avoid | None, usage: Usage, limits: tuple[Finding, ...],
-    change: Remedy | None = None, motor: MotorUse | None = None, turns: int = 1, sheet: MotorLimits | None = None,
-    needs: Sequence[Need | None] = (), fault: str = "",
+    speeds: Speeds, bands: tuple[Speeds, ...], avoid: Avoid | None, usage: Usage, limits: tuple[Finding, ...],
+    change: Remedy | None = None, motor: MotorUse | None = None, turns: int = 1, fault: str = "",
 ) -> Verdict:  # fmt: skip
     """Put together what is wrong with a drive and at which speeds.
 
@@ -82,10 +82,10 @@ def verdict_of(
     ----------
     speeds : (float, float)
         Range of the base-angle speed [rad/s].
-    curves : tuple of DriveResponse
-        Steady motions of the drive, one curve for each load torque.
+    bands : tuple of (float, float)
+        Speeds that are forbidden under any load.
     avoid : Avoid or None
-        Speeds to avoid under any of them; None where no motion is stable.
+        Those of them that its motions forbid; None where no motion is stable.
     usage : Usage
         Largest torques in the gear, which may be of motions that are on no curve.
     limits : tuple of Finding
@@ -96,22 +96,17 @@ def verdict_of(
         What the motions ask of the motor.
     turns : int
         Turns of the base angle in one of the motor.
-    sheet : MotorLimits or None
-        Limits of the motor, which may depend on its speed.
-    needs : sequence of Need or None
-        What the findings about its torque compare with them.
     fault : str
         That the motor's loop is unstable.
     """
     exceeded = tuple(finding for finding in limits if finding.fails)
-    outside = merged(band for finding in exceeded for band in _where(finding, speeds, curves, needs, turns, sheet))
     at = {usage.peak_torque: usage.at_peak, usage.average_torque: usage.at_average}
     if motor is not None:
         at[motor.torque] = motor.at
     places = [at.get(f.value) if f.omega is None else turns * f.omega for f in exceeded if f.unit != "rpm"]
-    wider = [(low * (1.0 - 1e-9), high * (1.0 + 1e-9)) for low, high in outside]
+    wider = [(low * (1.0 - 1e-9), high * (1.0 + 1e-9)) for low, high in bands]
     covered = all(p is not None and any(low <= p <= high for low, high in wider) for p in places)
-    bands = merged([*((speeds,) if avoid is None or fault else avoid.bands), *outside])
+    bands = (speeds,) if avoid is None or fault else bands
     allowed = between(bands, speeds)
     if not bands and not exceeded and avoid is not None:
         answer = Answer.ALL_RIGHT
@@ -123,8 +118,8 @@ def verdict_of(
 def _where(
     finding: Finding,
     speeds: Speeds,
-    curves: tuple[DriveResponse, ...],
-    needs: Sequence[Need | None],
+    curve: DriveResponse,
+    need: Need | None,
     turns: int,
     sheet: MotorLimits | None,
 ) -> list[Speeds]:
@@ -135,18 +130,12 @@ def _where(
     if finding.limit == BRAKE:
         return bands
     if sheet is not None and finding.omega is not None:
-        for need in needs:
-            if need is not None:
-                omega, asked, available, joined = need.against(sheet, finding.limit)
-                bands += Motions(turns * omega, asked - available, joined).above(0.0)
-        return bands
-    for curve in curves:
-        at = curve.visited()
-        torque = _limited(finding.limit, curve)
-        if torque is None:
-            continue
-        bands += Motions(curve.omega[at], torque[at], np.diff(at) == 1).above(finding.bound)
-    return bands
+        if need is None:
+            return bands
+        omega, asked, available, joined = need.against(sheet, finding.limit)
+        return Motions(turns * omega, asked - available, joined).above(0.0)
+    at, torque = curve.visited(), _limited(finding.limit, curve)
+    return bands if torque is None else Motions(curve.omega[at], torque[at], np.diff(at) == 1).above(finding.bound)
 
 
 def _limited(limit: str, curve: DriveResponse) -> Floats | None:
@@ -234,10 +223,10 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     need, resting = response.need(turns, shifts), max(map(abs, project.load_torques)) / project.drive.N
     findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor, (need,), resting)
     avoid = _avoid(project, response)
-    verdict = verdict_of(
-        speeds.limits, (response,), avoid, usage, findings, None, motor, turns, project.motor_limits, (need,),
-        project.loop_fault,
-    )  # fmt: skip
+    exceeded = [finding for finding in findings if finding.fails]
+    outside = (_where(one, speeds.limits, response, need, turns, project.motor_limits) for one in exceeded)
+    bands = merged([*(() if avoid is None else avoid.bands), *(band for some in outside for band in some)])
+    verdict = verdict_of(speeds.limits, bands, avoid, usage, findings, None, motor, turns, project.loop_fault)
     passes: bool | None = verdict.answer is Answer.ALL_RIGHT
     if project.limit is None:
         passes = False if verdict.fault or verdict.exceeded or avoid is None or avoid.unstable else None

@@ -24,7 +24,7 @@ from ...model.train.motion import MOST_POINTS
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.predictor.predictor import BEYOND, OK, motion, state_of, swing
 from ...theory.slow_flow.setting import Resonance, active_orders
-from ..analysis.resonances import operating_point
+from ..speed_map.resonances import operating_point
 from .bench import Bench, bench_of
 from .gains import torque_against
 

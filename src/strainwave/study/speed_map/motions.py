@@ -20,7 +20,7 @@ from ...drive.jumps import pieces_of
 
 SLIGHT = 1e-3  # share of a motion by which it repeats later than what drives it
 FINER = 8  # places on a curve between two of its points
-OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR, RMS, SMALLEST = range(8)  # columns of a run
+OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR, RMS, SMALLEST, MEAN = range(9)  # columns of a run
 
 
 class Loose(NamedTuple):
@@ -67,25 +67,27 @@ class Motions:
 
     @cached_property
     def table(self) -> Floats:
-        """Speed, oscillation, torque, least and largest error, peak and rms of the motor's torque (n, 8) of points.
+        """Speed, oscillation, torque, least and largest error, peak and rms of the motor's torque (n, 9) of points.
 
-        The last column is the oscillation of the smallest turn. Where motions beat the least and largest errors are
-        those of what repeats with every turn.
+        The last columns are the oscillation of the smallest turn and the cubic mean of the torque. Where motions beat
+        the least and largest errors are those of what repeats with every turn.
         """
         low, high = extremes(self.branch.coefficients)
         torque, of_motor = self.found.torque, (self.found.motor_torque, self.found.motor_rms)
         motor = [0.0 * torque if size is None else size for size in of_motor]
         envelope, largest = self.branch.envelope, self.branch.oscillation
         smallest = largest if envelope is None else envelope[:, 1]
-        return np.column_stack([self.branch.omega, largest, torque, low, high, *motor, smallest])
+        return np.column_stack(
+            [self.branch.omega, largest, torque, low, high, *motor, smallest, self.found.mean_torque]
+        )
 
     @cached_property
     def runs(self) -> tuple[Floats, ...]:
-        """Tables (m, 8) of the stable runs of the curve, each with rising speed."""
+        """Tables (m, 9) of the stable runs of the curve, each with rising speed."""
         return tuple(finer(self.table[run]) for run in stable_runs(self.branch))
 
     def at(self, omega: float) -> list[Floats]:
-        """Rows (8,) of the stable motions of this curve at a speed [rad/s]."""
+        """Rows (9,) of the stable motions of this curve at a speed [rad/s]."""
         return [row_at(run, omega) for run in self.runs if run[0, OMEGA] <= omega <= run[-1, OMEGA]]
 
 
@@ -106,6 +108,8 @@ class UnderLoad:
         larger after it.
     jumping : tuple of (float, float)
         Speeds [rad/s] between which a slow run-up and run-down are on different motions, and one of them jumps.
+    flips : tuple of (float, float)
+        Speeds [rad/s] at which the motion that a slow run-up or run-down comes to repeats after more turns, or is left.
     doubled : tuple of (float, float)
         Speeds [rad/s] between which the main curve repeats after more than one turn.
     loose : tuple of Loose
@@ -119,6 +123,7 @@ class UnderLoad:
     quasi_static: float
     jumps: tuple[tuple[float, bool, bool], ...] = ()
     jumping: tuple[tuple[float, float], ...] = ()
+    flips: tuple[tuple[float, float], ...] = ()
     doubled: tuple[tuple[float, float], ...] = ()
     loose: tuple[Loose, ...] = ()
     remarks: tuple[str, ...] = field(default=())
@@ -166,5 +171,5 @@ def finer(table: Floats) -> Floats:
 
 
 def row_at(run: Floats, omega: Any) -> Floats:
-    """Row (8,) of a run at a speed, or rows (n, 8) at speeds."""
+    """Row (9,) of a run at a speed, or rows (n, 9) at speeds."""
     return np.stack([np.interp(omega, run[:, OMEGA], run[:, j]) for j in range(run.shape[1])], axis=-1)

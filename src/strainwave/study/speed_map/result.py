@@ -14,11 +14,11 @@ from ...base.results import Floats
 from ...base.sentences import number, sign
 from ...base.units import ARCSEC, BASES, RPM, Speeds
 from ...drive.postures import titled
+from .decide import POSTURE
 from .rules import Rules, VendorRule, common, listed, swept, vendor_sentence
 from .under_load import CampbellLine
 
 WAYS = {True: "jumps up", False: "drops"}  # of the error at a jump
-POSTURE = "posture"
 UNITS = {"load torque": "N*m", "load inertia": "kg*m^2", POSTURE: ""}
 
 
@@ -26,7 +26,7 @@ def load_text(load: float, name: str, title: str = "") -> str:
     """A load with its unit, or a posture with its number and title."""
     if name != POSTURE:
         return f"{number(load, 3)} {sign(UNITS[name].replace('^', '**'))}"
-    return titled(load, title)
+    return title or titled(load, "")
 
 
 class JumpSpeed(NamedTuple):
@@ -115,10 +115,13 @@ class SpeedMap(Result):
         What a reader must know.
     failures : tuple of str
         Limits of the gear and the motor by which the drive fails in the range, and a limit that no speed meets.
-    postures : tuple of Posture
-        Those of the loads, where these are postures.
+    postures : tuple of str
+        Names of the loads, where these are postures and the load of the file.
     shaft : {"motor", "forcing"}
         What turns at the speeds.
+    run_up : (k, 2) array or None
+        Speeds [rad/s] that a run-up adds to the forbidden ones; None where no torque follows the angle of the load, or
+        the range or the loads are not those of the project.
     """
 
     speeds: Floats
@@ -139,9 +142,10 @@ class SpeedMap(Result):
     scatter: Scatter | None = None
     remarks: tuple[str, ...] = ()
     failures: tuple[str, ...] = ()
-    postures: tuple[Any, ...] = ()
+    postures: tuple[str, ...] = ()
     smallest: Floats | None = None
     shaft: str = "motor"
+    run_up: Floats | None = None
     rows: ClassVar[str] = "speed"
 
     @property
@@ -219,7 +223,7 @@ class SpeedMap(Result):
     def load_text(self, i: int) -> str:
         """A load with its unit."""
         i = index("i", i, len(self.loads), "loads")
-        title = self.postures[i].name if self.postures else ""
+        title = self.postures[i] if self.postures else ""
         return load_text(float(self.loads[i]), self.load_name, title)
 
     @property
@@ -254,6 +258,8 @@ class SpeedMap(Result):
             Fact("allowed_under_every_load_rpm", self.windows),
             Fact("allowed_under_every_load_rad_per_s", self.windows),
             Fact("", listed(self.windows, self.axis) or "no speed", "allowed under every load: {}"),
+            Fact("run_up_adds_rpm", self.run_up),
+            Fact("", "" if self.run_up is None else listed(self.run_up, self.axis), "a run-up adds: {}"),
             Fact("units", None if scatter is None else scatter.units),
             Fact("allowed_for_every_unit_rpm", self.unit_windows),
             Fact("worst_unit_arcsec", None if scatter is None else float(np.max(scatter.worst))),
@@ -308,6 +314,8 @@ class SpeedMap(Result):
             ("nearer than {:g} % to a resonance", rules.margin, 0.01),
             ("faster than {:.5g} rpm", rules.speed, RPM),
             ("motor torque above {:.4g} N*m", rules.motor_torque, 1.0),
+            ("torque in the gear above {:.4g} N*m", rules.gear_torque, 1.0),
+            ("its cubic mean above {:.4g} N*m", rules.mean_torque, 1.0),
         )
         conditions = [text.format(value / unit) for text, value, unit in rows if value is not None]
         if rules.sheet is not None and rules.sheet.peak_torque:

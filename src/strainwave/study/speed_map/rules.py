@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
-from math import pi, sqrt
+from math import inf, pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -25,10 +25,10 @@ from ...base.units import Speeds as Axis
 from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits, Need, sheet_findings
 from ...drive.drive_response import MotorUse, Usage, limit_findings
 from ...drive.project import Project
-from ...model.gears.limits import Finding, gravest
-from ..analysis.avoid import AMPLIFIED, between, hulls_between, merged
-from ..analysis.avoid import Motions as Sizes
-from .motions import MOTOR, OMEGA, OSCILLATION, UnderLoad
+from ...model.gears.limits import Finding, check_limits, gravest
+from .bands import AMPLIFIED, between, hulls_between, merged
+from .bands import Motions as Sizes
+from .motions import MEAN, MOTOR, OMEGA, OSCILLATION, TORQUE, UnderLoad
 from .motions import RMS as OF_RMS
 
 # f_n [Hz] that the vendor's selection procedure asks for, and where
@@ -42,6 +42,8 @@ REQUIRED = (
 )
 
 MARGIN = 0.1  # separation margin of torsional trains: 10 % (API 617 after Wang, Feese & Pettinato 2012)
+
+SURELY = 1.0 + 1e-9  # times a bound: beyond it, and not by rounding
 
 SHARP = 1e-3  # relative width within which a motion at a fold may be found stable or not
 
@@ -68,6 +70,8 @@ class Rules:
         the motor [N*m].
     sheet : MotorLimits or None
         Limits of the motor's peak and rms torque, which may depend on its speed.
+    gear_torque, mean_torque : float or None
+        Largest torque in the gear [N*m], and its largest cubic mean over a turn.
     """
 
     limit: float | None = None
@@ -76,6 +80,8 @@ class Rules:
     speed: float | None = None
     motor_torque: float | None = None
     sheet: MotorLimits | None = None
+    gear_torque: float | None = None
+    mean_torque: float | None = None
 
     def level(self, quasi_static: float) -> float:
         """Oscillation [rad] from which on a speed is forbidden."""
@@ -127,9 +133,15 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: Iterable[S
     """
     level = rules.level(loaded.quasi_static)
     bands: list[Span] = [band for run, _ in loaded.runs for band in above(run, level)]
+    for bound, column in ((rules.gear_torque, TORQUE), (rules.mean_torque, MEAN)):
+        if bound is not None:
+            bands += [band for run, _ in loaded.runs for band in above(run, bound * SURELY, column)]
     bands += loaded.jumping
+    for flip in loaded.flips:  # what follows repeats after more turns: its own motions decide where they are known
+        bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, slower in loaded.runs if slower], flip)
     bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in loaded.runs], span)
-    bands += [(w / (1.0 + apart), w * (1.0 + apart)) for w, size, _, _ in loaded.loose if size > level]
+    bands += [(w / (1.0 + apart), w * (1.0 + apart)) for w, size, torque, _ in loaded.loose
+              if size > level or torque > (inf if rules.gear_torque is None else rules.gear_torque)]  # fmt: skip
     sheet = rules.sheet or MotorLimits()
     for need, limit in product(needs_of(loaded), (PEAK, RMS)):
         omega, torque, available, joined = need.against(sheet, limit)
@@ -146,9 +158,9 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: Iterable[S
     return Bands(forbidden, complement(forbidden, span))
 
 
-def above(run: Floats, level: float) -> list[Span]:
-    """Bands of a run in which the oscillation is above a level; ends by linear interpolation."""
-    return Sizes(run[:, OMEGA], run[:, OSCILLATION], np.ones(len(run), bool)).above(level)
+def above(run: Floats, level: float, column: int = OSCILLATION) -> list[Span]:
+    """Bands of a run in which the oscillation, or another column, is above a level; ends by linear interpolation."""
+    return Sizes(run[:, OMEGA], run[:, column], np.ones(len(run), bool)).above(level)
 
 
 def needs_of(loaded: UnderLoad) -> list[Need]:
@@ -285,10 +297,11 @@ def vendor_rules(
             yield VendorRule(load, frequency, speed, band, *(common(*both) for both in parts))
 
 
-def windows(forbidden: Sequence[Floats], span: Span, between: bool) -> Floats:
-    """Speeds allowed under all loads, and `between` them: what bands of neighbouring loads enclose is forbidden."""
-    pairs = pairwise([*forbidden[:1], *forbidden]) if between else ((bands, bands) for bands in forbidden)
-    return complement(clipped([band for first, second in pairs for band in swept(first, second)], span), span)
+def windows(forbidden: Sequence[Floats], span: Span, joined: Sequence[bool]) -> Floats:
+    """Speeds allowed under all loads; bands of two neighbours that are `joined`, (n - 1,) flags, enclose none."""
+    pairs = [pair for pair, both in zip(pairwise(forbidden), joined, strict=True) if both]
+    bands = [band for first, second in (*((own, own) for own in forbidden), *pairs) for band in swept(first, second)]
+    return as_intervals(between(clipped(bands, span), span))
 
 
 def listed(intervals: Floats, axis: Axis = BASES["motor"]) -> str:
@@ -301,7 +314,13 @@ def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
     bounds = [f.bound * RPM for f in _findings(project, span[1], NOTHING) if f.fails]
     most = math.inf if project.motor_limits is None else project.motor_limits.torque
     torque = most if math.isfinite(most) else None
-    return replace(rules, speed=min(bounds, default=None), motor_torque=torque, sheet=project.motor_limits)
+    found = () if project.gear is None else check_limits(project.gear, peak_torque=0.0, average_torque=0.0)
+    ends = {f.limit: f.bound for f in found}
+    mean = ends.pop("average_torque", None)
+    return replace(
+        rules, speed=min(bounds, default=None), motor_torque=torque, sheet=project.motor_limits,
+        gear_torque=min(ends.values(), default=None), mean_torque=mean,
+    )  # fmt: skip
 
 
 def beyond_ratings(
@@ -320,7 +339,8 @@ def beyond_ratings(
     """
     known = np.where(np.isfinite(torque), torque, 0.0)
     load, column = np.unravel_index(np.argmax(known), known.shape)
-    usage = replace(NOTHING, peak_torque=float(known[load, column]))
+    means = [float(np.max(run[:, MEAN])) for loaded in by_load for run, _ in loaded.runs]
+    usage = replace(NOTHING, peak_torque=float(known[load, column]), average_torque=max(means, default=0.0))
     sheet, worst = project.motor_limits or MotorLimits(), dict[str, Any]()
     for loaded in by_load:
         for finding in sheet_findings(sheet, needs_of(loaded)):

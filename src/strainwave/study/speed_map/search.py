@@ -33,8 +33,8 @@ from ...numerics.continuation.trace import describe, solve
 from ...numerics.curves.parameter_response import both_ways
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ..analysis.resonances import active_orders
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes, stable_runs
+from .resonances import active_orders
 
 SAME = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
 DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 64, 3000  # transients die by exp(-20) in the longest time

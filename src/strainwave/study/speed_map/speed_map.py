@@ -1,31 +1,29 @@
 """`speed_map`: which motor speeds are allowed under every load, from the nonlinear response of the whole drive."""
 
-import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.quantities import interval, number, numbers, positive_count, shown
+from ...base.quantities import interval, number, numbers, shown
 from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import silent
 from ...base.units import ARCSEC
+from ...drive.load_cases import LoadCase
 from ...drive.postures import Posture
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from ...drive.two_turns import is_beating
-from ..analysis.avoid import out_of_reach
-from ..analysis.load_cases import is_jumping, with_ends_of_jumps
+from .avoid import out_of_reach
+from .decide import POSTURE, Decision, decide, lines_of, resonances_of, under_each
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
-from .result import POSTURE, JumpSpeed, Scatter, SpeedMap, load_text
-from .rules import Rules, Span, bands_of, beyond_ratings, holds, none, rules_of, vendor_rules, windows, with_ratings
-from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, main_curve, under_load, untried
+from .ramp import ramp_beside
+from .result import JumpSpeed, Scatter, SpeedMap, load_text
+from .rules import Rules, Span, as_intervals, bands_of, beyond_ratings, common, holds, rules_of, vendor_rules
+from .under_load import CampbellLine, Case, case_of, under_load
 
 CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
 QUANTILES = (0.05, 0.5, 0.95)
@@ -114,29 +112,23 @@ def speed_map(
     Oscillations, sec. 4.1.1 (jumps).
     """
     cells, span = _speeds(project, speeds)
-    rules = with_ratings(rules_of(limit, amplification, margin, project.limit), project, span)
-    values, name, variants = _loads(project, span, loads, load_inertias, postures)
-    rows = (*postures, *project.postures)[: len(values)] if name == POSTURE else ()
-    count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
-    cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
-    total, of_loads = len(cases), 0.5 if (drives := list(units)) else 1.0
-    computed, by_load = _all_motions(cases, span, search, count, rules, progress, of_loads)
-    cases, variants, values = [cases[i] for i in computed], [variants[i] for i in computed], values[computed]
+    default = speeds is None and loads is None and load_inertias is None and not postures
+    rules = rules_of(limit, amplification, margin, project.limit)
+    of_loads = 0.5 if (drives := list(units)) else 1.0
+    decided = decide(
+        project, rules, span, loads=loads, load_inertias=load_inertias, postures=postures, search=search,
+        threads=threads, progress=lambda share: progress("motions", of_loads * share),
+    )  # fmt: skip
+    values, name, variants, by_load = decided.loads, decided.name, decided.projects, list(decided.found)
+    rules, bands, names = decided.rules, decided.bands, [case.name for case in decided.load_cases]
     if not any(loaded.curves for loaded in by_load):
         raise SolveError(by_load[0].remarks[0])
-    lines = _lines(cases, by_load, tuple(number("order", k, positive=True) for k in orders))
-    apart = _apart(len(cases))
-    bands = [
-        bands_of(loaded, rules, span, _resonances(loaded, [line for line in lines if line.load == loaded.load]), apart)
-        for loaded in by_load
-    ]
-    faults = list(dict.fromkeys(one.loop_fault for one in variants if one.loop_fault))
-    bands = [none(span) if one.loop_fault else own for one, own in zip(variants, bands, strict=True)]
+    lines = decided.lines(tuple(number("order", k, positive=True) for k in orders))
     table = [cells_of(loaded, cells) for loaded in by_load]
     oscillation, torque, motions, subharmonic, smallest = map(np.array, zip(*table, strict=True))
-    scatter = _scatter(drives if len(computed) == total else [], values, name, rows, cells, span, rules, progress)
+    scatter = _scatter(drives if len(values) == decided.total else [], decided, cells, progress)
     resting = max(abs(torque) for variant in variants for torque in variant.load_torques) / project.drive.N
-    texts = {value: load_text(value, name, rows[int(value) - 1].name if rows else "") for value in values.tolist()}
+    texts = {value: load_text(value, name, said) for value, said in zip(values.tolist(), names, strict=True)}
     failures, warnings = beyond_ratings(project, cells, values, torque, by_load, texts, resting)
     result = SpeedMap(
         speeds=cells,
@@ -148,23 +140,24 @@ def speed_map(
         subharmonic=subharmonic,
         forbidden=tuple(one.forbidden for one in bands),
         allowed=tuple(one.allowed for one in bands),
-        windows=windows([one.forbidden for one in bands], span, name != POSTURE),
+        windows=decided.allowed,
         jumps=tuple(JumpSpeed(i, *jump) for i, loaded in enumerate(by_load) for jump in loaded.jumps),
         lines=tuple(lines),
         vendor=tuple(vendor_rules(variants, values, bands, span)),
         rules=rules,
         quasi_static=np.array([loaded.quasi_static for loaded in by_load]),
         scatter=scatter,
-        remarks=(*_remarks(cases, by_load, name, lines, span, rules, search), *warnings, *_without(rows, project)),
+        remarks=(*_remarks(decided, lines, search), *warnings, *_without(decided.load_cases, project)),
         failures=failures,
-        postures=tuple(rows[i] for i in computed) if rows else (),
+        postures=tuple(names) if name == POSTURE else (),
         smallest=smallest if project.is_beating else None,
         shaft=project.speeds.base,
+        run_up=_run_up(project, decided) if search and default else None,
     )
-    result = replace(result, failures=(*faults, *(() if faults else _unreachable(result)), *failures))
+    result = replace(result, failures=(*decided.faults, *(() if decided.faults else _unreachable(result)), *failures))
     finished = 0 if scatter is None else scatter.units
-    if len(computed) < total or finished < len(drives):
-        some = f"the map is that of {len(computed)} of {total} loads and {finished} of {len(drives)} units"
+    if len(values) < decided.total or finished < len(drives):
+        some = f"the map is that of {len(values)} of {decided.total} loads and {finished} of {len(drives)} units"
         raise Interrupted(f"interrupted; {some}, which were finished", result)
     return result
 
@@ -209,105 +202,13 @@ def _speeds(project: Project, speeds: ArrayLike | None) -> tuple[Floats, Span]:
     return cells, interval("the range of speeds [rad/s]", (float(cells[0]), float(cells[-1])), positive=True)
 
 
-def _loads(
-    project: Project, span: Span, loads: ArrayLike | None, load_inertias: ArrayLike | None,
-    postures: Sequence[Posture] = (),
-) -> tuple[Floats, str, list[Any]]:  # fmt: skip
-    """Loads (n,), what they are, and the project under each."""
-    arguments = ("loads", loads), ("load_inertias", load_inertias), ("postures", postures or None)
-    given = [name for name, value in arguments if value is not None]
-    if given[1:]:
-        raise ValueError(f"{' and '.join(given[:2])} are both given; give one of them")
-    if loads is None and load_inertias is None and (rows := tuple(postures) or project.postures):
-        return np.arange(1.0, len(rows) + 1.0), POSTURE, [row.on(project) for row in rows]
-    if load_inertias is not None:
-        values = np.unique(numbers("load_inertias [kg*m^2]", load_inertias))
-        if not values[0] > 0.0:
-            raise ValueError(f"load_inertias are {shown(load_inertias)}; inertias must be positive")
-        loaded = project.under(project.mean_load_torque, project.is_beating)
-        return values, "load inertia", [loaded.with_load_inertia(J) for J in values.tolist()]
-    if loads is None:
-        low, high = project.other_loads
-        spread = np.linspace(low, high, LOADS if low < high else 1)
-        loads = spread if low == high else with_ends_of_jumps(project, spread, partial(_jumps, project, span))
-    values = np.unique(numbers("loads [N*m]", loads))
-    return values, "load torque", [project.under(torque, project.is_beating) for torque in values.tolist()]
-
-
-def _jumps(project: Project, span: Span, torque: float) -> bool:
-    """Whether the curve under a torque jumps, also beside the span: jumps come into it from there, torque by torque.
-
-    A torque that the law cannot carry has no curve.
-    """
-    low, high = project.speeds.limits
-    wide = min(low, span[0]), max(high, span[1])
-    try:
-        return is_jumping(main_curve(case_of(project.under(torque, project.is_beating), torque, wide), wide))
-    except SolveError:
-        return False
-
-
-def _apart(loads: int) -> float:
-    """Relative distance of the speeds of the search: up to twice as large where neighbouring loads have others."""
-    return APART * min(2.0, max(1.0, 0.25 * loads))
-
-
-def _all_motions(
-    cases: list[Case], span: Span, search: bool, threads: int, rules: Rules, progress: Callable[[str, float], None],
-    share: float,
-) -> tuple[list[int], list[UnderLoad]]:  # fmt: skip
-    """Motions under every load, or under those finished at Ctrl-C, with their numbers.
-
-    Motions apart from the main curve are tried under the neighbouring loads too.
-    """
-    apart = _apart(len(cases)) if search else None
-    by_load: dict[int, UnderLoad] = {}
-    seeds: dict[int, Any] = {}
-
-    def one(i: int) -> None:
-        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0, rules)
-        by_load[i] = loaded
-        progress("motions", share * len(by_load) / len(cases))
-
-    with ThreadPoolExecutor(threads) as pool:  # the first compiles, where that is still to do, before threads start
-        left: set[Any] = set()
-        try:
-            one(0)
-            left = {pool.submit(one, i) for i in range(1, len(cases))}
-            while left:  # not for ever at once: Windows hears of Ctrl-C between waits
-                done, left = wait(left, timeout=1.0, return_when=FIRST_EXCEPTION)
-                for future in done:
-                    future.result()
-        except BaseException as error:
-            for future in left:
-                future.cancel()
-            if not (by_load and isinstance(error, KeyboardInterrupt)):
-                raise
-    computed = sorted(by_load)
-    for way in (computed, computed[::-1]):
-        for before, here in pairwise(way):
-            if tried := untried(cases[here], seeds[before], by_load[before], by_load[here]):
-                by_load[here], new = extended(by_load[here], cases[here], span, np.empty(0), tried)
-                seeds[here] = (*seeds[here], *new)
-    return computed, [by_load[i] for i in computed]
-
-
-def _lines(cases: list[Case], found: list[UnderLoad], orders: tuple[float, ...]) -> list[CampbellLine]:
-    """Lines of the Campbell diagram under every load, up to the largest oscillation that any stable motion has."""
-    largest = max((float(np.max(run[:, OSCILLATION])) for own in found for run, _ in own.runs), default=0.0)
-    return [line for case in cases for line in campbell(case, largest, orders)]
-
-
-def _resonances(own: UnderLoad, lines: list[CampbellLine]) -> Iterator[Span]:
-    """Speeds over which every excited resonance bends: from small amplitudes to the peaks that lie on its line."""
-    tops = []
-    for run, _ in own.runs:
-        at = int(np.argmax(run[:, OSCILLATION]))
-        tops += [run[at]] if run[at, OSCILLATION] > 2.0 * own.quasi_static else []
-    for line in lines:
-        if line.excited:
-            near = [float(top[OMEGA]) for top in tops if abs(top[OMEGA] / line.at(top[OSCILLATION]) - 1.0) < NEAR]
-            yield min([float(line.speed[0]), *near]), max([float(line.speed[0]), *near])
+def _run_up(project: Project, decided: Decision) -> Floats | None:
+    """Speeds (k, 2) [rad/s] that a run-up adds to the forbidden ones, where it has torques that no curve has."""
+    passed = ramp_beside(project)
+    if passed is None:
+        return None
+    above = as_intervals(passed.above(decided.rules.level(float(decided.found[0].quasi_static))))
+    return common(above, decided.quiet)
 
 
 def _unreachable(result: SpeedMap) -> tuple[str, ...]:
@@ -326,15 +227,13 @@ def _unreachable(result: SpeedMap) -> tuple[str, ...]:
 
 
 def _scatter(
-    drives: list[Any], values: Floats, name: str, rows: Sequence[Posture], cells: Floats, span: Span, rules: Rules,
-    progress: Callable[[str, float], None],
+    drives: list[Any], decided: Decision, cells: Floats, progress: Callable[[str, float], None]
 ) -> Scatter | None:  # fmt: skip
     """Quantiles over units, each followed along its main curve; after Ctrl-C over those finished, None without any."""
-    results = []
-    given: Any = {"load torque": (values, None), "load inertia": (None, values)}.get(name, (None, None, rows))
+    results, span, rules, values = [], decided.span, decided.rules, decided.loads
     with suppress(KeyboardInterrupt):
         for i, drive in enumerate(drives):
-            pairs = zip(_loads(drive, span, *given)[2], values, strict=True)
+            pairs = zip(under_each(drive, decided.name, values, decided.load_cases), values, strict=True)
             results.append([_of_unit(case_of(one, load, span), cells, span, rules) for one, load in pairs])
             progress("units", 0.5 + 0.5 * (i + 1.0) / len(drives))
     if not results:
@@ -348,21 +247,20 @@ def _scatter(
 def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Floats, Any]:
     """Largest oscillation (m,) [rad] of one unit under a load by its main curve, and where it is forbidden."""
     own, _ = under_load(case, span, None, rules=rules)
-    lines = [] if rules.margin is None else _lines([case], [own], ())
-    return cells_of(own, cells)[0], holds(bands_of(own, rules, span, _resonances(own, lines), 0.0).forbidden, cells)
+    lines = [] if rules.margin is None else lines_of([case], [own], ())
+    return cells_of(own, cells)[0], holds(bands_of(own, rules, span, resonances_of(own, lines), 0.0).forbidden, cells)
 
 
-def _without(rows: Sequence[Posture], project: Project) -> tuple[str, ...]:
+def _without(cases: Sequence[LoadCase], project: Project) -> tuple[str, ...]:
     """That postures have no torque of gravity, in one sentence."""
+    rows = [case.posture for case in cases if case.posture is not None]
     count, mean = sum(row.torque is None for row in rows), f"{project.mean_load_torque:.4g} N*m"
     return (f"{count} of {len(rows)} postures give no torque of gravity: they have the mean, {mean}",) * bool(count)
 
 
-def _remarks(
-    cases: list[Case], by_load: list[UnderLoad], name: str, lines: list[CampbellLine], span: Span, rules: Rules,
-    search: bool,
-) -> tuple[str, ...]:  # fmt: skip
+def _remarks(decided: Decision, lines: list[CampbellLine], search: bool) -> tuple[str, ...]:
     """What a reader must know, each once."""
+    cases, by_load, name, span, rules = decided.cases, decided.found, decided.name, decided.span, decided.rules
     remarks = [remark for loaded in by_load if loaded.curves for remark in loaded.remarks]
     if still := ", ".join(f"{loaded.load:g}" for loaded in by_load if not loaded.curves):
         repeats = "" if is_beating(cases[0].equation.error) else " that repeats with every turn"

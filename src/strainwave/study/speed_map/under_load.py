@@ -29,9 +29,9 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
 from ...numerics.curves.backbone import backbone
-from ..analysis.avoid import quasi_static, searched
-from ..analysis.resonances import OperatingPoint, active_orders, equation_orders, operating_point
+from .bands import quasi_static, searched
 from .motions import OMEGA, Motions, UnderLoad
+from .resonances import OperatingPoint, active_orders, equation_orders, operating_point
 from .rules import Rules, Span, gaps
 from .search import Found, Settling, search
 
@@ -53,7 +53,7 @@ TOO_LIGHT = "the damping is so light that trajectories do not settle: motions ap
 class Case(NamedTuple):
     """A drive under one load: the load, its error equation with its operating point, and the whole train or None.
 
-    `whole` is that train also where the error equation is followed in its place.
+    `whole` is that train also where the error equation is followed in its place, `held` whether its motor is held.
     """
 
     load: float
@@ -61,6 +61,7 @@ class Case(NamedTuple):
     point: OperatingPoint
     train: DriveTrain | None
     whole: DriveTrain | None = None
+    held: bool = True
 
     @property
     def system(self) -> Any:
@@ -99,7 +100,8 @@ def case_of(project: Project, load: float, span: Span) -> Case:
         steady = train if project.is_beating else without_gravity(train)
         train = steady._replace(omega=equation.omega) if has_curve(train) else None
     followed = project.train is None or project.is_beating
-    return Case(load, equation, point, train, project.whole if train is None and followed else None)
+    whole = project.whole if train is None and followed else None
+    return Case(load, equation, point, train, whole, project.motor == "held")
 
 
 def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
@@ -116,7 +118,8 @@ def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
     elif case.train is not None:
         curve = train_curve(case.train, span, coexisting=False)
     else:
-        curve = exact_response(case.equation, span, coexisting=searched(case.equation.law), train=case.whole)
+        others = searched(case.equation.law)
+        curve = exact_response(case.equation, span, coexisting=others, has_reference=case.held, train=case.whole)
     if curve is None or curve.sweep is None:
         none = NONE_STABLE if is_beating(case.equation.error) else NO_MOTION
         raise SolveError(none if curve is None or len(curve.curve) else curve.message)
@@ -137,22 +140,29 @@ def under_load(
         response = main_curve(case, span, rules.level(slow))
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
-    every = 1 if is_beating(case.equation.error) else gcd(*active_orders(case.equation)) or 1
-    curves = (Motions(response, every),)
-    sweep = response.sweep
-    jumps = () if sweep is None else tuple(
-        (float(jump.value), up, jump.after > jump.before)
-        for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
-    )  # fmt: skip
-    said = () if response.status else (f"{response.curve.message}; a speed without a known motion is forbidden",)
+    loaded = of_curve(response, slow, case.load, gcd(*active_orders(case.equation)) or 1 if case.searched else 1)
     if is_beating(case.equation.error):
-        said = (*said, _beat(case.train or case.whole, span), *filter(None, (response.rounding,)))
-    jumping = () if sweep is None else tuple((band.low, band.high) for band in sweep.jumping)
-    loaded = UnderLoad(case.load, curves, slow, jumps, jumping, doubled_spans(response.curve), (), said)
+        said = (*loaded.remarks, _beat(case.train or case.whole, span), *filter(None, (response.rounding,)))
+        loaded = replace(loaded, remarks=said)
     if apart is None or not case.searched:
         return loaded, ()
     speeds = searched_at(loaded, span, apart, shift)
     return extended(loaded, case, span, speeds[speeds >= slowest(case)], ())
+
+
+def of_curve(response: DriveResponse, slow: float, load: float = 0.0, every: int = 1) -> UnderLoad:
+    """The motions of one curve of a drive that oscillates by `slow` [rad] where it turns slowly."""
+    sweep = response.sweep
+    said = () if response.status else (f"{response.curve.message}; a speed without a known motion is forbidden",)
+    if sweep is None:
+        return UnderLoad(load, (Motions(response, every),), slow, remarks=said)
+    jumps = tuple(
+        (float(jump.value), up, jump.after > jump.before)
+        for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
+    )  # fmt: skip
+    jumping = tuple((band.low, band.high) for band in sweep.jumping)
+    doubled = doubled_spans(response.curve)
+    return UnderLoad(load, (Motions(response, every),), slow, jumps, jumping, tuple(sweep.flips), doubled, (), said)
 
 
 def _beat(train: DriveTrain | None, span: Span) -> str:

@@ -9,10 +9,10 @@ from direct_project import project_of
 
 import strainwave as sw
 from strainwave.drive.response import exact_response
-from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.knobs import Subject, knobs, line_that_matters
 from strainwave.study.analysis.remedies import every_knob, remedies
-from strainwave.study.analysis.resonances import operating_point
+from strainwave.study.speed_map.avoid import speeds_to_avoid
+from strainwave.study.speed_map.resonances import operating_point
 
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
 OMEGA_0 = math.sqrt(K / J)

@@ -12,10 +12,10 @@ from strainwave.drive.train_curve import train_curve
 from strainwave.model.train.controls import PositionLoop, SpeedLoop, from_bandwidth, tuning_of
 from strainwave.model.train.filters import around
 from strainwave.model.train.shafts import Elastic, Load
-from strainwave.study.analysis.avoid import speeds_to_avoid
 from strainwave.study.analysis.knobs import Subject, knobs, stiffer
 from strainwave.study.analysis.remedies import neighbours, remedies, with_gear
-from strainwave.study.analysis.resonances import operating_point
+from strainwave.study.speed_map.avoid import speeds_to_avoid
+from strainwave.study.speed_map.resonances import operating_point
 
 # the torsion stays far below the first kink of the gear, so that its law is the line K1
 A2, A4 = 4e-7, 2e-7

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from ....base.sentences import Angle, Sentence, Speed, listed
 from ....plot.svg import figure
-from ....study.analysis.avoid import AMPLIFIED, Avoid
+from ....study.speed_map.avoid import Avoid
+from ....study.speed_map.bands import AMPLIFIED
 from ...console import number
 from ...view import View, place, sizes, under_load
 from ..limits import MOTOR
 from ..remedies import remedies_data, remedies_figure
-from ..verdict import band_data
+from ..verdict import apart_said, band_data
 
 if TYPE_CHECKING:
     from ....study.compensation.result import Compensation as Found
@@ -84,7 +85,9 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
         text = f"These speeds are for {ends} and what lies between their bands" + bands + "." + free + " "
     if avoid.largest_passed is None:
         return text
+    speed, size = avoid.largest_passed
     speeds = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"
+    speeds += Sentence(", with up to {} about the mean of its turns, at {}", Angle(size), _speed(speed))
     if view.analysis.train_curve is None:
         return (
             "These speeds are those of the error equation, in place of the whole drive train; the run-up of that train "
@@ -98,8 +101,9 @@ def _limits(view: View, avoid: Avoid) -> Sentence:
     verdict = view.analysis.verdict
     if verdict.fault or verdict.speeds == avoid.bands:
         return Sentence("")
-    whose = listed(dict.fromkeys("motor" if finding.limit in MOTOR else "gear" for finding in verdict.exceeded))
-    return Sentence(" With the limits of the {}, keep out of {} {}.", whose, _ranges(view, verdict.speeds), Speed())
+    posed = ["postures"] if view.analysis.posture else []
+    of = dict.fromkeys("limits of the motor" if f.limit in MOTOR else "limits of the gear" for f in verdict.exceeded)
+    return Sentence(" With the {}, keep out of {} {}.", listed([*of, *posed]), _ranges(view, verdict.speeds), Speed())
 
 
 def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:
@@ -121,10 +125,7 @@ def _rule(avoid: Avoid) -> str:
     if avoid.limit is not None:
         text = f"A speed is to be avoided where {OSCILLATION} is above the project's limit of "
         return text + Angle(avoid.limit) + f", {APART}."
-    return (
-        f"Peaks above {AMPLIFIED:g} times the oscillation of slow rotation are to be avoided: the speeds where "
-        f"{OSCILLATION} is above 1/√2 of the peak (half power), {APART}."
-    )
+    return f"A speed is to be avoided where {OSCILLATION} is above {AMPLIFIED:g} times that of slow rotation, {APART}."
 
 
 def _avoid(view: View, avoid: Avoid) -> Sentence:
@@ -147,15 +148,13 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
     reasons: list[str] = []
     if avoid.peaks:
         tops = listed(Angle(size) + " at " + _speed(speed) for speed, size in avoid.peaks)
-        whose = "its peak" if len(avoid.peaks) == 1 else "the peak there"
-        reasons.append(Sentence("the error oscillates with more than 1/√2 of {}, {}, against {}", whose, tops, slow))
+        reasons.append(Sentence(f"the error oscillates with more than {AMPLIFIED:g} times the {{}}: {{}}", slow, tops))
     if avoid.limit is not None and avoid.largest > avoid.limit:
         text = "the error oscillates with more than the limit of {}, at most {} at {}"
         reasons.append(Sentence(text, Angle(avoid.limit), Angle(avoid.largest), _speed(avoid.at)))
-    if avoid.passed and avoid.largest_passed is not None:
-        speed, size = avoid.largest_passed
-        text = "in the run-up the error oscillates with up to {}, at {}, about the mean of its turns"
-        reasons.append(Sentence(text, Angle(size), _speed(speed)))
+    if avoid.apart is not None and avoid.apart[1] > (avoid.limit or AMPLIFIED * avoid.slow):
+        text = "a motion apart from the curve oscillates with up to {}, at {}"
+        reasons.append(Sentence(text, apart_said(avoid.apart)[0], _speed(avoid.apart[0])))
     jumping = [(None, band) for band in sweep.jumping] if sweep is not None else []
     if jumps := [
         "between " + _speed(band.low) + " and " + _speed(band.high) + under_load(torque)

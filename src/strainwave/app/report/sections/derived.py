@@ -23,7 +23,7 @@ from ....files.sources import source_facts
 from ....plot.panels import BLACK, BLUE, Axis, Panel
 from ....plot.portrait import proof_panels
 from ....plot.svg import figure
-from ....study.analysis.resonances import equation_orders
+from ....study.speed_map.resonances import equation_orders
 from ....theory.parametric import ParametricResonance
 from ...console import number, percent
 from ...view import View, sizes

@@ -16,8 +16,8 @@ from ....plot.panels import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE, TIME, A
 from ....plot.svg import figure
 from ....study.analysis.analysis import Analysis
 from ....study.analysis.in_time import DriveMotion
-from ....study.analysis.resonances import Regime, equation_orders
 from ....study.analysis.time_case import Cycle, TimeCase
+from ....study.speed_map.resonances import Regime, equation_orders
 from ....theory.slow_flow.results import Certificate
 from ...console import number, percent
 from ...view import AngleUnit, View, sizes

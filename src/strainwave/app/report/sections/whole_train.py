@@ -16,9 +16,9 @@ from ....model.laws.friction import NO_FRICTION
 from ....model.train.shafts import NO_DRAG
 from ....plot.panels import BLACK, BLUE, DASHES, MOTOR, ORANGE, Panel
 from ....plot.svg import figure
-from ....study.analysis.avoid import turns
-from ....study.analysis.resonances import equation_orders
-from ....study.analysis.train_study import Ramp, TrainStudy, spread
+from ....study.analysis.train_study import TrainStudy, spread
+from ....study.speed_map.ramp import Ramp, turns
+from ....study.speed_map.resonances import equation_orders
 from ...console import number
 from ...view import View, sign, sizes, under_load
 from .resonances import envelope, jump_speeds

@@ -1,0 +1,275 @@
+"""Which speeds of a drive are allowed under every load: the one place that decides it.
+
+All stable motions under every load, coexisting ones among them, jumps, the limits of gear and motor, and the stability
+of the motor's loop.
+"""
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...base.quantities import numbers, positive_count, shown
+from ...base.results import Floats, SolveError
+from ...base.sentences import silent
+from ...drive.load_cases import LoadCase, cases_of, in_posture, spread
+from ...drive.postures import Posture
+from ...drive.project import Project
+from .motions import OMEGA, OSCILLATION, UnderLoad
+from .rules import Bands, Rules, Span, bands_of, none, windows, with_ratings
+from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, main_curve, under_load, untried
+
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to load
+NEAR = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
+HALVINGS = 4  # of the distance between two torques of which one alone has jumps
+TORQUE, INERTIA, POSTURE = "load torque", "load inertia", "posture"  # what the loads are
+
+
+@dataclass(frozen=True, eq=False)
+class Decision:
+    """Speeds [rad/s] that a drive may have under its loads, and what decides it.
+
+    Attributes
+    ----------
+    span : (float, float)
+        Range of the speed [rad/s].
+    rules : Rules
+        What forbids a speed.
+    name : str
+        What the loads are: torques, inertias or postures.
+    loads : (n,) array
+        The loads: torques [N*m], inertias [kg*m^2] or numbers.
+    load_cases : tuple of LoadCase
+        The same as the list of the project has them.
+    projects, cases : tuple of Project, tuple of Case
+        The project under each of them.
+    found : tuple of UnderLoad
+        All stable motions under each.
+    bands, moving : tuple of Bands
+        Forbidden and allowed speeds under each; and by the motions alone, without the limits of gear and motor.
+    allowed, quiet : (k, 2) array
+        Speeds [rad/s] that are allowed under all loads and those between them; and by the motions alone.
+    faults : tuple of str
+        That the motor's loop is unstable under a load.
+    total : int
+        Loads that were asked; after Ctrl-C more than `loads` has.
+    """
+
+    span: Span
+    rules: Rules
+    name: str
+    loads: Floats
+    load_cases: tuple[LoadCase, ...]
+    projects: tuple[Project, ...]
+    cases: tuple[Case, ...]
+    found: tuple[UnderLoad, ...]
+    bands: tuple[Bands, ...]
+    moving: tuple[Bands, ...]
+    allowed: Floats
+    quiet: Floats
+    faults: tuple[str, ...]
+    total: int
+
+    def lines(self, orders: tuple[float, ...] = ()) -> list[CampbellLine]:
+        """Lines of the Campbell diagram under every load, up to the largest oscillation of any stable motion."""
+        return lines_of(self.cases, self.found, orders)
+
+
+def decide(
+    project: Project, rules: Rules, span: Span | None = None, *, loads: ArrayLike | None = None,
+    load_inertias: ArrayLike | None = None, postures: Sequence[Posture] = (), search: bool = True,
+    threads: int | None = None, progress: Callable[[float], None] = silent,
+) -> Decision:  # fmt: skip
+    """Follow every stable motion of a drive under every load, and apply the rules to them.
+
+    Parameters
+    ----------
+    project : Project
+        The drive; its list of loads counts where none are given.
+    rules : Rules
+        What forbids a speed, beside the limits of the gear and of the motor.
+    span : (float, float), optional
+        Range of speeds [rad/s]. Default: that of the project.
+    loads, load_inertias, postures
+        As of `speed_map`.
+    search : bool
+        Whether motions apart from the main curve are looked for.
+    threads : int, optional
+        Default: as many as there are processors.
+    progress : callable
+        Told the share of the loads that is done.
+
+    Raises
+    ------
+    ValueError
+        If a load is none, or the motor is free and the drive has parts that the error equation leaves out.
+    SolveError
+        If the law cannot carry a load.
+    """
+    span = project.speeds.limits if span is None else span
+    rules = with_ratings(rules, project, span)
+    values, name, of_project = loads_of(project, span, loads, load_inertias, postures)
+    variants = under_each(project, name, values, of_project)
+    count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
+    cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
+    computed, found = _all_motions(cases, span, search, count, rules, progress)
+    apart = _apart(len(cases))
+    cases, variants = [cases[i] for i in computed], [variants[i] for i in computed]
+    lines = [] if rules.margin is None else lines_of(cases, found, ())
+    alone = replace(rules, speed=None, motor_torque=None, sheet=None, gear_torque=None, mean_torque=None)
+    bands, moving = ([_bands(*each, own, span, lines, apart) for each in zip(variants, found, strict=True)]
+                     for own in (rules, alone))  # fmt: skip
+    rows = tuple(of_project[i] for i in computed)
+    joined = [a.posture is None and b.posture is None for a, b in pairwise(rows)]
+    allowed, quiet = (windows([one.forbidden for one in some], span, joined) for some in (bands, moving))
+    faults = dict.fromkeys(one.loop_fault for one in variants if one.loop_fault)
+    return Decision(
+        span, rules, name, values[computed], rows, tuple(variants), tuple(cases),
+        tuple(found), tuple(bands), tuple(moving), allowed, quiet, tuple(faults), len(values),
+    )  # fmt: skip
+
+
+def _bands(
+    variant: Project, own: UnderLoad, rules: Rules, span: Span, lines: list[CampbellLine], apart: float
+) -> Bands:  # fmt: skip
+    if variant.loop_fault:
+        return none(span)
+    return bands_of(own, rules, span, resonances_of(own, [line for line in lines if line.load == own.load]), apart)
+
+
+def loads_of(
+    project: Project, span: Span, loads: ArrayLike | None = None, load_inertias: ArrayLike | None = None,
+    postures: Sequence[Posture] = (),
+) -> tuple[Floats, str, tuple[LoadCase, ...]]:  # fmt: skip
+    """Loads (n,), what they are, and the same as load cases; of a project with postures they are numbers from 1 on."""
+    arguments = ("loads", loads), ("load_inertias", load_inertias), ("postures", postures or None)
+    given = [name for name, value in arguments if value is not None]
+    if given[1:]:
+        raise ValueError(f"{' and '.join(given[:2])} are both given; give one of them")
+    if postures:
+        rows = tuple(in_posture(project, i, row) for i, row in enumerate(postures, 1))
+        return np.arange(1.0, len(rows) + 1.0), POSTURE, rows
+    if load_inertias is not None:
+        values = np.unique(numbers("load_inertias [kg*m^2]", load_inertias))
+        if not values[0] > 0.0:
+            raise ValueError(f"load_inertias are {shown(load_inertias)}; inertias must be positive")
+        torque = project.mean_load_torque
+        return values, INERTIA, tuple(LoadCase(f"{J:.4g} kg*m^2", J, torque) for J in values.tolist())
+    if loads is not None:
+        values = np.unique(numbers("loads [N*m]", loads))
+        return (
+            values,
+            TORQUE,
+            tuple(LoadCase(f"{torque:.4g} N*m", project.drive.J_l, torque) for torque in values.tolist()),
+        )
+    rows = cases_of(project, with_ends_of_jumps(project, span))
+    if project.postures:
+        return np.arange(1.0, len(rows) + 1.0), POSTURE, rows
+    return np.array([row.torque for row in rows]), TORQUE, rows
+
+
+def under_each(project: Project, name: str, values: Floats, rows: Sequence[LoadCase]) -> list[Project]:
+    """The project under each load."""
+    if name == INERTIA:
+        loaded = project.under(project.mean_load_torque, project.is_beating)
+        return [loaded.with_load_inertia(J) for J in values.tolist()]
+    return [row.on(project) for row in rows]
+
+
+def with_ends_of_jumps(project: Project, span: Span) -> list[float]:
+    """Torques of the load's range, and more of them where jumps of the curve begin or end between two.
+
+    Curves with memory, and those of beats, take too long for it.
+    """
+    torques = spread(project)
+    if len(torques) == 1 or project.has_memory or project.is_beating:
+        return torques
+    known = {torque: _jumps(project, span, torque) for torque in torques}
+    for _ in range(HALVINGS):
+        for a, b in pairwise(sorted(known)):
+            if known[a] != known[b]:
+                known[0.5 * (a + b)] = _jumps(project, span, 0.5 * (a + b))
+    return sorted(known)
+
+
+def _jumps(project: Project, span: Span, torque: float) -> bool:
+    """Whether the curve under a torque jumps, also beside the span: jumps come into it from there, torque by torque.
+
+    A torque that the law cannot carry has no curve.
+    """
+    low, high = project.speeds.limits
+    wide = min(low, span[0]), max(high, span[1])
+    try:
+        sweep = main_curve(case_of(project.under(torque, project.is_beating), torque, wide), wide).sweep
+        return sweep is not None and bool(sweep.jumping)
+    except SolveError:
+        return False
+
+
+def _apart(loads: int) -> float:
+    """Relative distance of the speeds of the search: up to twice as large where neighbouring loads have others."""
+    return APART * min(2.0, max(1.0, 0.25 * loads))
+
+
+def _all_motions(
+    cases: list[Case], span: Span, search: bool, threads: int, rules: Rules, progress: Callable[[float], None]
+) -> tuple[list[int], list[UnderLoad]]:  # fmt: skip
+    """Motions under every load, or under those finished at Ctrl-C, with their numbers.
+
+    Motions apart from the main curve are tried under the neighbouring loads too.
+    """
+    apart = _apart(len(cases)) if search else None
+    by_load: dict[int, UnderLoad] = {}
+    seeds: dict[int, Any] = {}
+
+    def one(i: int) -> None:
+        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0, rules)
+        by_load[i] = loaded
+        progress(len(by_load) / len(cases))
+
+    with ThreadPoolExecutor(threads) as pool:  # the first compiles, where that is still to do, before threads start
+        left: set[Any] = set()
+        try:
+            one(0)
+            left = {pool.submit(one, i) for i in range(1, len(cases))}
+            while left:  # not for ever at once: Windows hears of Ctrl-C between waits
+                done, left = wait(left, timeout=1.0, return_when=FIRST_EXCEPTION)
+                for future in done:
+                    future.result()
+        except BaseException as error:
+            for future in left:
+                future.cancel()
+            if not (by_load and isinstance(error, KeyboardInterrupt)):
+                raise
+    computed = sorted(by_load)
+    for way in (computed, computed[::-1]):
+        for before, here in pairwise(way):
+            if tried := untried(cases[here], seeds[before], by_load[before], by_load[here]):
+                by_load[here], new = extended(by_load[here], cases[here], span, np.empty(0), tried)
+                seeds[here] = (*seeds[here], *new)
+    return computed, [by_load[i] for i in computed]
+
+
+def lines_of(
+    cases: Iterable[Case], found: Sequence[UnderLoad], orders: tuple[float, ...]
+) -> list[CampbellLine]:  # fmt: skip
+    """Lines of the Campbell diagram under every load, up to the largest oscillation that any stable motion has."""
+    largest = max((float(np.max(run[:, OSCILLATION])) for own in found for run, _ in own.runs), default=0.0)
+    return [line for case in cases for line in campbell(case, largest, orders)]
+
+
+def resonances_of(own: UnderLoad, lines: list[CampbellLine]) -> Iterator[Span]:
+    """Speeds over which every excited resonance bends: from small amplitudes to the peaks that lie on its line."""
+    tops = []
+    for run, _ in own.runs:
+        at = int(np.argmax(run[:, OSCILLATION]))
+        tops += [run[at]] if run[at, OSCILLATION] > 2.0 * own.quasi_static else []
+    for line in lines:
+        if line.excited:
+            near = [float(top[OMEGA]) for top in tops if abs(top[OMEGA] / line.at(top[OSCILLATION]) - 1.0) < NEAR]
+            yield min([float(line.speed[0]), *near]), max([float(line.speed[0]), *near])
