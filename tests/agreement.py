@@ -26,6 +26,8 @@ from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.variants.names import nominal_of
 from strainwave.files.yaml_text import read
 from strainwave.study.speed_map.bands import between, merged
+from strainwave.study.speed_map.decide import decide
+from strainwave.study.speed_map.rules import rules_of
 
 EXACT, SLIDER, PRINTED, MAP, MOTION = 1e-9, 2e-6, 1e-5, 2e-3, 2e-3
 UNITS = {"arcsec": 1.0, "arcmin": 60.0, "deg": 3600.0, "mrad": 1e-3 / ARCSEC, "rad": 1.0 / ARCSEC}
@@ -147,10 +149,13 @@ def analyses(path: Path, folder: Path) -> Told:
         loads = [case["load_torque_Nm"] for case in cases]
         for load, case in zip(loads, cases, strict=True):
             bands = [(band["from_rpm"] * RPM, band["to_rpm"] * RPM) for band in case["bands"]]
-            yield f"allowed by the curve under {load} N*m", Value(face, allowed(bands, project), MAP)
-    curve = sw.speed_map(project, loads=loads, search=False)
-    for load, bands in zip(loads, curve.forbidden, strict=True):
-        yield f"allowed by the curve under {load} N*m", Value("speed_map", allowed(bands, project), MAP)
+            yield f"allowed by the motion under {load} N*m", Value(face, allowed(bands, project))
+    decided = decide(project, rules_of(None, None, None, project.limit))
+    for load, bands in zip(loads, decided.moving, strict=True):
+        yield f"allowed by the motion under {load} N*m", Value("API", allowed(bands.forbidden, project))
+    for face, told in (("analyze --json", results), ("results.json", file)):
+        ends = tuple(band[end] for band in told["verdict"]["allowed_speeds"] for end in ("from_rpm", "to_rpm"))
+        yield "allowed", Value(face, ends)
     told = json.loads(run("speed-map", str(path), "-o", str(folder / "map"), "--json"))
     yield "allowed", Value("speed-map --json", tuple(np.ravel(told["allowed_under_every_load_rpm"])))
     shown = views.mapped(project_of(State(project=project.text)), True, [], lambda *_: None)

@@ -105,7 +105,12 @@ def test_the_verdict_counts_every_posture_and_names_the_worst(tmp_path):
     assert worst.peak == pytest.approx(max(sizes), rel=1e-3)
     assert worst.answer is Answer.BUT
     assert any(low <= found[2].omega[found[2].top] <= high for low, high in decided_bands(decided))
-    assert [case.name for case in decided.load_cases][-1] == "load of the file, -3 N*m"
+    names = ["posture 1", "posture 2 (out)", "posture 3 (in)", "load of the file, -3 N*m"]
+    assert [case.name for case in arm.cases] == [case.name for case in decided.load_cases] == names
+    assert [(case.inertia, case.torque) for case in arm.cases] == [(1.0, -3.0), (4.0, -60.0), (2.0, -3.0), (1.3, -3.0)]
+    for case in arm.cases:
+        end = case.on(arm).whole.load.end()
+        assert (end.J, float(end.excitation.torque(0.3))) == pytest.approx((case.inertia, case.torque))
     assert "postures the worst is posture 2 (out)" in posture_said(
         SimpleNamespace(analysis=SimpleNamespace(posture=worst))
     )

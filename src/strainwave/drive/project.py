@@ -200,12 +200,8 @@ class Project:
     def system(self, omega: float | None = None, *, reduced: bool = False) -> Oscillator | VaryingOscillator:
         """Error equation of the drive: an ideally held or a free motor, the gear, and a rigid load.
 
-        At a speed `omega` of the base angle [rad/s], else the file's middle; `reduced` lacks what `left_out` names.
-
-        Raises
-        ------
-        ValueError
-            If the drive has such parts and `reduced` is false.
+        At a speed `omega` of the base angle [rad/s], else the file's middle; `reduced` lacks what `left_out` names. A
+        drive with such parts is a ValueError where `reduced` is false.
         """
         if self.left_out and not reduced:
             raise ValueError(
@@ -246,6 +242,11 @@ class Project:
     def other_loads(self) -> tuple[float, float]:
         """Least and largest torque [N*m] on the load beside the curve's: without those of its angle in a beat."""
         return (self.mean_range or (self.mean_load_torque,) * 2) if self.is_beating else self.load_torques
+
+    @property
+    def cases(self) -> Any:
+        """Every load of the drive, a `LoadCase` each: its postures, and its own load under its torques."""
+        return above("cases_of")(self)
 
     def under(self, torque: float, keeps_gravity: bool = False) -> "Project":
         """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle."""
@@ -382,12 +383,7 @@ class Project:
 def train_of(project: Any, task: str) -> tuple[str, DriveTrain]:
     """The whole train of a project, or a train itself, for a purpose in words; and what drives its motor, in words.
 
-    Where the file names no motor it is in the position loop of `motors`.
-
-    Raises
-    ------
-    ValueError
-        If the project has no whole train.
+    Where the file names no motor it is in the position loop of `motors`. A project without a train is a ValueError.
     """
     if isinstance(project, DriveTrain):
         return "", checked(project)

@@ -152,8 +152,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "remarks": [
             f"Everything here is {OF_CURVE}.",
             *([HELD] if project.train is None and project.motor == "held" else []),
-            *judged.remarks,
-            *unsaid(project.notes, judged.remarks),
+            *judged.remarks, *unsaid(project.notes, judged.remarks),
             *move_note(project),
             *load_remark(project),
         ],
