@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from ...base.results import Branch, Floats
 from ...base.series import largest_size
@@ -165,6 +164,8 @@ def finer(table: Floats) -> Floats:
         return table
     length = np.concatenate([[0.0], np.cumsum(steps)])
     places = np.interp(np.arange(FINER * (len(table) - 1) + 1) / FINER, np.arange(len(table)), length)
+    from scipy.interpolate import PchipInterpolator  # a response does without
+
     out = np.asarray(PchipInterpolator(length, table)(places))
     out[0], out[-1] = table[0], table[-1]
     return out

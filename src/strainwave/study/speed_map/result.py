@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from ...base.facts import Fact
@@ -215,7 +214,7 @@ class SpeedMap(Result):
             columns["forbidden_share"] = (grid, self.scatter.forbidden, "")
         return columns
 
-    def to_xarray(self) -> xr.Dataset:
+    def to_xarray(self) -> Any:
         """Cells over load and speed; bands, jumps, each a table of its own; units in `attrs["units"]`."""
         found = super().to_xarray()
         return found if self.scatter is None else found.assign_coords(share=self.scatter.shares)
