@@ -14,10 +14,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace as with_changes
 from time import monotonic
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from ...base.law import breakpoints_of, repeating, torsion
@@ -34,6 +33,9 @@ from .pieces import General, Smooth
 from .request import LaneError, lanes_of, spans, what_and_how
 from .stepping import fastest_rates, stepping_of, steps_needed
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 log = logging.getLogger(__name__)
 
 MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
@@ -47,8 +49,10 @@ REST = 1e-15  # what is smaller than this share of the initial state has come to
 
 def dataset_of(
     system: System, varied: dict[str, Floats], batch: Batch, block: Block, measures: Any, method: Method
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Variables over the lanes, with units, from what came of them."""
+    import xarray as xr  # a speed map asks for an ensemble, and a response for neither
+
     periods = batch.settle + batch.periods
     good, short = block.ended == periods, block.ended < 0.0
     ended = np.where(short, -1.0 - block.ended, block.ended)
@@ -115,7 +119,7 @@ def ensemble(
     measures: tuple[Any, ...] = (Peak(), Rms()),
     method: Method | None = None,
     threads: int | None = None,
-) -> xr.Dataset:
+) -> "xr.Dataset":
     """Integrate many variants of a system over whole periods of the base angle and keep a few numbers of each.
 
     Parameters
@@ -173,7 +177,7 @@ def ensemble(
 def lanes_run(
     system: System, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
     method: Method | None, threads: int | None, most: float = math.inf,
-) -> tuple[xr.Dataset, Callable[[], None]]:  # fmt: skip
+) -> tuple["xr.Dataset", Callable[[], None]]:  # fmt: skip
     """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes.
 
     Fixed steps of all lanes are at most `most` (SolveError).
@@ -320,7 +324,7 @@ def _march_all(batch: Batch, steps: Any, method: Method, threads: int) -> Block:
 
 
 def _add_error_estimates(
-    data: xr.Dataset, batch: Batch, method: Any, steps: Any, measures: Any, system: System, varied: dict[str, Floats],
+    data: "xr.Dataset", batch: Batch, method: Any, steps: Any, measures: Any, system: System, varied: dict[str, Floats],
     threads: int,
 ) -> None:  # fmt: skip
     """Run a sample of lanes with half the step and say by how much every measure changes at most.
