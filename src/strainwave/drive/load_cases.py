@@ -28,7 +28,7 @@ class LoadCase(NamedTuple):
 
     def on(self, project: Project) -> Project:
         """The project with this load."""
-        return project.under(self.torque, project.is_beating) if self.posture is None else self.posture.on(project)
+        return project.under(self.torque) if self.posture is None else self.posture.on(project)
 
 
 def cases_of(project: Project, torques: Sequence[float] | None = None) -> tuple[LoadCase, ...]:

@@ -38,12 +38,11 @@ class Posture(NamedTuple):
             If a number is out of range, or the project has no coupling with one stiffness.
         """
         torque = project.mean_load_torque if self.torque is None else number("Posture.torque [N*m]", self.torque)
-        loaded = project.with_load_inertia(self.inertia).under(torque)
+        loaded = project.with_load_inertia(self.inertia).under(torque, level=True)
         if self.coupling is None:
             return loaded
         K = number("Posture.coupling [N*m/rad]", self.coupling, positive=True)
-        train, whole = loaded.train and _coupled(loaded.train, K), _coupled(loaded.whole, K)
-        return replace(loaded, train=train, whole=whole)
+        return replace(loaded, subject=_coupled(loaded.subject, K))
 
 
 def titled(number: float, name: str) -> str:
@@ -51,9 +50,9 @@ def titled(number: float, name: str) -> str:
     return f"posture {number:g}" + (f" ({name})" if name else "")
 
 
-def _coupled(train: DriveTrain | None, K: float) -> DriveTrain:
-    load = train and train.load
-    if train is None or not isinstance(load, Elastic) or "K" not in getattr(load.law, "_fields", ()):
+def _coupled(train: DriveTrain, K: float) -> DriveTrain:
+    load = train.load
+    if not isinstance(load, Elastic) or "K" not in getattr(load.law, "_fields", ()):
         raise ValueError(
             "a posture gives the stiffness of a coupling, and the project has none with one stiffness K; write "
             "load: {coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 2e5 N*m/rad}}}, or leave the stiffness out"

@@ -15,7 +15,7 @@ from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.error_spectrum import LoadedError
-from ..model.excitation import Harmonics, KinematicError, shortest
+from ..model.excitation import Harmonics, KinematicError, as_harmonics, shortest
 from ..model.gears.gear import Gear
 from ..model.orders import Arrangement
 from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, VaryingOscillator
@@ -26,7 +26,7 @@ from .asked import DriveUnit, MotorLimits, Source, Task, mean_of, with_mean
 from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
-from .reductions import THE_LOOP, left_out
+from .reductions import THE_LOOP, beyond_equation, left_out
 from .response import POINTS, UNDAMPED, exact_response, loses_energy
 from .train_curve import NO_MOTION, as_train, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
 from .train_curve import POINTS as OF_TRAIN
@@ -48,34 +48,22 @@ class Project:
         The project file.
     text : str
         Its content, for the record.
-    drive : Drive
-        Inertias, ratio, damping B [N*m*s/rad] and torsion law; loop, drags and coupling are in `train` alone, and J_l
-        holds the inertias on both sides of a coupling.
+    subject : DriveTrain
+        The whole drive train at constant speed: motor with its loop, gear, load, torques and kinematic error. `drive`,
+        `whole`, `train`, `motor`, the torques and the kinematic error are views of it.
     gear : Gear or None
         The record of the catalogue or of the user's own file, or None for an explicit law.
-    motor : {"free", "held"}
-        Whether the motor follows its torque or keeps its speed.
     speeds : Speeds
         The range of speeds (`from`, `to`) or the single ones (`at`) of the file, and their shaft.
-    motor_torque, load_torque : Harmonics or None
-        Torques [N*m] on the motor (motor side) and on the load (output side, a resisting load is negative).
-    kinematic_error : KinematicError or None
-        Lines of the gear's kinematic error [rad, output side], those under the mean torque of the load.
     notes : tuple of str
         Sentences for the reader: doubts about the catalogue data, a motor inertia that cannot be right. What the run
         asks of the gear beyond its limits is in the analysis.
     damping, stiffness : GearDamping, Variation or None
         The damping, and the factor of the stiffness over the base angle, where they vary; `drive` has the sizes.
-    train : DriveTrain or None
-        The whole drive train at constant speed, where the error equation leaves something of it out: a loop, friction
-        on a shaft, gravity, a coupling, or the ripple of a free motor.
     rated_torque, limit : float or None
         Rated torque [N*m] of the gear, and the largest oscillation of the error [rad] that the file allows, if known.
     mean_range : (float, float) or None
         Least and largest mean torque [N*m] on the load, where the file gives a range; `load_torque` has its middle.
-    whole : DriveTrain or None
-        The drive train in any case, also where `train` is None; None where the damping or the stiffness varies, and for
-        speeds of a forcing.
     motor_named : bool
         Whether the file gives a mode or a loop of the motor; else the ideally held one is an assumption.
     scatter, correlation
@@ -100,21 +88,15 @@ class Project:
     title: str
     path: Path
     text: str
-    drive: Drive
+    subject: DriveTrain
     gear: Gear | None
-    motor: Literal["free", "held"]
     speeds: Speeds
-    motor_torque: Harmonics | None
-    load_torque: Harmonics | None
-    kinematic_error: KinematicError | None
     damping: GearDamping | None = None
     stiffness: Variation | None = None
-    train: DriveTrain | None = None
     rated_torque: float | None = None
     limit: float | None = None
     mean_range: tuple[float, float] | None = None
     notes: tuple[str, ...] = ()
-    whole: DriveTrain | None = None
     motor_named: bool = True
     scatter: tuple[tuple[str, float], ...] = ()
     correlation: tuple[tuple[float, ...], ...] | None = None
@@ -140,6 +122,44 @@ class Project:
         )
 
     __repr__ = __str__
+
+    @property
+    def motor(self) -> Literal["free", "held"]:
+        """Whether the motor follows its torque or keeps its speed."""
+        return "free" if self.subject.motor.free else "held"
+
+    @cached_property
+    def drive(self) -> Drive:
+        """Inertias, ratio, damping B [N*m*s/rad] and torsion law; J_l holds the inertias of all couplings."""
+        train = self.subject
+        J_l = train.load.end().J + sum(J for J, _, _ in train.load.chain())
+        return Drive(train.motor.J, J_l, train.N, train.B, train.law)
+
+    @property
+    def motor_torque(self) -> Harmonics | None:
+        """Torque [N*m] on the motor, motor side."""
+        return as_harmonics(self.subject.motor.excitation)
+
+    @property
+    def load_torque(self) -> Harmonics | None:
+        """Torque [N*m] on the load, output side; a resisting load is negative."""
+        return as_harmonics(self.subject.load.end().excitation)
+
+    @property
+    def kinematic_error(self) -> KinematicError | None:
+        """Lines of the gear's kinematic error [rad, output side], those under the mean torque of the load."""
+        error = self.subject.error
+        return error if isinstance(error, KinematicError) else None
+
+    @property
+    def whole(self) -> DriveTrain | None:
+        """The train; None where the damping or the stiffness varies, and for speeds of a forcing."""
+        return self.subject if self.speeds.by_motor and self.damping is None and self.stiffness is None else None
+
+    @cached_property
+    def train(self) -> DriveTrain | None:
+        """The train where its error equation has not all of it, such as a loop, friction, gravity or a coupling."""
+        return self.whole if self.whole is not None and beyond_equation(self.whole) else None
 
     @property
     def J(self) -> float:
@@ -214,13 +234,14 @@ class Project:
     def _at_middle(self) -> Oscillator | VaryingOscillator:
         return self._system(self.speeds.middle)
 
-    def _system(self, omega: float) -> Oscillator | VaryingOscillator:
-        system = self.drive.error_equation(
+    def _system(self, omega: float, drive: Drive | None = None) -> Oscillator | VaryingOscillator:
+        system = (drive or self.drive).error_equation(
             motor_torque=self.motor_torque, load_torque=self.load_torque, kinematic_error=self.kinematic_error,
             omega=omega, motor=self.motor)  # fmt: skip
         if self.damping is None and self.stiffness is None:
             return system
-        damping, varying = self.damping or GearDamping(system.B), self.stiffness or NoVariation()
+        damping = GearDamping(system.B) if self.damping is None else self.damping._replace(B=system.B)
+        varying = self.stiffness or NoVariation()
         whole: VaryingOscillator = checked(VaryingOscillator(system.J, damping, *system[2:], varying))
         return whole
 
@@ -248,29 +269,20 @@ class Project:
         """Every load of the drive, a `LoadCase` each: its postures, and its own load under its torques."""
         return above("cases_of")(self)
 
-    def under(self, torque: float, keeps_gravity: bool = False) -> "Project":
-        """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle."""
-        parts = self._loaded(torque)
+    def under(self, torque: float, level: bool | None = None) -> "Project":
+        """The project with a constant torque [N*m] of the load in place of its range and of torques of its angle.
 
-        def loaded(train: DriveTrain) -> DriveTrain:
-            plain = train if keeps_gravity else without_gravity(train)
-            plain = plain.with_load(excitation=shortest(parts["load_torque"]))
-            return plain._replace(error=(self.loaded_error and parts["kinematic_error"]) or train.error)
-
-        train, whole = self.train and loaded(self.train), self.whole and loaded(self.whole)
-        return replace(self, mean_range=None, train=train, whole=whole, **parts)
-
-    def _loaded(self, torque: float) -> dict[str, Any]:
-        """Torque and kinematic error under a mean torque [N*m] of the load."""
-        error = self.kinematic_error if self.loaded_error is None else self.loaded_error.under(-torque)
-        return {"load_torque": with_mean(self.load_torque, torque), "kinematic_error": error}
+        Motions of two turns have the torques of the angle beside it, unless it is `level`.
+        """
+        level = not self.is_beating if level is None else level
+        train = without_gravity(self.subject) if level else self.subject
+        train = train.with_load(excitation=shortest(with_mean(self.load_torque, torque)))
+        error = train.error if self.loaded_error is None else self.loaded_error.under(-torque)
+        return replace(self, mean_range=None, subject=train._replace(error=error))
 
     def with_load_inertia(self, J_l: float) -> "Project":
         """The project with another inertia [kg*m^2] of the load behind all couplings; B and the loop stay."""
-        J_l = number("J_l [kg*m^2]", J_l, positive=True)
-        before = 0.0 if self.whole is None else self.drive.J_l - self.whole.load.end().J
-        train, whole = self.train and self.train.with_load(J=J_l), self.whole and self.whole.with_load(J=J_l)
-        return replace(self, drive=self.drive._replace(J_l=before + J_l), train=train, whole=whole)
+        return replace(self, subject=self.subject.with_load(J=number("J_l [kg*m^2]", J_l, positive=True)))
 
     def response(
         self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
@@ -375,9 +387,8 @@ class Project:
 
     def equation_of(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
         """Error equation of another drive, under a constant torque [N*m] of the load or that of the file."""
-        damping = None if self.damping is None else self.damping._replace(B=drive.B)
-        parts = {} if torque is None else self._loaded(torque)
-        return replace(self, drive=drive, damping=damping, **parts).system(reduced=True)
+        loaded = self if torque is None else self.under(torque)
+        return loaded._system(self.speeds.middle, drive)
 
 
 def train_of(project: Any, task: str) -> tuple[str, DriveTrain]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.protocols import orders_of
+from ..base.protocols import lines_of, orders_of
 from ..base.results import Floats, Orbit
 from ..base.sentences import Sentence, Speed
 from ..model.laws.friction import NO_FRICTION
@@ -126,6 +126,13 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
         (couplings > 0, "the coupling" if couplings == 1 else f"the {couplings} couplings"),
     )
     return tuple(words for there, words in parts if there)
+
+
+def beyond_equation(train: DriveTrain) -> bool:
+    """Whether a train has anything that its error equation has not; for a held motor also what loads that alone."""
+    motor = train.motor
+    more = motor.drag != NO_DRAG or train.friction != NO_FRICTION or (motor.free and bool(lines_of(train.error)))
+    return more or bool(left_out(train))
 
 
 def _followed(system: Oscillator, before: Orbit | None) -> Orbit | None:

@@ -155,14 +155,13 @@ def _gears(project: Project) -> Iterator[dict[str, Any]]:
 def _parts(project: Project) -> dict[str, Any]:
     """Every group of a project but the gear."""
     drive, load = project.drive, project.load_torque or Harmonics((Harmonic(0.0),))
-    train = project.whole or drive.train(motor_torque=project.motor_torque, load_torque=project.load_torque)
-    motor, free = train.motor._replace(J=drive.J_m), project.motor_torque
+    train, free = project.subject, project.motor_torque
     mode = project.motor if project.motor_named else None
     return {
         "title": project.title,
         "revision": project.revision,
         "load_friction": _friction(train.friction),
-        "motor": _motor(motor, mode, project.motor_limits, project.drive_units),
+        "motor": _motor(train.motor, mode, project.motor_limits, project.drive_units),
         "controller": project.sampling and groups.ControllerSpec.of(project.sampling),
         "load": _load(train.load),
         "damping": _damping(project),

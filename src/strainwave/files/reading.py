@@ -26,7 +26,7 @@ from ..model.train.controls import FREE, Held, Tuning
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
 from ..model.train.shafts import NO_DRAG, Elastic
-from .contradictions import contradictions, train_fields
+from .contradictions import contradictions
 from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec
 from .fields.postures import postures_of
 from .fields.rows import read_file
@@ -64,29 +64,20 @@ def resolved(
     load_torque, loaded_error = torque(excited.load_torque), loaded(spec, error, ratio)
     if loaded_error is not None:
         error = loaded_error.under(-mean_of(load_torque))
-    varies = spec.damping.varies or spec.stiffness is not None
-    beyond_equation = bool(train_fields(spec)) or (spec.motor.mode == "free" and error is not None)
-    whole = None if varies or not through.by_motor else whole_train(spec, drive, gear, error, through.given[0])
     project = Project(
         title=spec.title or printable(path.stem),
         revision=spec.revision,
         path=path,
         text=text,
-        drive=drive,
+        subject=whole_train(spec, drive, gear, error, through.given[0]),
         gear=gear,
-        motor=spec.motor.mode,
         speeds=through,
-        motor_torque=torque(excited.motor_torque),
-        load_torque=load_torque,
         mean_range=None if excited.load_torque is None else excited.load_torque.range,
-        kinematic_error=error,
         loaded_error=loaded_error,
         damping=spec.damping.of(drive.B) if spec.damping.varies else None,
         stiffness=None if spec.stiffness is None else spec.stiffness.ripples,
-        train=whole if beyond_equation else None,
         rated_torque=gear_entry.rated_torque,
         limit=None if spec.limit is None else spec.limit.oscillation,
-        whole=whole,
         motor_named=spec.motor.named,
         motor_limits=sheet,
         sampling=None if spec.controller is None else spec.controller.sampling(sheet),

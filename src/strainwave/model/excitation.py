@@ -82,6 +82,13 @@ def shortest(torque: Any) -> Any:
     return torque.terms[0] if isinstance(torque, Harmonics) and len(torque.terms) == 1 else torque
 
 
+def as_harmonics(torque: Any) -> "Harmonics | None":
+    """Return a torque with its terms, no torque as None: of what `shortest` returns what it was given."""
+    if isinstance(torque, Harmonics):
+        return torque
+    return None if torque == Harmonic(0.0) else Harmonics((torque,))
+
+
 def wave(amplitude: Reals, order: int, phase: Reals, mean: Reals = 0.0) -> Any:
     """Wave mean + amplitude cos(order angle + phase), in its shortest form."""
     if np.all(np.asarray(phase) == 0.0) and np.all(np.asarray(mean) == 0.0):

@@ -18,6 +18,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.notes import OF_CURVE, exciting, load_remark, move_note, unsaid
 from ...files.variants.sureness import how_sure
+from ...model.excitation import shortest
 from ...numerics.balance.truncation import MATTERS
 from ...study.analysis.in_time import drive_motion
 from ...study.move.move import move
@@ -76,19 +77,17 @@ def folded(project: Project) -> tuple[Project, int]:
     others = (project.train, project.damping, project.stiffness)  # these do not repeat with it, or need not
     if g < 2 or project.has_memory or any(one is not None for one in others):
         return project, 1
-    error = project.kinematic_error
+    error, of_motor, of_load = project.kinematic_error, project.motor_torque, project.load_torque
+    train = project.subject.with_motor(excitation=shortest(of_motor and of_motor.slower(g)))
+    train = train.with_load(excitation=shortest(of_load and of_load.slower(g)))
     if error is not None:
-        error = error._replace(lines=tuple(line._replace(order=line.order // g) for line in error.lines))
+        lines = tuple(line._replace(order=line.order // g) for line in error.lines)
+        train = train._replace(error=error._replace(lines=lines))
+    if project.motor == "held":
+        train = train._replace(N=g * train.N)
     low, high = project.speeds.limits
     single = tuple(g * omega for omega in project.speeds.single)
-    whole = project.whole
-    if whole is not None and whole.motor.held:
-        whole = whole._replace(N=g * whole.N, error=error or whole.error)
-    return replace(
-        project, speeds=replace(project.speeds, limits=(g * low, g * high), single=single), kinematic_error=error,
-        motor_torque=project.motor_torque and project.motor_torque.slower(g),
-        load_torque=project.load_torque and project.load_torque.slower(g), whole=whole,
-    ), g  # fmt: skip
+    return replace(project, speeds=replace(project.speeds, limits=(g * low, g * high), single=single), subject=train), g
 
 
 def _orders_of(project: Project) -> list[int]:

@@ -166,7 +166,7 @@ def loaded_trains(project: Any, posture: str = "") -> Iterator[Loaded]:
     for torque in _torques(train, low, high) if low < high else ():
         if (key := _stiffness(train, torque)) not in known:
             known.add(key)
-            yield Loaded(posture, torque, without_dry_friction(project.under(torque).train))
+            yield Loaded(posture, torque, without_dry_friction(project.under(torque, level=True).train))
 
 
 def _torques(train: DriveTrain, low: float, high: float) -> list[float]:

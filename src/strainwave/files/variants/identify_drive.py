@@ -381,15 +381,6 @@ def _scatter(
 
 def _with_numbers(project: Project, system: Any) -> Project:
     """The project with law, damping, error, friction and load of a train."""
-    if project.drive.J_l != system.load.J:
-        project = project.with_load_inertia(system.load.J)
     parts = {name: getattr(system, name) for name in ("law", "B", "error", "friction")}
-
-    def changed(train: DriveTrain | None) -> DriveTrain | None:
-        return train and train._replace(**parts, load=train.load._replace(drag=system.load.drag))
-
-    error = system.error if isinstance(system.error, KinematicError) else None
-    drive = project.drive._replace(law=system.law, B=system.B)
-    return replace(
-        project, drive=drive, kinematic_error=error, train=changed(project.train), whole=changed(project.whole)
-    )
+    train = project.subject.with_load(J=system.load.J, drag=system.load.drag)
+    return replace(project, subject=train._replace(**parts))

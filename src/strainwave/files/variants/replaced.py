@@ -269,6 +269,5 @@ def _with_law(project: Project, numbers: dict[str, float]) -> Project:
         return type(thing)(*map(changed, thing)) if is_model(thing) else thing
 
     law = changed(project.drive.law)
-    train, whole = [model and model._replace(law=law) for model in (project.train, project.whole)]
     sources = (*project.sources, *(Source(f"gear.{name}", f"{value:.6g} (SI)") for name, value in numbers.items()))
-    return replace(project, drive=project.drive._replace(law=law), train=train, whole=whole, sources=sources)
+    return replace(project, subject=project.subject._replace(law=law), sources=sources)

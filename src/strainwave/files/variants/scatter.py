@@ -269,7 +269,7 @@ def _largest(
         if i:
             progress(i)
         try:
-            response = (drive.under(torque, drive.is_beating) if len(torques) > 1 else drive).response()
+            response = (drive.under(torque) if len(torques) > 1 else drive).response()
         except SolveError as error:
             errors[str(error)] = None
             return (np.nan,) * 4

@@ -262,7 +262,7 @@ def _torques(project: Project, solve: Solve) -> tuple[float, ...]:
 
 
 def _under(project: Project, torque: float | None) -> Project:
-    return project if torque is None else project.under(torque, project.is_beating)
+    return project if torque is None else project.under(torque)
 
 
 def _as_a_file(project: Project) -> Project:

@@ -343,7 +343,7 @@ def drive_motion(project: Project, omega: float, *, load: float | None = None) -
         If the law cannot carry the mean torque, or the integration ends early.
     """
     omega = number("omega [rad/s]", omega, positive=True)
-    loaded = project if load is None else project.under(number("load [N*m]", load))
+    loaded = project if load is None else project.under(number("load [N*m]", load), level=True)
     low, high = project.load_torques
     if loaded.train is not None:
         refuse_free(loaded.train)

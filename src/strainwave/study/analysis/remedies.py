@@ -205,7 +205,7 @@ def at_worst(
 def under(subject: Subject, torque: float) -> Subject:
     """The drive of a project under one constant torque [N*m] of its load."""
     assert subject.project is not None
-    loaded = subject.project.under(torque, subject.project.is_beating)
+    loaded = subject.project.under(torque)
     train = None if subject.train is None else loaded.train or loaded.whole
     return subject._replace(system=loaded.system(subject.system.omega, reduced=True), train=train, load_torque=torque)
 

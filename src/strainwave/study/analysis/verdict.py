@@ -214,13 +214,14 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     response : DriveResponse
         Its curve, under the mean torque of its load.
     turns : int
-        Turns of the project's base angle in one of the motor.
+        Turns of the project's base angle in one of the motor; its ratio with a held motor is as many times the gear's.
     """
+    N = project.drive.N / (turns if project.motor == "held" else 1)
     mean, loads, speeds = project.mean_load_torque, project.other_loads, project.speeds
-    usage, motor = response.asked(mean, project.load_torques, project.drive.N)
+    usage, motor = response.asked(mean, project.load_torques, N)
     fastest = speeds.given[-1] / turns if speeds.by_motor else None
-    shifts = tuple((mean - load) / project.drive.N for load in (mean, *loads))
-    need, resting = response.need(turns, shifts), max(map(abs, project.load_torques)) / project.drive.N
+    shifts = tuple((mean - load) / N for load in (mean, *loads))
+    need, resting = response.need(turns, shifts), max(map(abs, project.load_torques)) / N
     findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor, (need,), resting)
     avoid = _avoid(project, response)
     exceeded = [finding for finding in findings if finding.fails]

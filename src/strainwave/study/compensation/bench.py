@@ -241,9 +241,7 @@ def _train(project: Any) -> tuple[str, DriveTrain]:
             "the motor of this error equation is held, so that no torque of it moves the error; write 'mode: free' in "
             "its group motor, or give the speeds of the motor and a loop"
         )
-    torques = {"motor_torque": project.motor_torque, "load_torque": project.load_torque}
-    train = project.drive.train(kinematic_error=project.kinematic_error, control=TORQUE_DRIVEN, **torques)
-    return "torque", train
+    return "torque", project.subject.with_motor(control=TORQUE_DRIVEN)
 
 
 def bench_of(

@@ -224,7 +224,7 @@ def _fault(project: Any, payload: Payload | None) -> str:
     """That the motor's loop of a project is unstable with a payload, in a sentence; empty of a train."""
     if not isinstance(project, Project) or project.train is None:
         return ""
-    loaded = project if payload is None else replace(project, train=checked(payload).on(project.train))
+    loaded = project if payload is None else replace(project, subject=checked(payload).on(project.train))
     return loaded.loop_fault
 
 

@@ -176,7 +176,7 @@ def loads_of(
 def under_each(project: Project, name: str, values: Floats, rows: Sequence[LoadCase]) -> list[Project]:
     """The project under each load."""
     if name == INERTIA:
-        loaded = project.under(project.mean_load_torque, project.is_beating)
+        loaded = project.under(project.mean_load_torque)
         return [loaded.with_load_inertia(J) for J in values.tolist()]
     return [row.on(project) for row in rows]
 
@@ -205,7 +205,7 @@ def _jumps(project: Project, span: Span, torque: float) -> bool:
     low, high = project.speeds.limits
     wide = min(low, span[0]), max(high, span[1])
     try:
-        sweep = main_curve(case_of(project.under(torque, project.is_beating), torque, wide), wide).sweep
+        sweep = main_curve(case_of(project.under(torque), torque, wide), wide).sweep
         return sweep is not None and bool(sweep.jumping)
     except SolveError:
         return False

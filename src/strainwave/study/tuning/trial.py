@@ -344,13 +344,12 @@ def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:
     if loads is None and low == high:
         return [drive]
     torques = np.linspace(low, high, 3) if loads is None else numbers("loads [N*m]", loads)
-    return [drive.under(float(torque), drive.is_beating) for torque in torques]
+    return [drive.under(float(torque)) for torque in torques]
 
 
 def having(drive: Project, control: Any) -> Project:
     """A drive with another loop of its motor."""
-    train = drive.train and drive.train.with_motor(control=control)
-    return replace(drive, train=train, whole=train)
+    return replace(drive, subject=drive.subject.with_motor(control=control))
 
 
 def _inverse(figures: Any) -> Floats:
