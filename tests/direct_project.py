@@ -2,13 +2,12 @@
 
 from pathlib import Path
 
+import strainwave as sw
 from strainwave import Project
 from strainwave.base.units import Speeds
 
 
-def project_of(
-    drive, speeds, *, gear=None, motor="held", motor_torque=None, load_torque=None, kinematic_error=None, **more
-):  # fmt: skip
-    """Project of a drive over a range of speeds [rad/s] of its motor; what else it has goes by the project's fields."""
-    torques = motor_torque, load_torque, kinematic_error
-    return Project("drive", Path("drive.yaml"), "", drive, gear, motor, Speeds(speeds), *torques, **more)
+def project_of(drive, speeds, *, gear=None, motor="held", **parts):
+    """Project of a drive, with parts of its train, over a range of speeds [rad/s] of its motor."""
+    train = drive.train(control=sw.train.Held() if motor == "held" else sw.train.Free(), **parts)
+    return Project("drive", Path("drive.yaml"), "", train, gear, Speeds(speeds))

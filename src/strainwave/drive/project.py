@@ -28,7 +28,16 @@ from .loop_margin import motor_name
 from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
 from .reductions import THE_LOOP, beyond_equation, left_out
 from .response import POINTS, UNDAMPED, exact_response, loses_energy
-from .train_curve import NO_MOTION, as_train, has_curve, refuse_free, torques_of_angle, train_curve, without_gravity
+from .train_curve import (
+    NO_MOTION,
+    as_train,
+    follows_its_angle,
+    has_curve,
+    refuse_free,
+    torques_of_angle,
+    train_curve,
+    without_gravity,
+)
 from .train_curve import POINTS as OF_TRAIN
 from .two_turns import beating_response, is_beating
 
@@ -358,6 +367,18 @@ class Project:
             self.system(reduced=True), self.speeds.limits, POINTS if points is None else points, harmonics, coexisting,
             self.motor == "held", None if self.train else self.whole,
         )  # fmt: skip
+
+    def held_response(self, points: int | None = None) -> DriveResponse | None:
+        """The curve of the error equation beside that of a train with a held motor; None of other drives."""
+        if self.train is None or self.motor != "held" or self.is_beating:
+            return None
+        return self.equation_response(coexisting=False, points=points)
+
+    @property
+    def leaves_angle_out(self) -> bool:
+        """Whether the steady curve has the mean alone of a torque that follows the angle of the load."""
+        train = self.train
+        return train is not None and not (train.motor.free or self.is_beating) and follows_its_angle(train)
 
     @cached_property
     def sureness(self) -> Any:

@@ -33,8 +33,17 @@ from ..numerics.curves.torus_follow import TwoTurns, along, at_speed, newton, wi
 from ..numerics.curves.torus_growth import growth
 from ..numerics.curves.torus_problem import Torus
 from .drive_response import DriveResponse
-from .response import sizes_of, sweep_on
-from .train_curve import as_train, parts_of_angle, torques, train_curve, with_rounded_corners, without_gravity
+from .response import exact_response, sizes_of, sweep_on
+from .train_curve import (
+    Crest,
+    as_train,
+    largest_crest,
+    parts_of_angle,
+    torques,
+    train_curve,
+    with_rounded_corners,
+    without_gravity,
+)  # fmt: skip
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 CORNERED = 1e-3  # the same on a curve of a law with rounded corners
@@ -66,11 +75,13 @@ def beat_said(train: DriveTrain | None) -> tuple[float, str]:
     Raises
     ------
     ValueError
-        If a line beats with neither turn, or there is no train, as where damping or stiffness vary.
+        If nothing beats, or a line with neither turn, or there is no train, as where damping or stiffness vary.
     """
     if train is None:
         raise ValueError(VARIES)
     of_lines = [k for _, k in _pairs(train)]
+    if not any(of_lines):
+        raise ValueError("no line of this drive belongs to the output's turn")
     pulls = [law.order for law in parts_of_angle(train.load.end().drag) if law.amplitude]
     lines, both = [train.N / (math.gcd(*some) or math.inf) for some in (of_lines, [*of_lines, *pulls])]
     alone = "" if lines == both else f" (its lines alone every {plain(lines)})"
@@ -274,14 +285,48 @@ def beating_response(
 
 
 def drive_curve(train: DriveTrain, speeds: tuple[float, float], **how: Any) -> DriveResponse | None:
-    """Motions of a train: as `train_curve`, or as `beating_response` where lines of the output's turn are in it."""
-    if not is_beating(train.error):
-        return train_curve(train, speeds, **how)
+    """As `train_motions`; None where it raises."""
     try:
-        found = beating_response(train, speeds)
+        return train_motions(train, speeds, **how)
     except SolveError:
         return None
-    return None if found.sweep is None else found
+
+
+def train_motions(
+    train: DriveTrain, speeds: tuple[float, float], level: float | None = None, **how: Any
+) -> DriveResponse | None:  # fmt: skip
+    """Motions of a train, in one turn or in two: as `train_curve`, or as `beating_response` with points at a level.
+
+    Raises
+    ------
+    SolveError
+        If no motion of two turns is found, or none of them is stable.
+    """
+    if not is_beating(train.error):
+        return train_curve(train, speeds, **how)
+    found = beating_response(train, speeds, level)
+    if found.sweep is None:
+        raise SolveError(NONE_STABLE)
+    return found
+
+
+def equation_curve(
+    equation: Any, speeds: tuple[float, float], level: float | None = None, train: DriveTrain | None = None,
+    **how: Any,
+) -> DriveResponse:  # fmt: skip
+    """Motions of an error equation, as `exact_response`; in two turns those of the `train` that has it."""
+    if is_beating(equation.error):
+        return beating_response(train, speeds, level)
+    return exact_response(equation, speeds, train=train, **how)
+
+
+def top_of(
+    system: Any, speeds: tuple[float, float], harmonics: int | None, coexisting: bool = True, pairs: Any = ()
+) -> "Crest | BeatCrest | None":  # fmt: skip
+    """The largest oscillation of a train or of an error equation, as `largest_crest` or `largest_beat`."""
+    if isinstance(system, DriveTrain) and is_beating(system.error):
+        return largest_beat(system, speeds, pairs)
+    return largest_crest(system, speeds, harmonics, coexisting)
 
 
 class BeatCrest(NamedTuple):

@@ -105,8 +105,7 @@ class Drawn(NamedTuple):
 
 def reference(project: Project) -> Drawn:
     """The curve of the drive with its motor held, where it is another one, and what assumed numbers leave open."""
-    held = project.train is not None and project.motor == "held" and not project.is_beating
-    return Drawn(reduced=project.equation_response(coexisting=False) if held else None, sure=project.sureness)
+    return Drawn(reduced=project.held_response(), sure=project.sureness)
 
 
 def of_analysis(analysis: Analysis) -> Drawn:

@@ -130,9 +130,8 @@ def test_a_free_motor_with_friction_behind_it_is_refused_by_the_analysis_too(wri
     assert (result.exit_code, result.stdout) == (1, "")
     assert "an analysis is about the error equation, which leaves out the load's drag" in result.stderr
     drive = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5))
-    train = drive.train(load_drag=sw.laws.QuadraticDamping(4.0))
     with pytest.raises(ValueError, match=r"leaves out the load's drag"):
-        project_of(drive, (90.0, 100.0), motor="free", train=train).analyze()
+        project_of(drive, (90.0, 100.0), motor="free", load_drag=sw.laws.QuadraticDamping(4.0)).analyze()
 
 
 def test_what_does_not_enter_or_is_approximate_is_named_in_text_and_json(written):

@@ -129,7 +129,6 @@ def test_a_torque_that_the_law_cannot_bear_is_said_before_a_curve_is_looked_for(
     )
     of = project(motor, excitation=excitation)
     law = BoucWen(6e4, 0.0, 5e-4)
-    whole = of.whole._replace(law=law)
-    of = replace(of, drive=of.drive._replace(law=law), whole=whole, train=of.train and whole)
+    of = replace(of, subject=of.subject._replace(law=law))
     with pytest.raises(SolveError, match=r"BoucWen carries at most -?30 N\*m"):
         decide(of, Rules(amplification=2.0), search=False)

@@ -6,6 +6,7 @@ from html import escape
 import numpy as np
 
 from ...base.facts import Fact, lines
+from ...base.protocols import orders_of
 from ...base.sentences import listed
 from ...drive.project import Project
 from ...theory.derivation.error_equation import Derivation
@@ -26,7 +27,8 @@ def reduction(project: Project) -> tuple[Fact, ...]:
     system, drive = project.system(reduced=True), project.drive
     left = project.left_out + (OF_RATIO if project.motor == "free" and project.kinematic_error else ())
     motor = "an ideally held motor" if project.motor == "held" else "a motor that follows its torque"
-    mean, orders, torque, error = (0.0, (), np.zeros(0), 0.0) if project.is_beating else forcing_lines(system)
+    once = not any(order % 1 for order in orders_of(system))
+    mean, orders, torque, error = forcing_lines(system) if once else (0.0, (), np.zeros(0), 0.0)
     sizes = np.abs(torque / system.J + (np.array(orders) * system.omega) ** 2 * error)
     rows = tuple(
         (Fact("order", k, "order"), Fact("A_rad_per_s2", size, "A"))

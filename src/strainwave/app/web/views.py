@@ -178,8 +178,7 @@ def sureness(project: Project) -> dict[str, Any]:
     The band of assumed numbers, and the curve of the held motor.
     """
     sure, scale, held = how_sure(project, _turning), project.speeds.scale, None
-    if project.train is not None and project.motor == "held" and not project.is_beating:
-        curve = project.equation_response(coexisting=False, points=POINTS)
+    if (curve := project.held_response(POINTS)) is not None:
         held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
     sentences, weak = sure.sentences(project.limit), [project.loop.weak] if project.loop and project.loop.weak else []
     return {

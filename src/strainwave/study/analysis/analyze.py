@@ -184,7 +184,8 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     largest = most_used(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
     loop, no_loop = loop_of(system.law, largest.peak_torque, project.rated_torque)
     parametric, not_searched = parametric_of(system, limits)
-    followed = project.train or project.whole if project.is_beating else None if curve is None else train
+    beats = exact.curve.beat is not None
+    followed = project.train or project.whole if beats else None if curve is None else train
     subject = Subject(system, followed, limits, project)
     motor = _asked_of_motor(drive, by_load, study)
     fastest = speeds.given[-1] if speeds.by_motor else None
@@ -215,7 +216,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict,
         tuple(no_loop + not_searched + unmoved), tuple(implausible(project.gear, project.rated_torque, loop, largest)),
         motor, with_other_damping(subject, drive, avoid, by_load) if advice else (), worst,
-        beat_of(project, drive) if project.is_beating else None, moved,
+        beat_of(project, drive), moved,
     )  # fmt: skip
 
 
@@ -252,7 +253,7 @@ def _of_one_turn(
 
     Where motions beat all of it is empty.
     """
-    if project.is_beating:
+    if exact.curve.beat is not None:
         if project.response().sweep is None:
             raise SolveError(NONE_STABLE)
         return (), {}, RunUp((), (), np.empty(0), np.empty(0)), ()

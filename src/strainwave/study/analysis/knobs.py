@@ -16,8 +16,8 @@ from ...base.units import ARCSEC
 from ...drive.loop_margin import fastest_growth
 from ...drive.operating_point import mean_torque, with_more
 from ...drive.project import Project
-from ...drive.train_curve import in_turns, largest_oscillation
-from ...drive.two_turns import is_beating, largest_beat
+from ...drive.train_curve import in_turns
+from ...drive.two_turns import top_of
 from ...model.drive import Drive
 from ...model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
 from ...model.train.drive_train import DriveTrain
@@ -77,11 +77,9 @@ class Subject(NamedTuple):
         return terms_of(excitation)
 
     def largest(self, harmonics: int, coexisting: bool, pairs: Any) -> tuple[float, float] | None:
-        """Speed [rad/s] and size [rad] of its largest |error - mean|, as `largest_oscillation` or `largest_beat`."""
-        if self.train is not None and is_beating(self.train.error):
-            found = largest_beat(self.train, self.speeds, pairs)
-            return found and found[:2]
-        return largest_oscillation(self.whole, self.speeds, harmonics, coexisting)
+        """Speed [rad/s] and size [rad] of its largest |error - mean|, as `top_of`."""
+        found = top_of(self.whole, self.speeds, harmonics, coexisting, pairs)
+        return found and found[:2]
 
 
 class Knob(NamedTuple):

@@ -18,7 +18,6 @@ from ...base.results import SolveError
 from ...base.sentences import listed, silent
 from ...drive.drive_response import DriveResponse, Usage
 from ...drive.project import Project
-from ...drive.two_turns import is_beating
 from ...model.error_spectrum import accuracy_spectrum
 from ...model.excitation import KinematicError
 from ...model.gears import catalogue
@@ -120,10 +119,10 @@ def _error_of(error: Any, old: Gear, gear: Gear, before: float, ratio: float) ->
     printed, new = old.accuracy, gear.accuracy
     if printed and new and lines_of(error) == accuracy_spectrum(printed).lines:
         return accuracy_spectrum(new)
-    if not is_beating(error):
+    lines = [(line, *order_pair(line.order, before)) for line in lines_of(error)]
+    if not lines:
         return error
-    lines = zip(error.lines, [order_pair(line.order, before) for line in error.lines], strict=True)
-    return KinematicError(tuple(line._replace(order=j + k / ratio if k else j) for line, (j, k) in lines))
+    return KinematicError(tuple(line._replace(order=j + k / ratio if k else j) for line, j, k in lines))
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from ...base.results import Floats
 from ...base.sentences import number
 from ...base.units import RPM
 from ...drive.train_curve import in_turns
-from ...drive.two_turns import beat_said, is_beating
+from ...drive.two_turns import beat_said
 from ...model.gears.limits import Finding, gravest
 from ...model.train.drive_train import DriveTrain
 from .follow import Path
@@ -112,11 +112,9 @@ def crossings(train: DriveTrain, path: Path, frequencies: Floats) -> list[tuple[
 
 def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
     """That a path has part of the beat of its lines and of gravity, in a sentence, where it is shorter."""
-    if not is_beating(train.error):
-        return
     try:
         beat, text = beat_said(train)
-    except ValueError:  # lines that beat with neither turn
+    except ValueError:  # nothing beats, or lines with neither turn
         return
     turned = train.N * float(np.ptp(path.at(path.dense(EACH))[0])) / (2.0 * math.pi)
     if turned < beat:
@@ -130,7 +128,8 @@ def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
 def passes(crossed: list[Any], train: DriveTrain, path: Path, t: Floats, ripple: Floats) -> Iterator[Pass]:
     """Costs of crossings, from what of the pointing error (n,) [rad] the kinematic error causes at times [s]."""
     error, N = train.error, train.N
-    slow = float(np.max(np.abs(error.value(N * path.at(t)[0] if is_beating(error) else TURN))))
+    whole = not any(line.order % 1 for line in lines_of(error))
+    slow = float(np.max(np.abs(error.value(TURN if whole else N * path.at(t)[0]))))
     ends = [end for _, end in path.motions()]
     for i, (time, speed, order, frequency) in enumerate(crossed):
         following = [crossed[i + 1][0]] if i + 1 < len(crossed) else []

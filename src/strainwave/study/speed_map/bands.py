@@ -11,7 +11,6 @@ from ...base.law import depends
 from ...base.protocols import orders_of
 from ...base.results import Floats
 from ...base.series import largest_of_samples
-from ...drive.two_turns import is_beating
 from .resonances import OperatingPoint
 
 HALF_POWER = sqrt(0.5)
@@ -67,7 +66,8 @@ class Motions(NamedTuple):
 
 def quasi_static(system: Any, point: OperatingPoint) -> float:
     """Oscillation [rad] of a drive that follows its excitation without inertia; of a beat in its largest turn."""
-    count, beats = PER_ORDER * ceil(max((1, *orders_of(system)))), is_beating(system.error)
+    orders = tuple(orders_of(system))
+    count, beats = PER_ORDER * ceil(max((1, *orders))), any(order % 1 for order in orders)
     angles = 2.0 * np.pi * np.arange(MANY * count if beats else count) / count
     twist = (system.excitation.torque(angles) - point.mean_torque) / (point.stiffness if point.stiffness > 0.0 else inf)
     error = system.error.value(angles) + twist + 0.0 * angles

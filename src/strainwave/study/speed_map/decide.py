@@ -22,7 +22,18 @@ from ...drive.postures import Posture
 from ...drive.project import Project
 from .motions import OMEGA, OSCILLATION, UnderLoad
 from .rules import Bands, Rules, Span, bands_of, none, windows, with_ratings
-from .under_load import APART, CampbellLine, Case, campbell, case_of, extended, main_curve, under_load, untried
+from .under_load import (
+    APART,
+    CampbellLine,
+    Case,
+    campbell,
+    case_of,
+    extended,
+    is_searched,
+    main_curve,
+    under_load,
+    untried,
+)
 
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to load
 NEAR = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
@@ -184,10 +195,10 @@ def under_each(project: Project, name: str, values: Floats, rows: Sequence[LoadC
 def with_ends_of_jumps(project: Project, span: Span) -> list[float]:
     """Torques of the load's range, and more of them where jumps of the curve begin or end between two.
 
-    Curves with memory, and those of beats, take too long for it.
+    Curves with memory, and those beside which no other motions are looked for, take too long for it.
     """
     torques = spread(project)
-    if len(torques) == 1 or project.has_memory or project.is_beating:
+    if len(torques) == 1 or project.has_memory or not is_searched(project.system(reduced=True)):
         return torques
     known = {torque: _jumps(project, span, torque) for torque in torques}
     for _ in range(HALVINGS):

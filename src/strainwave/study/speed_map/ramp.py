@@ -13,7 +13,6 @@ from ...drive.operating_point import with_mean_torques
 from ...drive.project import Project
 from ...drive.response import damping_of
 from ...drive.run import DriveRun, drive_run
-from ...drive.train_curve import follows_its_angle
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
@@ -93,7 +92,7 @@ def ramp_beside(project: Project) -> Motions | None:
     Such a torque follows the angle of the load, as gravity does.
     """
     train = project.train
-    if train is None or train.motor.free or project.is_beating or not follows_its_angle(train):
+    if train is None or not project.leaves_angle_out:
         return None
     run = ramp_of(train, project.system(reduced=True), project.speeds.limits, project.gear)
     return in_run(run.run, run.begin) if run.run.trajectory.status else None

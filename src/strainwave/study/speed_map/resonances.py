@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from ...base.law import is_spring
+from ...base.protocols import lines_of
 from ...base.results import Floats, SolveError
 from ...drive.response import no_multiple_scales
-from ...drive.two_turns import is_beating
 from ...model.excitation import KinematicError, NoError, mean_torque
 from ...numerics.operating_point import loaded_state
 from ...theory.slow_flow.flow import slow_flow
@@ -140,12 +140,12 @@ class Regime:
 
 def equation_orders(equation: Any) -> tuple[float, ...]:
     """Orders that the error equation excites, those of two turns included."""
-    if not is_beating(equation.error):
-        return active_orders(equation)
-    lines = [line for line in equation.error.lines if line.amplitude]
-    whole = tuple(line for line in lines if not line.order % 1)
-    once = equation._replace(error=KinematicError(whole) if whole else NoError())
-    return (*active_orders(once), *(line.order for line in lines if line.order % 1))
+    lines = [line for line in lines_of(equation.error) if line.amplitude]
+    slow = tuple(line.order for line in lines if line.order % 1)
+    if slow:
+        once = tuple(line for line in lines if not line.order % 1)
+        equation = equation._replace(error=KinematicError(once) if once else NoError())
+    return (*active_orders(equation), *slow)
 
 
 def operating_point(system: Any) -> OperatingPoint:

@@ -125,7 +125,7 @@ def _searched(
         orbit = solved(system, seed, most) if followed else None
         if orbit is not None and not _on(curves, orbit):
             reach = _reach(seed, span, whole_range)
-            curves, new = (*curves, follow(system, orbit, reach, known_curves[0].every, case.train)), [*new, seed]
+            curves, new = (*curves, follow(system, orbit, reach, known_curves[0].every, case.level)), [*new, seed]
             effort += _effort(curves[-1])
         elif orbit is None and whole:
             apart = _loose(system, seed, 0.5 * (high - low), curves)

@@ -16,7 +16,6 @@ from ...drive.load_cases import LoadCase
 from ...drive.postures import Posture
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
-from ...drive.two_turns import is_beating
 from .avoid import out_of_reach
 from .decide import POSTURE, Decision, decide, lines_of, resonances_of, under_each
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
@@ -150,7 +149,7 @@ def speed_map(
         remarks=(*_remarks(decided, lines, search), *warnings, *_without(decided.load_cases, project)),
         failures=failures,
         postures=tuple(names) if name == POSTURE else (),
-        smallest=smallest if project.is_beating else None,
+        smallest=smallest if any(motions.branch.beat for own in by_load for motions in own.curves) else None,
         shaft=project.speeds.base,
         run_up=_run_up(project, decided) if search and default else None,
     )
@@ -263,8 +262,7 @@ def _remarks(decided: Decision, lines: list[CampbellLine], search: bool) -> tupl
     cases, by_load, name, span, rules = decided.cases, decided.found, decided.name, decided.span, decided.rules
     remarks = [remark for loaded in by_load if loaded.curves for remark in loaded.remarks]
     if still := ", ".join(f"{loaded.load:g}" for loaded in by_load if not loaded.curves):
-        repeats = "" if is_beating(cases[0].equation.error) else " that repeats with every turn"
-        remarks.append(f"no stable steady motion{repeats} is known with a {name} of {still}")
+        remarks.append(f"no stable steady motion is known with a {name} of {still}")
     if not search or not all(case.searched for case in cases):
         remarks.append("separate branches (subharmonics) were not searched")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import depends, is_spring, states_of, torque_of
+from ...base.protocols import orders_of
 from ...base.quantities import number as real
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, number
@@ -19,10 +20,9 @@ from ...drive.drive_response import DriveResponse
 from ...drive.jumps import doubled_spans
 from ...drive.project import Project
 from ...drive.reductions import left_out
-from ...drive.response import exact_response
 from ...drive.state_space import state_space
-from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, train_curve, without_gravity
-from ...drive.two_turns import A_TURN, NONE_STABLE, beat_said, beating_response, is_beating
+from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, without_gravity
+from ...drive.two_turns import A_TURN, beat_said, equation_curve, train_motions
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator
@@ -66,14 +66,24 @@ class Case(NamedTuple):
     @property
     def system(self) -> Any:
         """What is integrated: the error equation where that is the drive, or the whole train."""
-        if self.train is None or (self.train.motor.held and not left_out(self.train)):
+        if self.level is None or (self.level.motor.held and not left_out(self.level)):
             return self.equation
-        return AtLoad(self.train, self.train.omega)
+        return AtLoad(self.level, self.level.omega)
+
+    @property
+    def level(self) -> DriveTrain | None:
+        """The train without gravity, whose motions repeat with every turn."""
+        return self.train and without_gravity(self.train)
 
     @property
     def searched(self) -> bool:
-        """Whether other motions are looked for: at constant damping and stiffness, where motions do not beat."""
-        return isinstance(self.equation, Oscillator) and not is_beating(self.equation.error)
+        """Whether other motions are looked for."""
+        return is_searched(self.equation)
+
+
+def is_searched(equation: Any) -> bool:
+    """Whether other motions are looked for: at constant damping and stiffness, where a motion repeats with a turn."""
+    return isinstance(equation, Oscillator) and not any(order % 1 for order in orders_of(equation))
 
 
 def slowest(case: Case) -> float:
@@ -97,11 +107,8 @@ def case_of(project: Project, load: float, span: Span) -> Case:
     train = project.train
     if train is not None:
         refuse_free(train)
-        steady = train if project.is_beating else without_gravity(train)
-        train = steady._replace(omega=equation.omega) if has_curve(train) else None
-    followed = project.train is None or project.is_beating
-    whole = project.whole if train is None and followed else None
-    return Case(load, equation, point, train, whole, project.motor == "held")
+        train = train._replace(omega=equation.omega) if has_curve(train) else None
+    return Case(load, equation, point, train, project.whole if train is None else None, project.motor == "held")
 
 
 def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
@@ -112,17 +119,13 @@ def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
     SolveError
         If no stable periodic motion is found.
     """
-    curve: DriveResponse | None
-    if is_beating(case.equation.error):
-        curve = beating_response(case.train or case.whole, span, level)
-    elif case.train is not None:
-        curve = train_curve(case.train, span, coexisting=False)
+    if case.train is not None:
+        curve = train_motions(case.train, span, level, coexisting=False)
     else:
         others = searched(case.equation.law)
-        curve = exact_response(case.equation, span, coexisting=others, has_reference=case.held, train=case.whole)
+        curve = equation_curve(case.equation, span, level, case.whole, coexisting=others, has_reference=case.held)
     if curve is None or curve.sweep is None:
-        none = NONE_STABLE if is_beating(case.equation.error) else NO_MOTION
-        raise SolveError(none if curve is None or len(curve.curve) else curve.message)
+        raise SolveError(NO_MOTION if curve is None or len(curve.curve) else curve.message)
     return curve
 
 
@@ -141,7 +144,7 @@ def under_load(
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     loaded = of_curve(response, slow, case.load, gcd(*active_orders(case.equation)) or 1 if case.searched else 1)
-    if is_beating(case.equation.error):
+    if response.curve.beat is not None:
         said = (*loaded.remarks, _beat(case.train or case.whole, span), *filter(None, (response.rounding,)))
         loaded = replace(loaded, remarks=said)
     if apart is None or not case.searched:
@@ -293,9 +296,10 @@ def stiffnesses(case: Case, largest: float) -> tuple[Floats, Floats]:
 def resonances(case: Case, stiffness: Floats) -> list[Floats]:
     """Natural frequencies [rad/s] and damping ratios (2, modes) with each stiffness [N*m/rad] as the gear's law."""
     natural = np.sqrt(np.maximum(stiffness, 0.0) / case.equation.J)
-    if case.train is None or case.system is case.equation:
+    train = case.level
+    if train is None or case.system is case.equation:
         return [np.array([[omega], [0.0]]) for omega in natural.tolist()]
-    train, unit = without_gravity(case.train), float(np.max(np.abs(stiffness), initial=0.0)) or 1.0
+    unit = float(np.max(np.abs(stiffness), initial=0.0)) or 1.0
     once = state_space(train._replace(law=Linear(unit)), speed=train.omega).A
     twice = state_space(train._replace(law=Linear(2.0 * unit)), speed=train.omega).A
     every = np.linalg.eigvals(once + (stiffness / unit - 1.0)[:, None, None] * (twice - once))

@@ -15,8 +15,8 @@ from ...base.results import Floats, SolveError
 from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.loops.linear_control import control_parts
 from ...drive.project import Project
-from ...drive.train_curve import FEW, Crest, largest_crest
-from ...drive.two_turns import BeatCrest, drive_curve, largest_beat
+from ...drive.train_curve import FEW, Crest
+from ...drive.two_turns import BeatCrest, drive_curve, top_of
 from ...model.controllers.closed_loop import Sampling
 from ..move.move import move
 from ..move.profiles import path_of
@@ -291,11 +291,7 @@ class Trial:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
         train, speeds = drive.train, drive.speeds.limits
         if train is not None and self.harmonics is not None:
-            top: Any = None
-            if not drive.is_beating:
-                top = largest_crest(train, speeds, self.harmonics, False)
-            elif not self.full:
-                top = largest_beat(train, speeds)
+            top = top_of(train, speeds, self.harmonics, False)
             if top:
                 self._keep(top, place)
             if not self.full:

@@ -120,7 +120,7 @@ def test_what_is_beyond_the_number_of_drives_is_left_out_and_named():
 
 def test_other_gears_come_first_so_that_no_number_of_drives_leaves_them_out():
     gear = sw.catalogue.gear("CSG-40-80")
-    drive = replace(project(), gear=gear, drive=gear.drive(load_inertia=J, B=B))
+    drive = replace(project(), gear=gear, subject=gear.drive(load_inertia=J, B=B).train(control=sw.train.Held()))
     subject, response = Subject(SYSTEM, None, SPEEDS, drive), exact_response(SYSTEM, SPEEDS)
     known = [knob.what for knob in every_knob(subject, response, 100.0)]
     others = [what for what in known if what.startswith("next ")]

@@ -193,7 +193,7 @@ def test_the_neighbours_of_a_gear_are_of_its_series():
 def test_another_gear_keeps_hysteresis_loop_and_speeds_of_the_load():
     subject = subject_of()
     law = sw.Parallel(GEAR.law, sw.BoucWen(6e4, 0.0, 8e-5))
-    project = replace(subject.project, drive=subject.project.drive._replace(law=law))
+    project = replace(subject.project, subject=subject.project.subject._replace(law=law))
     changed = with_gear(subject, project, sw.catalogue.gear("CSG-40-80"))
     train = changed.train
     assert changed.speeds == pytest.approx((1.6 * SPEEDS[0], 1.6 * SPEEDS[1]))
@@ -206,11 +206,11 @@ def test_ratios_of_one_stiffness_are_other_gears_too_and_a_law_of_the_users_own_
     old, new = sw.catalogue.gear("CSG-40-80"), sw.catalogue.gear("CSG-40-100")
     assert old.law == new.law
     subject = subject_of()
-    drive = subject.project.drive._replace(N=80.0, law=old.law)
-    changed = with_gear(subject, replace(subject.project, gear=old, drive=drive), new)
+    drive = subject.project.subject._replace(N=80.0, law=old.law)
+    changed = with_gear(subject, replace(subject.project, gear=old, subject=drive), new)
     assert (100.0, HAND["B"]) == (changed.train.N, changed.train.B)
     assert changed.speeds == pytest.approx((1.25 * SPEEDS[0], 1.25 * SPEEDS[1]))
-    own = replace(subject.project, gear=old, drive=drive._replace(law=sw.Linear(1e5)))
+    own = replace(subject.project, gear=old, subject=drive._replace(law=sw.Linear(1e5)))
     assert with_gear(subject, own, new) == "the drive has another law than the catalogue's"
 
 

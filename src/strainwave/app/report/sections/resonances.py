@@ -116,7 +116,7 @@ def speed_of(row: dict[str, Any]) -> Sentence:
 def _remark(view: View) -> str | Sentence:
     """Why no resonance is listed; where motions beat, the speeds of small oscillations."""
     omega_0, orders = view.analysis.point.omega_0, equation_orders(view.analysis.system)
-    if not (view.project.is_beating and omega_0 and orders):
+    if not (omega_0 and any(order % 1 for order in orders)):
         return NO_STIFFNESS
     met = listed(Sentence("order {} at {}", number(k, 5), Speed(omega_0 / k, digits=5)) for k in orders)
     text = "multiple scales describes motions that repeat with every turn, and these beat; small oscillations meet {}."
