@@ -95,10 +95,10 @@ def settled(
     places, start, turns, skipped = np.arange(lanes), y0, 0, settle
     while True:
         varied: dict[str, Any] = {path: np.broadcast_to(v, (lanes,))[places] for path, v in parameters.items()}
-        run, _ = lanes_run(
+        run = lanes_run(
             system, varied, tuple(start), periods=SEEN, settle=skipped, measures=(Extremes(), Final()), method=method,
             threads=threads, most=most if turns else most / 8.0,
-        )  # fmt: skip
+        ).variables  # fmt: skip
         turns += skipped + SEEN
         result.state[:, places] = run["final"].values
         result.period[places] = run["period"].values
@@ -127,10 +127,10 @@ def stretching(system: System, state: Floats) -> Floats:
     method, rates, turns = None, [], STRETCHES + UNCOUNTED
     for _ in range(turns):
         start = np.concatenate([state, state + away], axis=1)
-        ridden, _ = lanes_run(system, {}, tuple(start), method=method, **how)
+        ridden = lanes_run(system, {}, tuple(start), method=method, **how).variables
         if method is None:
             fixed = "steps" in ridden
-            steps = int(2 * ridden["steps"].max()) if fixed else 0
+            steps = int(2 * ridden["steps"].values.max()) if fixed else 0
             if steps > MOST_STRETCHED:
                 raise SolveError(
                     f"{turns} turns of {steps} steps, which tell whether a motion is chaotic, are too many: at most "

@@ -14,14 +14,15 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace as with_changes
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.law import breakpoints_of, repeating, torsion
 from ...base.protocols import System, lacking, names_of, omega_of, order_of, prepared, with_parts
-from ...base.quantities import parameters, positive_count, replace
+from ...base.quantities import parameters as parameters_of
+from ...base.quantities import positive_count, replace
 from ...base.results import Floats, SolveError
 from ...compile.lanes import LANES
 from ...compile.tree import leaves, mapped
@@ -44,23 +45,28 @@ SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: thei
 EXPLODING = 100_000  # steps a period at most, for lanes that explode
 FINEST = 10_000_000  # steps a period at first
 
+LANE = ("lane",)
 REST = 1e-15  # what is smaller than this share of the initial state has come to rest
 
 
-def dataset_of(
-    system: System, varied: dict[str, Floats], batch: Batch, block: Block, measures: Any, method: Method
-) -> "xr.Dataset":
-    """Variables over the lanes, with units, from what came of them."""
-    import xarray as xr  # a speed map asks for an ensemble, and a response for neither
+class Variable(NamedTuple):
+    """Values over the lanes, the last of its dimensions, with unit and remarks: what xarray makes a variable of."""
 
+    dims: tuple[str, ...]
+    values: Any
+    attrs: dict[str, Any]
+
+
+def variables_of(
+    system: System, batch: Batch, block: Block, measures: Any, method: Method
+) -> dict[str, Variable]:  # fmt: skip
+    """Variables over the lanes, with units, from what came of them."""
     periods = batch.settle + batch.periods
     good, short = block.ended == periods, block.ended < 0.0
     ended = np.where(short, -1.0 - block.ended, block.ended)
     turn = 2.0 * np.pi / batch.omega
-    units = {p.path: p.unit for p in parameters(system)}
-    names = names_of(system) or [f"y{i}" for i in range(len(batch.y0))]
     angle = {} if lacking(system, "torsion") else {"units": "rad"}
-    data = xr.Dataset(coords={path: ("lane", v, {"units": units[path]}) for path, v in varied.items()})
+    data: dict[str, Variable] = {}
     row = 0
     for measure in batch.measures:
         n = len(leaves(measure.start()))
@@ -68,18 +74,17 @@ def dataset_of(
             variables = measure.results(block.sums[row : row + n], batch.periods * turn)
         row += n
         for name, values in variables.items():
-            data[name] = ("lane", np.where(good, values, np.nan), _unit(measure, angle))
+            data[name] = Variable(LANE, np.where(good, values, np.nan), _unit(measure, angle))
     for measure in measures:
         if not lacking(measure, "of_end"):
             for name, values in measure.of_end(np.where(good, block.last[-1], np.nan)).items():
-                data[name] = (("state", "lane")[-np.ndim(values) :], values, _unit(measure, {}))
-    if "state" in data.dims:
-        data = data.assign_coords(state=list(names))
+                data[name] = Variable(("state", *LANE)[-np.ndim(values) :], values, _unit(measure, {}))
     status = np.where(short, 2, np.where(good, 0, 1)).astype(np.int8)
     meaning = "0 finished, 1 left every bound, 2 stopped: more steps than the method's max_steps (raise it, or rtol)"
-    data["status"] = ("lane", status, {"meaning": meaning})
-    data["ended"] = ("lane", ended * turn, {"units": "s", "long_name": "bounded until"})
-    data["period"] = ("lane", _periods_of(batch, block, good, method), {"units": "turn", "long_name": "0: not settled"})
+    data["status"] = Variable(LANE, status, {"meaning": meaning})
+    data["ended"] = Variable(LANE, ended * turn, {"units": "s", "long_name": "bounded until"})
+    turns = _periods_of(batch, block, good, method)
+    data["period"] = Variable(LANE, turns, {"units": "turn", "long_name": "0: not settled"})
     return data
 
 
@@ -167,18 +172,34 @@ def ensemble(
     Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.5.
     """
     system = repeating("ensemble", with_parts("ensemble", system, "rhs"))
-    data, estimates = lanes_run(
+    run = lanes_run(
         system, parameters, y0, periods=periods, settle=settle, measures=measures, method=method, threads=threads
     )
-    estimates()
-    return data
+    run.estimate()
+    import xarray as xr  # its import takes longer than many an ensemble, and those of a speed map are arrays
+
+    units = {p.path: p.unit for p in parameters_of(system)}
+    coordinates: dict[str, Any] = {path: (LANE, v, {"units": units[path]}) for path, v in run.varied.items()}
+    if any("state" in variable.dims for variable in run.variables.values()):
+        coordinates["state"] = list(names_of(system) or [f"y{i}" for i in range(run.states)])
+    return xr.Dataset(run.variables, coordinates, run.attrs)
+
+
+class Run(NamedTuple):
+    """Variables of an ensemble, the varied parameters, their number of states, and what is said of all."""
+
+    variables: dict[str, Variable]
+    varied: dict[str, Floats]
+    states: int
+    attrs: dict[str, Any]
+    estimate: Callable[[], None]
 
 
 def lanes_run(
     system: System, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
     method: Method | None, threads: int | None, most: float = math.inf,
-) -> tuple["xr.Dataset", Callable[[], None]]:  # fmt: skip
-    """Dataset of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes.
+) -> Run:  # fmt: skip
+    """Variables of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes.
 
     Fixed steps of all lanes are at most `most` (SolveError).
     """
@@ -190,16 +211,16 @@ def lanes_run(
     threads = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     members = replace(system, varied)
     found, steps = _run(batch, members, chosen, threads, most)
-    data = dataset_of(system, varied, batch, found, measures, chosen)
-    data.attrs |= {"method": str(chosen), "periods": periods, "settle": settle}
+    data = variables_of(system, batch, found, measures, chosen)
     if not chosen.adaptive:
-        data["steps"] = ("lane", steps, {"long_name": "steps per period"})
+        data["steps"] = Variable(LANE, steps, {"long_name": "steps per period"})
 
-    def estimates() -> None:
+    def estimate() -> None:
         if not chosen.adaptive:
-            _add_error_estimates(data, batch, chosen, steps, measures, system, varied, threads)
+            _add_error_estimates(data, batch, chosen, steps, measures, system, threads)
 
-    return data, estimates
+    said = {"method": str(chosen), "periods": periods, "settle": settle}
+    return Run(data, varied, len(states), said, estimate)
 
 
 def _batch(
@@ -324,7 +345,7 @@ def _march_all(batch: Batch, steps: Any, method: Method, threads: int) -> Block:
 
 
 def _add_error_estimates(
-    data: "xr.Dataset", batch: Batch, method: Any, steps: Any, measures: Any, system: System, varied: dict[str, Floats],
+    data: dict[str, Variable], batch: Batch, method: Any, steps: Any, measures: Any, system: System,
     threads: int,
 ) -> None:  # fmt: skip
     """Run a sample of lanes with half the step and say by how much every measure changes at most.
@@ -341,10 +362,9 @@ def _add_error_estimates(
     part = _some(batch, sample)
     finer = _march_all(part, 2 * steps[sample], method, threads)
     factor = 2.0 if kinks else 1.0 / (1.0 - 0.5**4)  # of the error to its change
-    few = dataset_of(system, {p: v[sample] for p, v in varied.items()}, part, finer, measures, method)
-    for name in few:
-        if few[name].dtype.kind == "f" and name != "ended":
-            change = np.abs(few[name].values - data[name].isel(lane=sample).values)
+    for name, few in variables_of(system, part, finer, measures, method).items():
+        if few.values.dtype.kind == "f" and name != "ended":
+            change = np.abs(few.values - data[name].values[..., sample])
             largest = float(np.nanmax(change)) if np.any(np.isfinite(change)) else 0.0
             data[name].attrs["error_estimate"] = factor * largest
 
