@@ -33,6 +33,7 @@ def project(mode=LOOP, torque="0.3"):
     return from_text(text, Path("table.yaml"))
 
 
+@pytest.mark.slow
 def test_an_analysis_has_the_largest_torques_of_the_move_of_the_file():
     report = write(project())
     moved, motor = report.view.analysis.moved, report.results["required_motor"]["torque_Nm"]
@@ -44,6 +45,7 @@ def test_an_analysis_has_the_largest_torques_of_the_move_of_the_file():
     assert f"{moved.peak_motor_torque:.4g} N·m  largest torque of the motor in the move of the file" in report.summary
 
 
+@pytest.mark.slow
 def test_a_limit_that_the_move_of_the_file_passes_is_in_the_verdict():
     weak, strong = write(project(torque="0.1")), write(project(torque="0.2"))
     assert strong.view.analysis.verdict.answer is Answer.ALL_RIGHT
@@ -56,6 +58,7 @@ def test_a_limit_that_the_move_of_the_file_passes_is_in_the_verdict():
     assert "above its limit of 0.1 N·m" in weak.results["verdict"]["answers"]["move of the file"]
 
 
+@pytest.mark.slow
 def test_an_analysis_says_why_the_move_of_the_file_is_missing():
     analysis = project(mode="mode: free").analyze(advice=False)
     assert analysis.moved is None

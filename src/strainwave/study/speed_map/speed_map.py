@@ -22,7 +22,7 @@ from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .ramp import ramp_beside
 from .result import JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import Rules, Span, as_intervals, bands_of, beyond_ratings, common, holds, rules_of, vendor_rules
-from .under_load import CampbellLine, Case, case_of, under_load
+from .under_load import CampbellLine, Case, case_of, is_searched, under_load
 
 CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
 QUANTILES = (0.05, 0.5, 0.95)
@@ -263,7 +263,7 @@ def _remarks(decided: Decision, lines: list[CampbellLine], search: bool) -> tupl
     remarks = [remark for loaded in by_load if loaded.curves for remark in loaded.remarks]
     if still := ", ".join(f"{loaded.load:g}" for loaded in by_load if not loaded.curves):
         remarks.append(f"no stable steady motion is known with a {name} of {still}")
-    if not search or not all(case.searched for case in cases):
+    if not search or not all(is_searched(case.equation) for case in cases):
         remarks.append("separate branches (subharmonics) were not searched")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}
     if idle := sorted({line.order for line in lines} - met):
