@@ -4,7 +4,7 @@ A posture takes the place of the load's inertia, of the torque of gravity and of
 loop and damping stay those of the project. Gravity is constant in a posture.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import cos
 from typing import NamedTuple
@@ -43,6 +43,13 @@ class Posture(NamedTuple):
             return loaded
         K = number("Posture.coupling [N*m/rad]", self.coupling, positive=True)
         return replace(loaded, subject=_coupled(loaded.subject, K))
+
+
+def refuse_twice(rows: Sequence[Posture]) -> None:
+    """Refuse two postures of one name (ValueError)."""
+    names = [row.name for row in rows if row.name]
+    if twice := next((name for name in names if names.count(name) > 1), ""):
+        raise ValueError(f"two postures have the name {twice!r}; give each of them another")
 
 
 def titled(number: float, name: str) -> str:

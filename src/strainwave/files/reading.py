@@ -14,6 +14,7 @@ from ..base.sentences import printable
 from ..base.units import Speeds
 from ..drive.asked import MotorLimits, mean_of
 from ..drive.loop_margin import unstable
+from ..drive.postures import refuse_twice
 from ..drive.project import Project
 from ..model.drive import Drive
 from ..model.error_spectrum import LoadedError, accuracy_spectrum
@@ -249,6 +250,7 @@ def from_located(located: Located, text: str, path: Path) -> Project:
     project = replace(project, sources=sources_of(located.content, spec, project.gear))
     project = replace(project, notes=(*project.notes, *posture_note(project)))
     try:
+        refuse_twice(rows)
         for row in rows:
             row.on(project)
     except ValueError as error:

@@ -118,3 +118,18 @@ def test_a_move_in_every_posture_names_the_worst():
     assert facts["passes"] is (not failing)
     with pytest.raises(ValueError, match="there are no postures"):
         sw.move_postures(replace(project, postures=()), profile)
+
+
+def test_a_posture_that_the_law_cannot_carry_is_named():
+    law = "{type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.5 mrad}"
+    text = f"""
+gear: {{ratio: 50, law: {law}}}
+motor: {{inertia: 6 kg*cm^2, mode: held}}
+load: {{inertia: 1.3 kg*m^2}}
+damping: {{B: 36 N*m*s/rad}}
+speed: {{from: 600 rpm, to: 2400 rpm, shaft: motor}}
+excitation: {{kinematic_error: [{{order: 2, amplitude: 23 arcsec}}]}}
+postures: [{{inertia: 1 kg*m^2}}, {{name: out, inertia: 1 kg*m^2, torque: 100 N*m}}]
+"""
+    with pytest.raises(sw.SolveError, match=r"^posture 2 \(out\): BoucWen carries at most -30 N\*m"):
+        sw.speed_map(from_text(text, Path("arm.yaml")), search=False)

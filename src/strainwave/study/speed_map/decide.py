@@ -18,7 +18,7 @@ from ...base.quantities import numbers, positive_count, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import silent
 from ...drive.load_cases import LoadCase, cases_of, in_posture, spread
-from ...drive.postures import Posture
+from ...drive.postures import Posture, refuse_twice
 from ...drive.project import Project
 from .motions import OMEGA, OSCILLATION, UnderLoad
 from .rules import Bands, Rules, Span, bands_of, none, windows, with_ratings
@@ -127,7 +127,7 @@ def decide(
     values, name, of_project = loads_of(project, span, loads, load_inertias, postures)
     variants = under_each(project, name, values, of_project)
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
-    cases = [case_of(variant, value, span) for variant, value in zip(variants, values.tolist(), strict=True)]
+    cases = [_case(*each, span) for each in zip(variants, values.tolist(), of_project, strict=True)]
     computed, found = _all_motions(cases, span, search, count, rules, progress)
     apart = _apart(len(cases))
     cases, variants = [cases[i] for i in computed], [variants[i] for i in computed]
@@ -143,6 +143,13 @@ def decide(
         span, rules, name, values[computed], rows, tuple(variants), tuple(cases),
         tuple(found), tuple(bands), tuple(moving), allowed, quiet, tuple(faults), len(values),
     )  # fmt: skip
+
+
+def _case(variant: Project, value: float, row: LoadCase, span: Span) -> Case:
+    try:
+        return case_of(variant, value, span)
+    except SolveError as error:
+        raise SolveError(f"{row.name}: {error}") from None
 
 
 def _bands(
@@ -163,6 +170,7 @@ def loads_of(
     if given[1:]:
         raise ValueError(f"{' and '.join(given[:2])} are both given; give one of them")
     if postures:
+        refuse_twice(postures)
         rows = tuple(in_posture(project, i, row) for i, row in enumerate(postures, 1))
         return np.arange(1.0, len(rows) + 1.0), POSTURE, rows
     if load_inertias is not None:

@@ -240,6 +240,7 @@ class SpeedMap(Result):
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of a map, once."""
         rules, scatter, loads = self.rules, self.scatter, range(len(self.loads))
+        passed = np.empty((0, 2)) if self.run_up is None else self.run_up
         return (
             Fact("failures", self.failures, "FAIL: {}"),
             Fact("shaft", self.shaft),
@@ -258,7 +259,7 @@ class SpeedMap(Result):
             Fact("allowed_under_every_load_rad_per_s", self.windows),
             Fact("", listed(self.windows, self.axis) or "no speed", "allowed under every load: {}"),
             Fact("run_up_adds_rpm", self.run_up),
-            Fact("", "" if self.run_up is None else listed(self.run_up, self.axis), "a run-up adds: {}"),
+            Fact("", listed(passed, self.axis) or "no speed", "" if self.run_up is None else "a run-up adds: {}"),
             Fact("units", None if scatter is None else scatter.units),
             Fact("allowed_for_every_unit_rpm", self.unit_windows),
             Fact("worst_unit_arcsec", None if scatter is None else float(np.max(scatter.worst))),
