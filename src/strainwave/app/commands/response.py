@@ -53,8 +53,7 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
         sure = None
         if output is None or as_json or output.suffix in FIGURES:  # a CSV file has no range for assumed numbers
             progress.show("range for assumed numbers", 0.2)
-            with light_as_python():
-                sure = drive.sureness
+            sure = drive.sureness  # of many curves, for which machine code pays
         if output is not None:
             progress.show("writing", 0.8)
             _write(drive, curve, output)
