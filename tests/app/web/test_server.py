@@ -333,6 +333,25 @@ def test_chunks_beyond_the_cap_and_broken_ones_are_refused(port):
     assert answered(port, head(port, transfer_encoding="chunked"), b"zz\r\n")[0] == 400
 
 
+def test_no_part_of_an_answer_waits_for_an_acknowledgement():
+    async def option():
+        served, seen = asyncio.get_running_loop().create_future(), []
+
+        class Protocol(asyncio.Protocol):
+            def connection_made(self, transport):
+                accepted = transport.get_extra_info("socket")
+                seen.append(accepted.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY))
+                served.set_result(None)
+
+        listener, port = server.listening(8995)
+        async with await asyncio.get_running_loop().create_server(Protocol, sock=listener):
+            with socket.create_connection(("127.0.0.1", port)):
+                await asyncio.wait_for(served, PATIENCE)
+        return seen
+
+    assert asyncio.run(option())[0]
+
+
 def test_taken_port_gives_the_next_one():
     first, own = server.listening(8990)
     first.listen(1)
