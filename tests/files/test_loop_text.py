@@ -41,7 +41,7 @@ def having(text, core=None, filters=()):
     own, about = apart(read.whole.motor.control)
     control = around(core or own, **about | {"filters": (*about.get("filters", ()), *filters)})
     train = read.train.with_motor(control=control)
-    written = sw.project_text(replace(read, train=train, whole=train))
+    written = sw.project_text(replace(read, subject=train))
     found = apart(from_text(written, Path("axis.yaml")).whole.motor.control)[0]
     np.testing.assert_allclose(found, core or own, rtol=1e-9)
     return written

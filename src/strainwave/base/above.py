@@ -15,7 +15,7 @@ ROOT = __package__.partition(".")[0]
 HOMES = {
     "figures": "plot.every_figure",
     "analyze": "study.analysis.analyze",
-    "cases_of": "drive.load_cases",
+    "cases_of": "drive.postures",
     "draw": "plot",
     "html": "app.notebook",
     "how_sure": "files.variants.sureness",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.protocols import Control, with_parts
-from ..base.quantities import SMALLEST, choice, number, numbers
+from ..base.quantities import SMALLEST, checked, choice, number, numbers
 from ..base.records import Along, Result
 from ..base.results import Complexes, Floats, Orbit
 from ..base.sentences import on_screen
@@ -290,3 +290,19 @@ def _last_stable(grows: Callable[[float], bool], largest: float) -> float | None
         middle = sqrt(low * high)
         low, high = (low, middle) if grows(middle) else (middle, high)
     return low
+
+
+def train_of(project: Any, task: str) -> tuple[str, DriveTrain]:
+    """The whole train of a project, or a train itself, for a purpose in words; and what drives its motor, in words.
+
+    Where the file names no motor it is in the position loop of `motors`. A project without a train is a ValueError.
+    """
+    if isinstance(project, DriveTrain):
+        return "", checked(project)
+    trains: list[tuple[str, DriveTrain]] = list(project.motors().items())
+    if not trains:
+        raise ValueError(
+            "this project has no whole drive train, as its damping or stiffness varies or its speeds are those of a "
+            f"forcing; {task} needs one: leave the variation out, and give the speeds of the motor or the load"
+        )
+    return trains[-1]

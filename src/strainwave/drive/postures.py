@@ -1,4 +1,4 @@
-"""Postures of a machine: what its other joints make of the load of a drive, and the rows of a two-link arm.
+"""Loads under which a drive is asked: postures of its machine, and its own load under the torques of its range.
 
 A posture takes the place of the load's inertia, of the torque of gravity and of the coupling's stiffness. Gains of the
 loop and damping stay those of the project. Gravity is constant in a posture.
@@ -9,12 +9,16 @@ from dataclasses import replace
 from math import cos
 from typing import NamedTuple
 
+import numpy as np
+
 from ..base.quantities import Inertia, Torque, TorsionalStiffness, array_of, checked, number
 from ..model.train import DriveTrain, Elastic
 from .asked import WEIGHT, Length, Mass
 from .project import Project
 
 ROUNDING = 1e-12
+LOADS, WITH_MEMORY = 9, 5  # torques of a range; where a curve of a drive with friction or memory is one of many
+OF_FILE = "load of the file"
 
 
 class Posture(NamedTuple):
@@ -140,3 +144,41 @@ def two_link(
         upright = abs(lever) < ROUNDING * (outer + inner)  # cos(90 deg) is 6e-17
         rows.append(Posture(inertia, 0.0 if upright else -gravity * lever))
     return tuple(rows)
+
+
+class LoadCase(NamedTuple):
+    """A load of a drive: its name, inertia [kg*m^2] behind all couplings, mean torque [N*m], and its posture.
+
+    Without a posture it is the load of the file under this torque.
+    """
+
+    name: str
+    inertia: float
+    torque: float
+    posture: Posture | None = None
+
+    def on(self, project: Project) -> Project:
+        """The project with this load."""
+        return project.under(self.torque) if self.posture is None else self.posture.on(project)
+
+
+def cases_of(project: Project, torques: Sequence[float] | None = None) -> tuple[LoadCase, ...]:
+    """Every load of a project: its postures, and its own load under torques [N*m], by default those of `spread`."""
+    J = project.drive.J_l if project.whole is None else project.whole.load.end().J
+    of_file = f"{OF_FILE}, " if project.postures else ""
+    own = spread(project) if torques is None else torques
+    rows = [LoadCase(f"{of_file}{torque:.4g} N*m", J, torque) for torque in own]
+    posed = [in_posture(project, i, row) for i, row in enumerate(project.postures, 1)]
+    return (*posed, *rows)
+
+
+def in_posture(project: Project, number: int, row: Posture) -> LoadCase:
+    """The load of a project in a posture."""
+    torque = project.mean_load_torque if row.torque is None else row.torque
+    return LoadCase(titled(number, row.name), row.inertia, torque, row)
+
+
+def spread(project: Project, count: int = LOADS) -> list[float]:
+    """Torques [N*m] spread over those of the load."""
+    low, high = project.other_loads
+    return list(map(float, np.linspace(low, high, count if low < high else 1)))

@@ -28,10 +28,10 @@ from .loop_margin import motor_name
 from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
 from .reductions import THE_LOOP, beyond_equation, left_out
 from .response import POINTS, UNDAMPED, exact_response, loses_energy
+from .steady import is_beating
 from .train_curve import (
     NO_MOTION,
     as_train,
-    follows_its_angle,
     has_curve,
     refuse_free,
     torques_of_angle,
@@ -39,7 +39,7 @@ from .train_curve import (
     without_gravity,
 )
 from .train_curve import POINTS as OF_TRAIN
-from .two_turns import beating_response, is_beating
+from .two_turns import beating_response
 
 OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode", "hysteresis")
 SURE = 3  # digits of what rests on an assumed one of these
@@ -58,15 +58,13 @@ class Project:
     text : str
         Its content, for the record.
     subject : DriveTrain
-        The whole drive train at constant speed: motor with its loop, gear, load, torques and kinematic error. `drive`,
-        `whole`, `train`, `motor`, the torques and the kinematic error are views of it.
+        The whole drive train at constant speed, with its torques and its kinematic error; `drive` and others are views.
     gear : Gear or None
         The record of the catalogue or of the user's own file, or None for an explicit law.
     speeds : Speeds
         The range of speeds (`from`, `to`) or the single ones (`at`) of the file, and their shaft.
     notes : tuple of str
-        Sentences for the reader: doubts about the catalogue data, a motor inertia that cannot be right. What the run
-        asks of the gear beyond its limits is in the analysis.
+        Sentences for the reader: doubts about the catalogue data, a motor inertia that cannot be right.
     damping, stiffness : GearDamping, Variation or None
         The damping, and the factor of the stiffness over the base angle, where they vary; `drive` has the sizes.
     rated_torque, limit : float or None
@@ -76,18 +74,15 @@ class Project:
     motor_named : bool
         Whether the file gives a mode or a loop of the motor; else the ideally held one is an assumption.
     scatter, correlation
-        Numbers of the file that scatter from drive to drive with their standard deviations relative to themselves, of
-        phases in rad; their correlation matrix, None where they are independent.
-    motor_limits : MotorLimits or None
-        Largest torque [N*m] and speed [rad/s] of the motor, where the file gives them.
-    move, sampling : Task, Sampling or None
+        Numbers of the file that scatter with their standard deviations relative to themselves, of phases in rad; their
+        correlation matrix, None where they are independent.
+    motor_limits, move, sampling : MotorLimits, Task, Sampling or None
+        Largest torque [N*m] and speed [rad/s] of the motor.
         What the file asks of a move; samples and encoders of the drive's controller, with the motor's largest torque.
     drive_units, postures : tuple of DriveUnit, tuple of Posture
         What 1 of the drive's own parameters is; loads of the drive in the postures of the machine.
-    arrangement : Arrangement or None
-        Members of the gear that are fixed and the output, where the file says it.
-    revision : str
-        Revision of the file with date and author, as the file says them.
+    arrangement, revision : Arrangement or None, str
+        Members of the gear that are fixed and the output; revision of the file, as it says them.
     loaded_error : LoadedError or None
         Lines by torque and direction of motion, where they depend on these.
     sources : tuple of Source
@@ -188,7 +183,7 @@ class Project:
     @property
     def undamped(self) -> str:
         """Sentence on an error equation that loses no energy; empty of every other drive."""
-        return UNDAMPED if not (self.left_out or loses_energy(self._at_middle)) else ""
+        return "" if self.left_out or loses_energy(self._at_middle) else UNDAMPED
 
     @property
     def assumed(self) -> tuple[Source, ...]:
@@ -374,12 +369,6 @@ class Project:
             return None
         return self.equation_response(coexisting=False, points=points)
 
-    @property
-    def leaves_angle_out(self) -> bool:
-        """Whether the steady curve has the mean alone of a torque that follows the angle of the load."""
-        train = self.train
-        return train is not None and not (train.motor.free or self.is_beating) and follows_its_angle(train)
-
     @cached_property
     def sureness(self) -> Any:
         """What the assumed numbers leave open in the response, a `Sureness`; as of `how_sure`."""
@@ -408,21 +397,4 @@ class Project:
 
     def equation_of(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
         """Error equation of another drive, under a constant torque [N*m] of the load or that of the file."""
-        loaded = self if torque is None else self.under(torque)
-        return loaded._system(self.speeds.middle, drive)
-
-
-def train_of(project: Any, task: str) -> tuple[str, DriveTrain]:
-    """The whole train of a project, or a train itself, for a purpose in words; and what drives its motor, in words.
-
-    Where the file names no motor it is in the position loop of `motors`. A project without a train is a ValueError.
-    """
-    if isinstance(project, DriveTrain):
-        return "", checked(project)
-    trains: list[tuple[str, DriveTrain]] = list(project.motors().items())
-    if not trains:
-        raise ValueError(
-            "this project has no whole drive train, as its damping or stiffness varies or its speeds are those of a "
-            f"forcing; {task} needs one: leave the variation out, and give the speeds of the motor or the load"
-        )
-    return trains[-1]
+        return (self if torque is None else self.under(torque))._system(self.speeds.middle, drive)

@@ -33,14 +33,11 @@ from ..numerics.curves.torus_follow import TwoTurns, along, at_speed, newton, wi
 from ..numerics.curves.torus_growth import growth
 from ..numerics.curves.torus_problem import Torus
 from .drive_response import DriveResponse
-from .response import exact_response, sizes_of, sweep_on
+from .response import sizes_of, sweep_on
 from .train_curve import (
-    Crest,
     as_train,
-    largest_crest,
     parts_of_angle,
     torques,
-    train_curve,
     with_rounded_corners,
     without_gravity,
 )  # fmt: skip
@@ -62,11 +59,6 @@ VARIES = (
     "a line of the output's turn is in this drive, and its damping or stiffness varies, or its speeds are those of a "
     "forcing; leave the variation out and give the speeds of the motor or the load, or integrate with simulate"
 )
-
-
-def is_beating(error: Any) -> bool:
-    """Whether lines of a kinematic error belong to the output's turn, or to both, so that motions beat."""
-    return not lacking(error, "lines") and any(line.order % 1 for line in error.lines)
 
 
 def beat_said(train: DriveTrain | None) -> tuple[float, str]:
@@ -282,51 +274,6 @@ def beating_response(
         curve, sweep_on(curve), largest_of_samples(across), largest_of_samples(torque), cubic_means(torque),
         not train.motor.free, False, **sizes_of(motor), rounding=rounding, starts=np.array(starts),
     )  # fmt: skip
-
-
-def drive_curve(train: DriveTrain, speeds: tuple[float, float], **how: Any) -> DriveResponse | None:
-    """As `train_motions`; None where it raises."""
-    try:
-        return train_motions(train, speeds, **how)
-    except SolveError:
-        return None
-
-
-def train_motions(
-    train: DriveTrain, speeds: tuple[float, float], level: float | None = None, **how: Any
-) -> DriveResponse | None:  # fmt: skip
-    """Motions of a train, in one turn or in two: as `train_curve`, or as `beating_response` with points at a level.
-
-    Raises
-    ------
-    SolveError
-        If no motion of two turns is found, or none of them is stable.
-    """
-    if not is_beating(train.error):
-        return train_curve(train, speeds, **how)
-    found = beating_response(train, speeds, level)
-    if found.sweep is None:
-        raise SolveError(NONE_STABLE)
-    return found
-
-
-def equation_curve(
-    equation: Any, speeds: tuple[float, float], level: float | None = None, train: DriveTrain | None = None,
-    **how: Any,
-) -> DriveResponse:  # fmt: skip
-    """Motions of an error equation, as `exact_response`; in two turns those of the `train` that has it."""
-    if is_beating(equation.error):
-        return beating_response(train, speeds, level)
-    return exact_response(equation, speeds, train=train, **how)
-
-
-def top_of(
-    system: Any, speeds: tuple[float, float], harmonics: int | None, coexisting: bool = True, pairs: Any = ()
-) -> "Crest | BeatCrest | None":  # fmt: skip
-    """The largest oscillation of a train or of an error equation, as `largest_crest` or `largest_beat`."""
-    if isinstance(system, DriveTrain) and is_beating(system.error):
-        return largest_beat(system, speeds, pairs)
-    return largest_crest(system, speeds, harmonics, coexisting)
 
 
 class BeatCrest(NamedTuple):

@@ -15,7 +15,7 @@ from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import number, silent
 from ...base.units import Speeds
 from ...compile.jit import load
-from ...drive.load_cases import WITH_MEMORY, spread
+from ...drive.postures import WITH_MEMORY, spread
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
 from ...study.identification.intervals import Interval

@@ -14,7 +14,7 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import listed, number, sign
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
-from ...drive.load_cases import LOADS, WITH_MEMORY, spread
+from ...drive.postures import LOADS, WITH_MEMORY, spread
 from ...drive.project import Project
 from ..fields.groups import ASSUMED
 from ..project_text import project_text

@@ -184,8 +184,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     largest = most_used(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
     loop, no_loop = loop_of(system.law, largest.peak_torque, project.rated_torque)
     parametric, not_searched = parametric_of(system, limits)
-    beats = exact.curve.beat is not None
-    followed = project.train or project.whole if beats else None if curve is None else train
+    followed = project.train or project.whole if exact.curve.beat else None if curve is None else train
     subject = Subject(system, followed, limits, project)
     motor = _asked_of_motor(drive, by_load, study)
     fastest = speeds.given[-1] if speeds.by_motor else None
@@ -253,7 +252,7 @@ def _of_one_turn(
 
     Where motions beat all of it is empty.
     """
-    if exact.curve.beat is not None:
+    if exact.curve.beat:
         if project.response().sweep is None:
             raise SolveError(NONE_STABLE)
         return (), {}, RunUp((), (), np.empty(0), np.empty(0)), ()

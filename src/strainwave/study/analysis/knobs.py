@@ -16,8 +16,8 @@ from ...base.units import ARCSEC
 from ...drive.loop_margin import fastest_growth
 from ...drive.operating_point import mean_torque, with_more
 from ...drive.project import Project
+from ...drive.steady import top_of
 from ...drive.train_curve import in_turns
-from ...drive.two_turns import top_of
 from ...model.drive import Drive
 from ...model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
 from ...model.train.drive_train import DriveTrain

@@ -18,7 +18,7 @@ from ...drive.friction.standstill import Standstill
 from ...drive.loop_margin import Bode, bode
 from ...drive.operating_point import operating_state
 from ...drive.reductions import Reductions, compare_with_train
-from ...drive.two_turns import drive_curve
+from ...drive.steady import drive_curve
 from ...model.excitation import mean_torque
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain

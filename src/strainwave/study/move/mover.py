@@ -18,8 +18,8 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
 from ...drive import asked
 from ...drive.asked import PEAK, RMS, MotorLimits
+from ...drive.loop_margin import train_of
 from ...drive.operating_point import mean_torque, repeats
-from ...drive.project import train_of
 from ...drive.run import holds_its_place
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding

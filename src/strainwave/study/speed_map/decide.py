@@ -17,8 +17,7 @@ from numpy.typing import ArrayLike
 from ...base.quantities import numbers, positive_count, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import silent
-from ...drive.load_cases import LoadCase, cases_of, in_posture, spread
-from ...drive.postures import Posture, refuse_twice
+from ...drive.postures import LoadCase, Posture, cases_of, in_posture, refuse_twice, spread
 from ...drive.project import Project
 from .motions import OMEGA, OSCILLATION, UnderLoad
 from .rules import Bands, Rules, Span, bands_of, none, windows, with_ratings

@@ -13,6 +13,7 @@ from ...drive.operating_point import with_mean_torques
 from ...drive.project import Project
 from ...drive.response import damping_of
 from ...drive.run import DriveRun, drive_run
+from ...drive.steady import leaves_angle_out
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
@@ -92,7 +93,7 @@ def ramp_beside(project: Project) -> Motions | None:
     Such a torque follows the angle of the load, as gravity does.
     """
     train = project.train
-    if train is None or not project.leaves_angle_out:
+    if train is None or not leaves_angle_out(train):
         return None
     run = ramp_of(train, project.system(reduced=True), project.speeds.limits, project.gear)
     return in_run(run.run, run.begin) if run.run.trajectory.status else None

@@ -12,8 +12,7 @@ from ...base.quantities import interval, number, numbers, shown
 from ...base.results import Floats, Interrupted, SolveError
 from ...base.sentences import silent
 from ...base.units import ARCSEC
-from ...drive.load_cases import LoadCase
-from ...drive.postures import Posture
+from ...drive.postures import LoadCase, Posture
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from .avoid import out_of_reach

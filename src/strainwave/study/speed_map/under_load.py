@@ -21,8 +21,9 @@ from ...drive.jumps import doubled_spans
 from ...drive.project import Project
 from ...drive.reductions import left_out
 from ...drive.state_space import state_space
+from ...drive.steady import equation_curve, train_motions
 from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, without_gravity
-from ...drive.two_turns import A_TURN, beat_said, equation_curve, train_motions
+from ...drive.two_turns import A_TURN, beat_said
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator

@@ -15,8 +15,9 @@ from ...base.results import Floats, SolveError
 from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.loops.linear_control import control_parts
 from ...drive.project import Project
+from ...drive.steady import drive_curve, top_of
 from ...drive.train_curve import FEW, Crest
-from ...drive.two_turns import BeatCrest, drive_curve, top_of
+from ...drive.two_turns import BeatCrest
 from ...model.controllers.closed_loop import Sampling
 from ..move.move import move
 from ..move.profiles import path_of
