@@ -93,7 +93,7 @@ class Judge:
         worst = 0.0
         for case, train in self.trains(gains):
             self.computed += 1
-            response = replace(case, train=train, whole=train).response(coexisting=False, points=24)
+            response = replace(case, subject=train).response(coexisting=False, points=24)
             worst = max(worst, float(response.oscillation[response.top]))
             if worst > enough:
                 return worst
