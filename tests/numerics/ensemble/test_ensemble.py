@@ -168,6 +168,11 @@ def test_units_and_coordinates():
     assert list(found["state"].values) == ["x", "x'"]
 
 
+def test_rows_of_a_table_are_lanes_and_then_states():
+    found = sw.ensemble(DUFFING, FEW, (0.0, 0.0), periods=1, measures=(sw.Final(),), method=sw.Rk4(steps_per_period=16))
+    assert found.to_dataframe().index.names == ["lane", "state"]
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [

@@ -179,10 +179,10 @@ def ensemble(
     import xarray as xr  # its import takes longer than many an ensemble, and those of a speed map are arrays
 
     units = {p.path: p.unit for p in parameters_of(system)}
-    coordinates: dict[str, Any] = {path: (LANE, v, {"units": units[path]}) for path, v in run.varied.items()}
-    if any("state" in variable.dims for variable in run.variables.values()):
-        coordinates["state"] = list(names_of(system) or [f"y{i}" for i in range(run.states)])
-    return xr.Dataset(run.variables, coordinates, run.attrs)
+    lanes = {path: (LANE, v, {"units": units[path]}) for path, v in run.varied.items()}
+    data = xr.Dataset(coords=lanes, attrs=run.attrs).assign(run.variables)  # the lanes are its first dimension
+    states = list(names_of(system) or [f"y{i}" for i in range(run.states)])
+    return data.assign_coords(state=states) if "state" in data.dims else data
 
 
 class Run(NamedTuple):
