@@ -173,6 +173,23 @@ def test_rows_of_a_table_are_lanes_and_then_states():
     assert found.to_dataframe().index.names == ["lane", "state"]
 
 
+class OfEnd(NamedTuple):
+    """A measure of one's own that gives lists or, of a sum over all lanes, one number."""
+
+    share: bool
+
+    def of_end(self, y):
+        return {"total": float(np.sum(y[0]))} if self.share else {"last": y[0].tolist()}
+
+
+def test_a_measure_of_ones_own_may_give_lists_and_is_refused_without_a_value_for_every_lane():
+    how = {"periods": 1, "method": sw.Rk4(steps_per_period=16)}
+    own = sw.ensemble(DUFFING, FEW, (0.0, 0.0), measures=(OfEnd(share=False), sw.Final()), **how)
+    assert own["last"].values.tolist() == own["final"].values[0].tolist()
+    with pytest.raises(ValueError, match=r"OfEnd\.of_end gives 'total' without a value for every lane"):
+        sw.ensemble(DUFFING, FEW, (0.0, 0.0), measures=(OfEnd(share=True),), **how)
+
+
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [

@@ -77,8 +77,11 @@ def variables_of(
             data[name] = Variable(LANE, np.where(good, values, np.nan), _unit(measure, angle))
     for measure in measures:
         if not lacking(measure, "of_end"):
-            for name, values in measure.of_end(np.where(good, block.last[-1], np.nan)).items():
-                data[name] = Variable(("state", *LANE)[-np.ndim(values) :], values, _unit(measure, {}))
+            for name, of_lanes in measure.of_end(np.where(good, block.last[-1], np.nan)).items():
+                values = np.asarray(of_lanes)
+                if values.shape[-1:] != good.shape:
+                    raise ValueError(f"{type(measure).__name__}.of_end gives {name!r} without a value for every lane")
+                data[name] = Variable(("state", *LANE)[-values.ndim :], values, _unit(measure, {}))
     status = np.where(short, 2, np.where(good, 0, 1)).astype(np.int8)
     meaning = "0 finished, 1 left every bound, 2 stopped: more steps than the method's max_steps (raise it, or rtol)"
     data["status"] = Variable(LANE, status, {"meaning": meaning})
