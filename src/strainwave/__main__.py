@@ -25,9 +25,13 @@ def main() -> None:
 
 
 def _leave(end: SystemExit) -> None:
-    """End the process at once where no thread and no child is left: to take modules apart takes up to half a second."""
+    """End the process at once where no thread and no child is left: to take modules apart takes up to half a second.
+
+    A program that runs this module in its own process, as a profiler does, goes on.
+    """
     children = sys.modules.get("multiprocessing.process")
-    if threading.active_count() > 1 or (children is not None and children.active_children()):
+    hosted = __name__ == "__main__" and vars(sys.modules["__main__"]) is not globals()
+    if hosted or threading.active_count() > 1 or (children is not None and children.active_children()):
         raise end
     code = end.code if isinstance(end.code, int) else FAILED if end.code else 0
     atexit._run_exitfuncs()

@@ -148,6 +148,15 @@ def test_unexpected_error_is_one_sentence_and_a_traceback_only_on_demand(monkeyp
     assert isinstance(invoke("analyze", drive, "-o", tmp_path / "out").exception, ZeroDivisionError)
 
 
+def test_a_program_that_runs_the_command_in_its_own_process_goes_on():
+    code = (
+        "import runpy, sys\nsys.argv = ['strainwave', '--version']\n"
+        "try: runpy.run_module('strainwave', run_name='__main__')\nexcept SystemExit as end: print('ended', end.code)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.stdout.splitlines()[1:] == ["ended 0"]
+
+
 def test_interrupt_exits_with_130_and_leaves_nothing(monkeypatch, drive, tmp_path):
     def stopped(*_):
         raise KeyboardInterrupt
