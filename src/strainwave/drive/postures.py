@@ -164,7 +164,7 @@ class LoadCase(NamedTuple):
 
 def cases_of(project: Project, torques: Sequence[float] | None = None) -> tuple[LoadCase, ...]:
     """Every load of a project: its postures, and its own load under torques [N*m], by default those of `spread`."""
-    J = project.drive.J_l if project.whole is None else project.whole.load.end().J
+    J = project.subject.load.end().J
     of_file = f"{OF_FILE}, " if project.postures else ""
     own = spread(project) if torques is None else torques
     rows = [LoadCase(f"{of_file}{torque:.4g} N*m", J, torque) for torque in own]

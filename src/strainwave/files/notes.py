@@ -112,7 +112,7 @@ def posture_note(project: Project) -> Iterator[str]:
     if project.postures:
         yield (
             f"The {len(project.postures)} postures are those of `analyze`, speed map, `move --postures` and `tune`; "
-            "a response is for the load of the file."
+            "other answers are for the load of the file."
         )
 
 

@@ -17,7 +17,7 @@ from ...drive.friction.standstill import standing
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
 from ...drive.two_turns import A_TURN, beat_said
-from ...files.notes import OF_CURVE, load_remark, move_note, posture_note, remarks, unsaid
+from ...files.notes import OF_CURVE, load_remark, move_note, remarks, unsaid
 from ...files.reading import read_project
 from ...files.sources import source_facts, sources_said
 from ...plot import axes
@@ -157,7 +157,7 @@ def _ranged(project: Project) -> bool:
 
 def _remarks(project: Project) -> list[str]:
     """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
-    texts = [*remarks(project), *posture_note(project), *move_note(project), *load_remark(project)]
+    texts = [*remarks(project), *move_note(project), *load_remark(project)]
     speeds = project.speeds
     if speeds.single:
         ends = _speeds([speeds.own(omega) for omega in speeds.limits], " to ")

@@ -47,7 +47,7 @@ COLUMNS = (
 ANSWERS = ("largest oscillation", "margin", "jumps", "torque", "motor", "smallest change", "without a change")
 TEXTS = ("title", "gear", "keep_out_of")
 NOTES = {
-    "oscillation": "Oscillation is the largest distance of the error from its mean in a slow run-up or run-down.",
+    "oscillation": "Oscillation is the largest distance of the error from its mean, of all stable motions.",
     "load": "Oscillation, speeds and torque are those under all torques of the load, gravity among them, as in "
     "`strainwave analyze`; each curve is for the torque on the load that has the largest oscillation.",
     "x": f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}.",

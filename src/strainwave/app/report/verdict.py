@@ -100,7 +100,8 @@ def _passes(view: View, verdict: Verdict) -> str:
     if not faults and view.analysis.jumping:
         faults.append("the motion jumps")
     if (worst := view.analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
-        faults.append(f"{worst.title} of {worst.rows} fails")
+        several = f"{worst.failing} of {worst.rows} postures fail, {worst.title} the most"
+        faults.append(several if worst.failing > 1 else f"{worst.title} of {worst.rows} fails")
     faults += [f"in the move of the file {above(one)}" for one in of_move(view)]
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
         return "; ".join(["Some speeds are to be avoided", *faults, NO_LIMIT])

@@ -242,7 +242,8 @@ def worst_posture(decided: Decision) -> WorstPosture | None:
         rows.append(WorstPosture(i + 1, len(posed), name, answer, float(top[OSCILLATION]), float(top[OMEGA])))
     ranks = list(Answer)
     key = lambda row: (ranks.index(row.answer), row.peak if row.peak > 0.0 else math.inf)  # noqa: E731
-    return max(rows, key=key, default=None)
+    failing = sum(row.answer is not Answer.ALL_RIGHT for row in rows)
+    return max((row._replace(failing=failing) for row in rows), key=key, default=None)
 
 
 def _of_one_turn(

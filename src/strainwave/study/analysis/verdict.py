@@ -252,6 +252,7 @@ class WorstPosture(NamedTuple):
     """The posture in which a drive is judged worst: its number from 1 on, of so many rows, its name, and its answer.
 
     `peak` is its largest oscillation [rad], nan where no motion is stable, and `omega` the base-angle speed [rad/s].
+    `failing` counts the postures with speeds to keep out of.
     """
 
     number: int
@@ -260,6 +261,7 @@ class WorstPosture(NamedTuple):
     answer: Answer
     peak: float
     omega: float
+    failing: int = 1
 
     @property
     def title(self) -> str:

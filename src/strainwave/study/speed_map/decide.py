@@ -183,7 +183,7 @@ def loads_of(
         return (
             values,
             TORQUE,
-            tuple(LoadCase(f"{torque:.4g} N*m", project.drive.J_l, torque) for torque in values.tolist()),
+            tuple(LoadCase(f"{torque:.4g} N*m", project.subject.load.end().J, torque) for torque in values.tolist()),
         )
     rows = cases_of(project, with_ends_of_jumps(project, span))
     if project.postures:
