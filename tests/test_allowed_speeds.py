@@ -98,3 +98,49 @@ def test_a_speed_at_which_only_a_motion_apart_from_the_curve_is_too_large_is_all
     assert not any(low < omega < high for low, high in found.windows)
     assert np.interp(omega, found.speeds, found.oscillation[0]) == pytest.approx(size, rel=0.01)
     assert analysis.avoid.apart[1] >= 0.99 * size
+
+
+SERVO = """
+gear:
+  ratio: 100
+  law: {type: piecewise_linear, T1: 14 N*m, T2: 48 N*m, K1: 31000 N*m/rad, K2: 50000 N*m/rad, K3: 57000 N*m/rad}
+backlash: {half_gap: 7.5 arcsec}
+motor: {inertia: 1.5e-4 kg*m^2, loop: {bandwidth: 120 Hz, damping: 0.7}}
+load: {inertia: 0.45 kg*m^2}
+damping: {B: 4.0 N*m*s/rad}
+speed: {from: 600 rpm, to: 5000 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 14 arcsec}], load_torque: {mean: -0.5 N*m}}
+limit: {oscillation: 30 arcsec}
+"""
+
+
+def settled_servo(omega, state, turns=600):
+    """Oscillation [rad] of the error of SERVO, and its difference after two turns, from a state by DOP853."""
+    J_m, J, N, B, gap = 1.5e-4, 0.45, 100.0, 4.0, 7.5 * ARCSEC
+    inertia, w = J_m + J / N**2, 2.0 * math.pi * 120.0
+
+    def rates(phase, y):
+        q, q_rate, d, d_rate = y
+        angle = phase + d
+        error, slope = 14.0 * ARCSEC * math.cos(2.0 * angle), -28.0 * ARCSEC * math.sin(2.0 * angle)
+        u = q + d / N - error
+        size = max(abs(u) - gap, 0.0)
+        assert 31000.0 * size < 14.0
+        gear = B * (q_rate + d_rate / N - slope * (omega + d_rate)) + math.copysign(31000.0 * size, u)
+        motor = -inertia * w * (w * d + 1.4 * d_rate) - (1.0 / N - slope) * gear
+        return np.array([q_rate, -(gear - 0.5) / J, d_rate, motor / J_m]) / omega
+
+    last = 2.0 * np.pi * np.linspace(turns - 4.0, turns, 4 * 200 + 1)
+    x = solve_ivp(rates, (0.0, last[-1]), state, "DOP853", last, rtol=1e-8, atol=1e-13).y[0]
+    return np.max(np.abs(x - np.mean(x[:-1]))), np.max(np.abs(x[400:] - x[:401]))
+
+
+@pytest.mark.slow
+def test_a_motion_that_is_not_followed_forbids_the_speeds_beside_those_that_are_searched():
+    """Two turns of a gap in a loop, from 4182 to 4258 rpm; a start at 4113 rpm meets it."""
+    project, omega = from_text(SERVO, Path("servo.yaml")), 4221.588235294117 * math.pi / 30.0
+    state = (9.668180739032663e-05, 0.033743994111054734, -2.1799860860736204e-05, 0.00813408250457743)
+    size, change = settled_servo(omega, state)
+    assert size > 1.1 * project.limit
+    assert change < 1e-3 * size
+    assert not any(low < omega < high for low, high in sw.speed_map(project).windows)

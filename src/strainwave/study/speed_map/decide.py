@@ -267,7 +267,7 @@ def _all_motions(
     computed = sorted(by_load)
     for way in (computed, computed[::-1]):
         for before, here in pairwise(way):
-            if tried := untried(cases[here], seeds[before], by_load[before], by_load[here]):
+            if tried := untried(seeds[before], by_load[before], by_load[here]):
                 by_load[here], new = extended(by_load[here], cases[here], span, np.empty(0), tried)
                 seeds[here] = (*seeds[here], *new)
     return computed, [by_load[i] for i in computed]

@@ -96,7 +96,7 @@ def search(
         curves, loose, new = (*curves, *found.curves), [*loose, *found.loose], [*new, *found.seeds]
         settled = settled and found.settled
         ends = (seed for curve in (*fresh, *found.curves) for seed in beyond_ends(case.system, curve, span))
-        seeds = (*ends, *(beside(found.seeds, span) if len(speeds) and not is_spring(case.equation) else ()))
+        seeds = (*ends, *(beside(found.seeds, span) if len(speeds) else ()))
         fresh, speeds = (), np.empty(0)
     return Found(curves[len(known_curves) :], tuple(loose), settled, tuple(new))
 
@@ -130,7 +130,7 @@ def _searched(
         elif orbit is None and whole:
             apart = _loose(system, seed, 0.5 * (high - low), curves)
             loose += apart
-            new += [seed] if apart and seed.turns and not spring else []
+            new += [seed] if apart and seed.turns else []
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
         if not (spring and seed.turns):  # the largest of those that are not followed stands for all at its speed
             same |= (ends.period == 0) | (not spring)

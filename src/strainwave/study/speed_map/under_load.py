@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import depends, is_spring, states_of, torque_of
+from ...base.law import depends, states_of, torque_of
 from ...base.protocols import linear_part_of, orders_of
 from ...base.quantities import number as real
 from ...base.results import Floats, SolveError
@@ -190,13 +190,11 @@ def extended(
     return whole, found.seeds
 
 
-def untried(
-    case: Case, seeds: Iterable[Settling], loaded: UnderLoad, neighbour: UnderLoad
-) -> tuple[Settling, ...]:  # fmt: skip
-    """Seeds of a load for its neighbour's case.
+def untried(seeds: Iterable[Settling], loaded: UnderLoad, neighbour: UnderLoad) -> tuple[Settling, ...]:
+    """Seeds of a load for its neighbour.
 
-    A law with memory leaves motions that no curve has at every speed, whose seeds would add up from load to load: those
-    near which the neighbour has one as large are left out.
+    Motions that no curve has lie at many speeds, and their seeds would add up from load to load: those near which the
+    neighbour has one as large are left out.
     """
     sizes = dict[float, float]()
     for one in loaded.loose:
@@ -207,8 +205,7 @@ def untried(
         some = there[np.abs(there[:, 0] - seed.omega) < APART * seed.omega, 1]
         return bool(np.any(some > AS_LARGE * sizes.get(seed.omega, inf)))
 
-    spring = is_spring(case.equation)
-    return tuple(seed for seed in seeds if neighbour.curves and (spring or not known(seed)))
+    return tuple(seed for seed in seeds if neighbour.curves and not known(seed))
 
 
 def searched_at(own: UnderLoad, span: Span, apart: float, shift: float) -> Floats:
