@@ -1,4 +1,4 @@
-"""Steady motions of a drive: which balance serves it, of one turn of the motor or of two, is decided here alone."""
+"""Steady motions of a train or an error equation, by the balance of one turn of the motor or of two."""
 
 from typing import Any
 
