@@ -15,6 +15,7 @@ from turns import sizes_of_turns
 import strainwave as sw
 from strainwave.app.commands.response import facts
 from strainwave.app.commands.speed_map import write
+from strainwave.drive.steady import is_beating
 from strainwave.drive.two_turns import beat_said, largest_beat
 from strainwave.files.reading import from_text
 from strainwave.files.variants.project_sweep import sweep_project
@@ -300,7 +301,7 @@ def test_a_line_too_small_to_matter_changes_no_response(motor, tmp_path):
 
 def test_a_pair_of_one_turn_alone_is_its_whole_order(tmp_path):
     one, pair = (joint(tmp_path, order) for order in ("4", "{wave_generator: 4, output: 0}"))
-    assert not pair.is_beating
+    assert not is_beating(pair.subject.error)
     assert np.array_equal(one.response(coexisting=False).oscillation, pair.response(coexisting=False).oscillation)
 
 

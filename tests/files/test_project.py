@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import strainwave as sw
 from strainwave.drive.project import Project
+from strainwave.drive.steady import is_beating
 from strainwave.files.reading import ProjectError, from_text, read_project
 from strainwave.files.yaml_text import LARGEST
 
@@ -71,7 +72,7 @@ def test_a_line_of_two_turns_has_the_sum_of_its_orders(written):
     project = read_project(written(GOOD.replace("[{order: 2, amplitude: 23 arcsec}]", lines)))
     oval = sw.gears.order_map(50).order("flexspline tooth engagement").per_motor_turn  # pair (2, -2) at the ratio -50
     assert project.kinematic_error.orders() == pytest.approx((float(oval), 3.0 / 50.0), rel=1e-15)
-    assert project.is_beating
+    assert is_beating(project.subject.error)
 
 
 @pytest.mark.parametrize(

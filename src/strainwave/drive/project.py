@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from ..base.above import above
 from ..base.law import depends
-from ..base.quantities import checked, number, positive_count, whole
+from ..base.quantities import checked, number, whole
 from ..base.results import SolveError
 from ..base.sentences import listed, on_screen
 from ..base.units import Speeds
@@ -27,19 +27,15 @@ from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
 from .reductions import THE_LOOP, beyond_equation, left_out
-from .response import POINTS, UNDAMPED, exact_response, loses_energy
-from .steady import is_beating
+from .response import UNDAMPED, loses_energy
+from .steady import equation_curve, is_beating, leaves_angle_out, train_motions
 from .train_curve import (
     NO_MOTION,
-    as_train,
     has_curve,
     refuse_free,
     torques_of_angle,
-    train_curve,
     without_gravity,
 )
-from .train_curve import POINTS as OF_TRAIN
-from .two_turns import beating_response
 
 OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode", "hysteresis")
 SURE = 3  # digits of what rests on an assumed one of these
@@ -266,7 +262,8 @@ class Project:
     @property
     def other_loads(self) -> tuple[float, float]:
         """Least and largest torque [N*m] on the load beside the curve's: without those of its angle in a beat."""
-        return (self.mean_range or (self.mean_load_torque,) * 2) if self.is_beating else self.load_torques
+        curve = self.mean_range or (self.mean_load_torque,) * 2
+        return self.load_torques if leaves_angle_out(self.subject) else curve
 
     @property
     def cases(self) -> Any:
@@ -278,7 +275,7 @@ class Project:
 
         Motions of two turns have the torques of the angle beside it, unless it is `level`.
         """
-        level = not self.is_beating if level is None else level
+        level = leaves_angle_out(self.subject) if level is None else level
         train = without_gravity(self.subject) if level else self.subject
         train = train.with_load(excitation=shortest(with_mean(self.load_torque, torque)))
         error = train.error if self.loaded_error is None else self.loaded_error.under(-torque)
@@ -312,60 +309,36 @@ class Project:
         SolveError
             If no periodic motion is found.
         """
-        if self.is_beating:
-            positive_count("points", POINTS if points is None else points)
-            if harmonics is not None:
-                raise ValueError(f"harmonics is {harmonics}, but waves of motions that beat are grown; leave it out")
-            return self.beating
+        how = {"coexisting": coexisting, "points": points}
+        found = None
         if self.train is not None:
             refuse_free(self.train)
-            if has_curve(self.train):
-                if (result := self.train_response(harmonics, coexisting=coexisting, points=points)) is None:
-                    raise SolveError(NO_MOTION)
-                return result
-        result = self.equation_response(harmonics, coexisting=coexisting, points=points)
-        if len(result.curve):
-            return result
-        raise SolveError(result.message)
+            found = self.train_response(harmonics, **how)
+            if found is None and has_curve(self.train):
+                raise SolveError(NO_MOTION)
+        if found is None:
+            found = self.equation_response(harmonics, **how)
+        if len(found.curve):
+            return found
+        raise SolveError(found.message)
 
-    @property
-    def is_beating(self) -> bool:
-        """Whether lines of the kinematic error belong to the output's turn, or to both, so that motions beat."""
-        return self.kinematic_error is not None and is_beating(self.kinematic_error)
-
-    @cached_property
-    def beating(self) -> DriveResponse:
-        """The response of a drive whose motions beat; see `beating_response`."""
-        return beating_response(self.whole, self.speeds.limits, self.limit)
-
-    def train_response(
-        self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
-    ) -> DriveResponse | None:
+    def train_response(self, harmonics: int | None = None, **how: Any) -> DriveResponse | None:
         """The same of the whole train; None where it has no curve, or none is found."""
-        if self.train is not None and self.is_beating:
-            return self.beating
-        if self.train is None or not has_curve(self.train):
+        if self.train is None:
             return None
-        points = OF_TRAIN if points is None else points
-        return train_curve(self.train, self.speeds.limits, harmonics, coexisting=coexisting, points=points)
+        return train_motions(self.train, self.speeds.limits, self.limit, harmonics, **how)
 
-    def equation_response(
-        self, harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None
-    ) -> DriveResponse:  # fmt: skip
+    def equation_response(self, harmonics: int | None = None, **how: Any) -> DriveResponse:
         """The same of the error equation alone, whose curve may be empty."""
-        if self.is_beating:
-            if self.train is None:
-                return self.beating
-            alone = as_train(self.system(reduced=True), self.drive.N)
-            return replace(beating_response(alone, self.speeds.limits, self.limit), has_reference=self.motor == "held")
-        return exact_response(
-            self.system(reduced=True), self.speeds.limits, POINTS if points is None else points, harmonics, coexisting,
-            self.motor == "held", None if self.train else self.whole,
+        train, ratio = (self.whole, None) if self.train is None else (None, self.drive.N)
+        return equation_curve(
+            self.system(reduced=True), self.speeds.limits, self.limit, train, harmonics,
+            has_reference=self.motor == "held", ratio=ratio, **how,
         )  # fmt: skip
 
     def held_response(self, points: int | None = None) -> DriveResponse | None:
         """The curve of the error equation beside that of a train with a held motor; None of other drives."""
-        if self.train is None or self.motor != "held" or self.is_beating:
+        if self.train is None or self.motor != "held" or is_beating(self.subject.error):
             return None
         return self.equation_response(coexisting=False, points=points)
 

@@ -1,13 +1,16 @@
 """Steady motions of a train or an error equation, by the balance of one turn of the motor or of two."""
 
+from dataclasses import replace
 from typing import Any
 
 from ..base.protocols import lacking
+from ..base.quantities import positive_count
 from ..base.results import SolveError
 from ..model.train import DriveTrain
 from .drive_response import DriveResponse
-from .response import exact_response
-from .train_curve import Crest, follows_its_angle, largest_crest, train_curve
+from .response import POINTS, exact_response
+from .train_curve import POINTS as OF_TRAIN
+from .train_curve import Crest, as_train, follows_its_angle, has_curve, largest_crest, train_curve
 from .two_turns import NONE_STABLE, BeatCrest, beating_response, largest_beat
 
 
@@ -18,7 +21,7 @@ def is_beating(error: Any) -> bool:
 
 def leaves_angle_out(train: DriveTrain) -> bool:
     """Whether the steady curve has the mean alone of a torque that follows the angle of the load."""
-    return not (train.motor.free or is_beating(train.error)) and follows_its_angle(train)
+    return not is_beating(train.error) and follows_its_angle(train)
 
 
 def drive_curve(train: DriveTrain, speeds: tuple[float, float], **how: Any) -> DriveResponse | None:
@@ -30,35 +33,62 @@ def drive_curve(train: DriveTrain, speeds: tuple[float, float], **how: Any) -> D
 
 
 def train_motions(
-    train: DriveTrain, speeds: tuple[float, float], level: float | None = None, **how: Any
+    train: DriveTrain, speeds: tuple[float, float], level: float | None = None, harmonics: int | None = None, *,
+    coexisting: bool = True, points: int | None = None,
 ) -> DriveResponse | None:  # fmt: skip
     """Motions of a train, in one turn or in two: as `train_curve`, or as `beating_response` with points at a level.
 
+    None where it has no curve in one turn, or none is found.
+
     Raises
     ------
+    ValueError
+        If harmonics are given where motions beat.
     SolveError
         If no motion of two turns is found, or none of them is stable.
     """
-    if not is_beating(train.error):
-        return train_curve(train, speeds, **how)
-    return _of_two_turns(train, speeds, level)
+    if is_beating(train.error):
+        found = _of_two_turns(train, speeds, level, harmonics, points)
+        if found.sweep is None:
+            raise SolveError(NONE_STABLE)
+        return found
+    if not has_curve(train):
+        return None
+    return train_curve(train, speeds, harmonics, coexisting=coexisting, points=OF_TRAIN if points is None else points)
 
 
 def equation_curve(
     equation: Any, speeds: tuple[float, float], level: float | None = None, train: DriveTrain | None = None,
-    **how: Any,
+    harmonics: int | None = None, *, coexisting: bool = True, points: int | None = None, has_reference: bool = True,
+    ratio: float | None = None,
 ) -> DriveResponse:  # fmt: skip
-    """Motions of an error equation, as `exact_response`; in two turns those of the `train` that has it (SolveError)."""
+    """Motions of an error equation, as `exact_response`, whose curve may be empty.
+
+    In two turns those of the `train` that has it; without one, of a held motor with a rigid load at a `ratio`.
+
+    Raises
+    ------
+    ValueError
+        If harmonics are given where motions beat, or these have neither train nor ratio.
+    SolveError
+        If no motion of two turns is found.
+    """
     if is_beating(equation.error):
-        return _of_two_turns(train, speeds, level)
-    return exact_response(equation, speeds, train=train, **how)
+        two = as_train(equation, ratio) if train is None and ratio is not None else train
+        return replace(_of_two_turns(two, speeds, level, harmonics, points), has_reference=has_reference)
+    points = POINTS if points is None else points
+    return exact_response(equation, speeds, points, harmonics, coexisting, has_reference, train)
 
 
-def _of_two_turns(train: DriveTrain | None, speeds: tuple[float, float], level: float | None) -> DriveResponse:
-    found = beating_response(train, speeds, level)
-    if found.sweep is None:
-        raise SolveError(NONE_STABLE)
-    return found
+def _of_two_turns(
+    train: DriveTrain | None, speeds: tuple[float, float], level: float | None, harmonics: int | None,
+    points: int | None,
+) -> DriveResponse:  # fmt: skip
+    if points is not None:
+        positive_count("points", points)
+    if harmonics is not None:
+        raise ValueError(f"harmonics is {harmonics}, but waves of motions that beat are grown; leave it out")
+    return beating_response(train, speeds, level)
 
 
 def top_of(

@@ -15,6 +15,7 @@ import xarray as xr
 from ...base.quantities import shown
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
+from ...drive.steady import is_beating
 from ...drive.train_curve import refuse_free
 from ...sample.store import name_axis
 from ...sample.sweeping import sweep
@@ -103,7 +104,7 @@ def sweep_project(
     choice = Choice((0.0,) * len(axes))
     chunk = chunk or max(1, prod(map(len, axes.values())) // MOST_CHUNKS)
     if measure is largest:
-        measure, units = (with_smallest, UNITS | OF_BEAT) if project.is_beating else (largest, UNITS)
+        measure, units = (with_smallest, UNITS | OF_BEAT) if is_beating(project.subject.error) else (largest, UNITS)
     of_point = Variants(measure, project.text, str(project.path), texts, retune)
     data = sweep(of_point, choice, places, store=store, chunk=chunk, units=units, **options)
     named = dict(zip(places, axes, strict=True))

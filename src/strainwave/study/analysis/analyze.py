@@ -21,7 +21,7 @@ from ...drive.friction.standstill import standing
 from ...drive.project import Project
 from ...drive.response import exact_response
 from ...drive.train_curve import refuse_free, unfollowed
-from ...drive.two_turns import NONE_STABLE
+from ...drive.two_turns import NONE_STABLE, beating_response
 from ...model.gears.gear import Gear
 from ...model.gears.limits import RATCHETING
 from ...model.train.drive_train import DriveTrain
@@ -254,7 +254,7 @@ def _of_one_turn(
     Where motions beat all of it is empty.
     """
     if exact.curve.beat:
-        if project.response().sweep is None:
+        if project.train is None and exact.sweep is None:
             raise SolveError(NONE_STABLE)
         return (), {}, RunUp((), (), np.empty(0), np.empty(0)), ()
     limits = project.speeds.limits
@@ -315,7 +315,7 @@ def _with_gravity(
         return study
     progress("gravity with its stiffness", 0.87)
     try:
-        exact = project.beating
+        exact = beating_response(project.whole, project.speeds.limits, project.limit)
     except (ValueError, SolveError) as error:
         sentence = Sentence("Gravity is a constant torque at every angle here, not exactly in the motion: {}.", error)
         return replace(study, remarks=(*study.remarks, sentence))

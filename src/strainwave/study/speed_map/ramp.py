@@ -93,7 +93,7 @@ def ramp_beside(project: Project) -> Motions | None:
     Such a torque follows the angle of the load, as gravity does.
     """
     train = project.train
-    if train is None or not leaves_angle_out(train):
+    if train is None or train.motor.free or not leaves_angle_out(train):
         return None
     run = ramp_of(train, project.system(reduced=True), project.speeds.limits, project.gear)
     return in_run(run.run, run.begin) if run.run.trajectory.status else None

@@ -23,7 +23,7 @@ from ...drive.reductions import left_out
 from ...drive.state_space import state_space
 from ...drive.steady import equation_curve, train_motions
 from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, without_gravity
-from ...drive.two_turns import A_TURN, beat_said
+from ...drive.two_turns import A_TURN, NONE_STABLE, beat_said
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator
@@ -128,7 +128,8 @@ def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
         others = searched(case.equation.law)
         curve = equation_curve(case.equation, span, level, case.whole, coexisting=others, has_reference=case.held)
     if curve is None or curve.sweep is None:
-        raise SolveError(NO_MOTION if curve is None or len(curve.curve) else curve.message)
+        beats = curve is not None and curve.curve.beat
+        raise SolveError(NONE_STABLE if beats else NO_MOTION if curve is None or len(curve.curve) else curve.message)
     return curve
 
 
