@@ -139,12 +139,18 @@ def test_a_loop_that_a_payload_makes_unstable_turns_the_design_away():
 
 
 def test_a_held_motor_makes_the_error_independent_of_its_inertia():
-    found = sw.design(replace(SPEC, loop=None, limit=1.0), gears=GEARS[2:3])
+    found = sw.design(replace(SPEC, loop=None, limit=1.0, damping_ratio=0.3), gears=GEARS[2:3])
     first, second = found.feasible
     assert first.oscillation == pytest.approx(second.oscillation, rel=1e-9)
     assert {first.rotor_inertia, second.rotor_inertia} == set(SPEC.rotor_inertias)
     assert all(c.motor_inertia == c.rotor_inertia + GEARS[2].input_inertia for c in found.feasible)
     assert len(found.pareto) == 1
+
+
+def test_a_design_whose_motion_jumps_does_not_serve():
+    found = sw.design(replace(SPEC, loop=None, limit=1.0), gears=GEARS[2:3])
+    assert not found.feasible
+    assert "at -60 N*m the motion jumps at 56" in found.rejected["CSG-32-50"]  # 59.1 rad/s: a fold of its curve
 
 
 def test_a_doubt_about_a_gear_is_said_where_it_serves_and_where_it_does_not():
@@ -223,7 +229,7 @@ def test_an_assumed_accuracy_judges_the_gears_without_one_and_a_special_one_is_o
 
 
 def test_a_rotor_a_hundred_times_the_wave_generator_is_doubted():
-    found = sw.design(replace(SPEC, rotor_inertias=(0.5,), limit=1.0), gears=GEARS[2:3])
+    found = sw.design(replace(SPEC, rotor_inertias=(0.5,), limit=1.0, damping_ratio=0.3), gears=GEARS[2:3])
     assert found.feasible[0].doubts[-1].endswith("times the wave generator of CSG-32-50; check its unit.")
     assert found.feasible[0].hysteresis_loss == GEARS[2].hysteresis_loss
 

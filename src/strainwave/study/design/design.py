@@ -8,7 +8,6 @@ the whole drive.
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -24,13 +23,12 @@ from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...model.train import DriveTrain, Held
 from .averaged import Drives, Largest, balanced, largest, sensitivities, worth
-from .options import Case, Option, bounded, error_of, looked_at, option_of, rotor_doubts
+from .options import Case, Option, bounded, error_of, forbidden, looked_at, option_of, rotor_doubts
 from .result import Candidate, Design, front
-from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, needed
+from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, needed, told
 
 MOST_BALANCED = 400  # designs by harmonic balance
 MOST_DRIVES = 2000  # at once by averaging
-BETWEEN = 9  # torques of a range, as an analysis spreads them
 BEST = 3  # designs whose sensitivities are told
 AVERAGING, BALANCE = "averaging", "harmonic balance"
 NONE = Check("", 0.0, "")
@@ -90,9 +88,9 @@ class _Search:
         """Search through gears."""
         passed = []
         for gear in gears:
-            told = list(checks(gear, self.spec))
-            rules = max((check for check in told if check.known), key=lambda check: check.use, default=NONE)
-            if lacking := [check for check in told if not check.known]:
+            known = list(checks(gear, self.spec))
+            rules = max((check for check in known if check.known), key=lambda check: check.use, default=NONE)
+            if lacking := [check for check in known if not check.known]:
                 self.lacking[gear.name] = lacking
             if rules.violated:
                 self.misses[gear.name] = rules
@@ -104,7 +102,6 @@ class _Search:
             options += filter(self._is_stable, self._averaged(gear, rules))
         self._decide(options)
         best = self._front()
-        self.between = {(option.gear.name, option.rotor): self._between(option) for option in best}
         feasible = sorted(map(self._candidate, self.good), key=lambda c: (c.oscillation, c.reflected_inertia))
         for option in self.good:
             self.misses.pop(option.gear.name, None)
@@ -114,8 +111,8 @@ class _Search:
             self.spec,
             tuple(feasible),
             tuple(map(self._candidate, best)),
-            {name: _told(check) for name, check in self.misses.items()},
-            {name: " ".join(map(_told, told)) for name, told in self.lacking.items() if name not in self.misses},
+            {name: told(check) for name, check in self.misses.items()},
+            {name: " ".join(map(told, some)) for name, some in self.lacking.items() if name not in self.misses},
             nearest,
             tuple(sensitivities([(o.gear.name, o.J_m, drives) for o, drives in chosen])),
             self.drives,
@@ -206,16 +203,19 @@ class _Search:
                 self._miss(option)
 
     def _front(self) -> list[Option]:
-        """The front, every member by harmonic balance: what fails there leaves, and others take its place."""
+        """The front, every member by harmonic balance, all of its speeds allowed; what fails leaves, others come."""
         while True:
             chosen = front([self._candidate(option) for option in self.good])
             names = {(c.gear, c.rotor_inertia) for c in chosen}
-            members = [o for o in self.good if (o.gear.name, o.rotor) in names]
+            members = sorted((o for o in self.good if (o.gear.name, o.rotor) in names), key=lambda o: o.size)
+            if self.stopped or len(self.known) >= MOST_BALANCED:
+                return members
             open_ = [o for o in members if not o.balanced]
-            if not open_ or self.stopped or len(self.known) >= MOST_BALANCED:
-                return sorted(members, key=lambda o: o.size)
+            refused = [] if open_ else [o for o in members if not self._is_allowed(o)]
+            if not open_ and not refused:
+                return members
+            self.good = [o for o in self.good if o not in (*open_, *refused)]
             for option in open_:
-                self.good.remove(option)
                 option = self._balanced(option, 0.95)
                 if option.size <= self.spec.limit * SURE:
                     self.good.append(option._replace(balanced=not self.stopped or option.balanced))
@@ -271,21 +271,28 @@ class _Search:
                 break
         return best
 
-    def _between(self, option: Option) -> tuple[str, ...]:
-        """That an option oscillates by more than the limit between the torques of the duty; empty where it does not."""
-        spec, ratio, found = self.spec, option.gear.ratio, list[tuple[float, float]]()
-        case = option.cases[0]._replace(load=option.load)
-        for torque in () if self.stopped else np.linspace(spec.torques[0], spec.torques[-1], BETWEEN).tolist():
-            with suppress(SolveError):
-                speeds = ratio * spec.speeds[0], ratio * spec.speeds[1]
-                motion = balanced(self._train(option, case._replace(torque=torque)), speeds)
-                found += [] if motion is None else [(motion.size, torque)]
-        size, torque = max(found, default=(0.0, 0.0))
-        if size <= spec.limit * SURE:
-            return ()
-        drive = f"{option.gear.name} with a rotor of {option.rotor:.3g} kg*m^2"
-        there = f"between them, at {torque:.4g} N*m, it oscillates by {size / ARCSEC:.4g} arcsec"
-        return (f"{drive} serves under the torques of the duty; {there}.",)
+    def _is_allowed(self, option: Option) -> bool:
+        """Whether every speed is allowed under the torques of the duty, by all motions, as a speed map decides it.
+
+        What is forbidden between these torques is told of the option.
+        """
+        gear, key = option.gear, (option.gear.name, option.rotor)
+        if key in self.between:
+            return True
+        self.progress(f"motions apart from the curve, {gear.name}", 0.95)
+        drive = f"{gear.name} with a rotor of {option.rotor:.3g} kg*m^2"
+        try:
+            train = self._train(option, option.cases[0]._replace(load=option.load))
+            size, under, between = forbidden(train, gear, self.spec)
+        except KeyboardInterrupt:
+            self.stopped = True
+            return True
+        if under:
+            check = Check(OSCILLATION, size / self.spec.limit, f"{drive} does not serve: {under}.")
+            self.misses.setdefault(gear.name, check)
+        said = f"{drive} serves under the torques of the duty; between them, {between}."
+        self.between[key] = (said,) if between else ()
+        return not under
 
     def _train(self, option: Option, case: Case) -> DriveTrain:
         """The whole drive of an option in a case."""
@@ -358,8 +365,8 @@ class _Search:
         if best is None and loops:
             return f"No gear serves. {loops[0]}"
         if best is None:
-            return _lacking([check.name for told in self.lacking.values() for check in told])
-        return f"No gear serves. The nearest is {best[0]}: {_told(best[1])}"
+            return _lacking([check.name for some in self.lacking.values() for check in some])
+        return f"No gear serves. The nearest is {best[0]}: {told(best[1])}"
 
     def _remarks(self) -> Iterator[str]:
         yield from self.spec.remarks
@@ -377,15 +384,6 @@ class _Search:
             yield f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging."
         if len(self.known) >= MOST_BALANCED:
             yield f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging."
-
-
-def _told(check: Check) -> str:
-    """Sentence of a constraint with by how much it is missed."""
-    said = check.sentence
-    if math.isfinite(check.use):
-        use = f"{check.use:.{digits_apart(check.use)}g} times"
-        said = f"{said[:-1]}: {use} {'too short' if check.name == 'life' else 'the allowance'}."
-    return " ".join((said, *check.doubts))
 
 
 def _lacking(names: list[str]) -> str:

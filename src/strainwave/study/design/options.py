@@ -2,14 +2,23 @@
 
 import math
 from collections import Counter
+from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
+from ...base.units import ARCSEC, RPM, Speeds
+from ...drive.project import Project
 from ...model.error_spectrum import accuracy_spectrum
 from ...model.excitation import KinematicError
 from ...model.gears.gear import HEAVY, Gear
-from .specification import Check, Specification
+from ...model.train import DriveTrain
+from ..speed_map.decide import decide
+from ..speed_map.rules import Rules
+from .specification import SURE, Check, Specification
 
 LOADS = 2  # of one torque, by harmonic balance
+BETWEEN = 9  # torques of a range, as an analysis spreads them
 
 
 class Case(NamedTuple):
@@ -71,6 +80,34 @@ def error_of(gear: Gear, spec: Specification) -> KinematicError:
     if spec.kinematic_error is not None:
         return spec.kinematic_error
     return accuracy_spectrum(spec.accuracy_of(gear) or 0.0)
+
+
+def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float, str, str]:
+    """What forbids speeds of a drive, as a speed map decides it by all motions: under a torque of the duty, or between.
+
+    The largest oscillation [rad] where speeds are forbidden, and two texts, empty where nothing is.
+
+    Raises
+    ------
+    SolveError
+        If the law cannot carry a torque.
+    """
+    ratio, limit = gear.ratio, spec.limit * SURE
+    drive = Project(gear.name, Path(), "", train, gear, Speeds((ratio * spec.speeds[0], ratio * spec.speeds[1])))
+    torques = np.union1d(spec.torques, np.linspace(spec.torques[0], spec.torques[-1], BETWEEN))
+    decided = decide(drive, Rules(limit), loads=torques)
+    some = list[tuple[bool, float, str]]()
+    for torque, own, bands in zip(torques.tolist(), decided.found, decided.moving, strict=True):
+        if not len(bands.forbidden):
+            continue
+        speed, size = own.largest
+        what = f"it oscillates by {size / ARCSEC:.4g} arcsec"
+        if size <= limit:
+            what, speed = "the motion jumps" if own.jumping else "no motion is stable", float(bands.forbidden[0, 0])
+        said = f"at {torque:.4g} N*m {what} at {speed / RPM:.4g} rpm of the motor"
+        some.append((torque in spec.torques, size, said))
+    under, between = (max((row[1:] for row in some if row[0] is duty), default=(0.0, "")) for duty in (True, False))
+    return max(under[0], between[0]), under[1], between[1]
 
 
 def rotor_doubts(option: Option) -> tuple[str, ...]:

@@ -137,7 +137,8 @@ class Design(Result):
     feasible : tuple of Candidate
         Every gear with every motor that meets it, by ascending oscillation.
     pareto : tuple of Candidate
-        Those of them that no other beats in oscillation, size and reflected inertia at once; all by harmonic balance.
+        Those of them that no other beats in oscillation, size and reflected inertia at once; all by harmonic balance,
+        and with every speed allowed under the torques of the duty, as a speed map decides it.
     rejected : dict of str to str
         Why each other gear does not serve: the constraint that it misses most, and by how much, by its name.
     not_judged : dict of str to str

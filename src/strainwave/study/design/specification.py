@@ -268,6 +268,15 @@ def checks(gear: Gear, spec: Specification) -> Iterator[Check]:
     yield from _life(gear, spec)
 
 
+def told(check: Check) -> str:
+    """Sentence of a constraint with by how much it is missed."""
+    said = check.sentence
+    if math.isfinite(check.use):
+        use = f"{check.use:.{digits_apart(check.use)}g} times"
+        said = f"{said[:-1]}: {use} {'too short' if check.name == 'life' else 'the allowance'}."
+    return " ".join((said, *check.doubts))
+
+
 def digits_apart(use: float) -> int:
     """Significant digits with which a number differs from the allowance that it is a share of; at least 4."""
     miss = abs(use - 1.0)

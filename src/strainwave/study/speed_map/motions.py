@@ -132,6 +132,14 @@ class UnderLoad:
         """Every stable run, and whether its motions are subharmonic."""
         return [(run, curve.subharmonic) for curve in self.curves for run in curve.runs]
 
+    @property
+    def largest(self) -> tuple[float, float]:
+        """Speed [rad/s] and oscillation [rad] of the largest stable motion; nan and 0 where none is known."""
+        tops = [run[np.argmax(run[:, OSCILLATION])] for run, _ in self.runs]
+        known = [(float(row[OMEGA]), float(row[OSCILLATION])) for row in tops]
+        known += [(one.omega, one.oscillation) for one in self.loose]
+        return max(known, key=lambda pair: pair[1], default=(float("nan"), 0.0))
+
     def at(self, omega: float) -> list[Floats]:
         """Rows of all stable motions at a speed [rad/s]."""
         return [row for curve in self.curves for row in curve.at(omega)]
