@@ -174,7 +174,7 @@ def test_ensemble_and_orbit_of_what_a_user_defines_agree_with_scipy(system, rate
     assert orbit.peak == pytest.approx(np.max(np.abs(settled)), rel=2e-4)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_curves_of_a_users_law_with_kinks_and_of_the_same_in_the_library_are_equal():
     own = sw.frequency_response(OWN["law"][0], (0.9, 1.3), harmonics=15, points=20)
     law = sw.PiecewiseLinear(1.0, 3.0, 3.0, 0.5, 1.0)

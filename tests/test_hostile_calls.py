@@ -75,7 +75,6 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
             read("torque [N*m]", values)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "call",
     [
@@ -154,7 +153,6 @@ def test_what_once_had_no_sentence_has_one_or_a_result(call, project, tmp_path, 
         assert fault(refusal) == ""  # noqa: PT017
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
@@ -184,7 +182,6 @@ def isolas(span):
     return sw.isolas(DUFFING, span, resonance=sw.Resonance(1, 3), harmonics=3, points=2)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     "call",
     [
@@ -215,7 +212,6 @@ def test_a_lane_that_takes_some_minutes_is_marched(monkeypatch):
         sw.ensemble(STRONG, {"B": [0.1]}, (0.0, 0.0), periods=100_000, method=sw.Dop8(steps_per_period=128))
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize(
     ("y0", "t", "method"),
     [
@@ -250,14 +246,13 @@ def test_every_command_has_a_call_that_is_spoilt():
     assert {name.partition(",")[0] for name in VALID} == {*cli.commands} - {*OWN}
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in VALID if name not in SLOW])
 def test_the_call_of_a_command_that_is_spoilt_is_a_valid_one(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert answer_of(valid_command(name), 60.0) == ("done", "")
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", [name for name in VALID if name not in SLOW])
 def test_every_command_answers_hostile_options_with_a_sentence(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -16,7 +16,7 @@ import strainwave as sw
 from strainwave.base import archive
 from strainwave.base.records import Result
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 
 class Doubled(NamedTuple):

@@ -15,7 +15,6 @@ import shutil
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -29,7 +28,7 @@ PYTHON = SCRIPTS / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "installed.stamp"
 OLDEST, NEWEST = (3, 11), (3, 13)
 PYTEST = ["pytest", "-q", "-n", "auto", "--dist", "loadfile", "--no-loadscope-reorder"]
-WITHOUT_LONG = ["-m", "not long"]
+FAST, REST = ["-m", "not slow or guard"], ["-m", "slow and not guard"]
 SINGLE = {"OPENBLAS_NUM_THREADS": "1"}  # each test process has a core: threads of its own would take that of others
 NETWORK_SIGNS = (
     "connection",
@@ -158,8 +157,8 @@ def lint(rest: list[str]) -> list[str]:
 
 
 def test(rest: list[str]) -> list[str]:
-    """Lint, and run the tests but those of tests/long.txt."""
-    return lint([]) + run_all([[*PYTEST, *WITHOUT_LONG, *rest]], **SINGLE)
+    """Lint, and run the fast tests and those of tests/guard.txt."""
+    return lint([]) + run_all([[*PYTEST, *FAST, *rest]], **SINGLE)
 
 
 def test_all(rest: list[str]) -> list[str]:
@@ -168,16 +167,13 @@ def test_all(rest: list[str]) -> list[str]:
 
 
 def check(rest: list[str]) -> list[str]:
-    """Lint and build the documentation, each on a processor of its own, then run the tests of `test`."""
-    with ThreadPoolExecutor() as pool:
-        built = pool.submit(docs, ["-D", "plot_gallery=0"])  # the tests run the examples
-        failed = lint([])
-    return failed + built.result() + run_all([[*PYTEST, *WITHOUT_LONG, *rest]], **SINGLE)
+    """Build the documentation, then run the tests that `test` leaves out."""
+    return docs(["-D", "plot_gallery=0"]) + run_all([[*PYTEST, *REST, *rest]], **SINGLE)  # tests run the examples
 
 
 def coverage(rest: list[str]) -> list[str]:
     """Measure the coverage of the tests that run as Python, which takes three times as long as running them."""
-    return run_all([[*PYTEST, "-m", "not compiled", "--cov", "--cov-report=term", *rest]], **SINGLE)
+    return run_all([[*PYTEST, "-m", "not slow", "--cov", "--cov-report=term", *rest]], **SINGLE)
 
 
 def docs(rest: list[str]) -> list[str]:

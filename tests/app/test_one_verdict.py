@@ -19,7 +19,7 @@ from strainwave.model.gears import accuracy_spectrum
 from strainwave.model.gears.catalogue import gear
 from strainwave.study.analysis.verdict import Answer
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 LOOP = "motor: {loop: {bandwidth: 30 Hz}%s}"
 FASTER = ("to: 4000 rpm", "to: 4400 rpm")

@@ -10,7 +10,7 @@ from strainwave.compile.address import VECTOR, ByAddress, at, call, value, words
 from strainwave.compile.jit import entry, kernel, run
 from strainwave.numerics.addressed import law_by_address, torques
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 
 class Inner(NamedTuple):

@@ -10,7 +10,10 @@ from strainwave.base.blas import one_thread, threads_of
 
 np.linalg.inv(np.eye(2))
 NUMPY = threads_of("numpy.linalg._umath_linalg")
-pytestmark = pytest.mark.skipif(NUMPY is None, reason="NumPy has another BLAS here, whose threads are left alone")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(NUMPY is None, reason="NumPy has another BLAS here, whose threads are left alone"),
+]
 
 
 @pytest.fixture

@@ -15,6 +15,8 @@ import pytest
 import strainwave as sw
 from strainwave.compile import cache, reads
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = Path(sw.__file__).parent
 
 COUNTS = """

@@ -8,6 +8,8 @@ import strainwave as sw
 from strainwave.compile import cache as module
 from strainwave.compile import jit
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_kernel_is_listed_while_it_is_compiled_and_not_afterwards():
     begun, go_on = Event(), Event()
@@ -46,7 +48,7 @@ def test_the_sentence_says_how_often():
     )
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_what_is_compiled_is_told_once_for_kinds_of_arguments(monkeypatch):
     class Stiffening(sw.Cubic):
         """A law that no other test has compiled."""

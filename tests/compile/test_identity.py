@@ -17,6 +17,8 @@ import zarr
 import strainwave as sw
 from strainwave.sample.identity import digest, identity, installed
 
+pytestmark = pytest.mark.slow
+
 SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(1.0), 1.0)
 ALPHA = np.array([0.5, 1.0, 2.0])
 GRID = {"law.alpha": ALPHA, "omega": np.linspace(1.0, 2.0, 20)}

@@ -10,6 +10,8 @@ import pytest
 import strainwave as sw
 from strainwave.base.law import torsion
 
+pytestmark = pytest.mark.slow
+
 
 class Tabulated(NamedTuple):
     """A law that Python runs and a compiler cannot: it imports a library inside a method."""

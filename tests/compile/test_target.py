@@ -12,6 +12,8 @@ import pytest
 from strainwave.compile import lanes
 from strainwave.compile.jit import target_cpu
 
+pytestmark = pytest.mark.slow
+
 SCRIPT = """
 import sys
 sys.path[:0] = sys.argv[1:]
@@ -33,7 +35,7 @@ def widest():
     return next(kind for kind in ("zmm", "ymm", "xmm") if f"%{kind}" in code)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.skipif("'sse2' not in target_cpu()[0]", reason="reads the machine code of x86 processors")
 def test_a_loop_over_lanes_has_the_widest_vectors_of_its_processor():
     units = target_cpu()[0]
@@ -41,7 +43,6 @@ def test_a_loop_over_lanes_has_the_widest_vectors_of_its_processor():
 
 
 @pytest.mark.slow
-@pytest.mark.compiled
 @pytest.mark.parametrize(("level", "registers"), [("x86-64-v2", "xmm"), ("x86-64-v3", "ymm")])
 def test_code_for_another_processor_has_its_vector_units_alone(level, registers):
     if not set(UNITS[level]) <= set(target_cpu()[0]):

@@ -5,6 +5,8 @@ import pytest
 from strainwave.compile.jit import run
 from strainwave.compile.tree import alike, axpy, times
 
+pytestmark = pytest.mark.slow
+
 
 def all_of(y, h, k):
     return axpy(y, h, k), times(h, k), alike(y, h)

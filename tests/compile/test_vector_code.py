@@ -9,6 +9,8 @@ import pytest
 from strainwave import maths
 from strainwave.compile import lanes
 
+pytestmark = pytest.mark.slow
+
 
 def one_of(name):
     """Return a loop over lanes that applies the function to row 0 (and row 2) and writes row 1."""

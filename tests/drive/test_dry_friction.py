@@ -44,7 +44,7 @@ def test_a_torque_below_the_break_away_moves_nothing_and_one_above_it_moves_by_t
     assert moved.motor_speed[-1] == pytest.approx(0.001 / J_M * 3.0, rel=1e-6)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_load_behind_a_coupling_sticks_until_the_coupling_has_wound_up():
     # The gear's output is moved by a ramp of a held motor; the load breaks away at T_s, and the coupling has T_s/K.
     K, T_s, speed = 2e3, 5.0, 0.02
@@ -72,6 +72,7 @@ def test_moves_with_dry_friction_agree_with_an_integration_that_locates_every_st
     assert np.interp(t, found.time, found.pointing_error) == pytest.approx(error, abs=2e-3 * found.peak_error)
 
 
+@pytest.mark.slow
 def test_a_motor_that_dry_friction_holds_is_not_told_as_settled():
     train = STICKY.train()
     held = sw.move(train.with_motor(drag=sw.laws.Coulomb(1e6)), sw.Trapezoid(0.1, 0.3), tail=0.1)
@@ -80,7 +81,7 @@ def test_a_motor_that_dry_friction_holds_is_not_told_as_settled():
     assert held.peak_error == pytest.approx(0.1, rel=1e-6)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_while_the_motor_sticks_the_load_vibrates_on_the_gear():
     found = sw.study.standstill(STICKY.train())
     assert found.stuck[0] == pytest.approx(np.sqrt(STICKY.K / STICKY.J_l), rel=1e-6)

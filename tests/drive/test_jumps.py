@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 HARDENING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)  # NLvib example 01
 

@@ -22,7 +22,7 @@ def compared(amplitude):
     return compare_with_train(train, free, np.array([150.0]), 30)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_what_is_dropped_grows_with_n_times_the_error_slope():
     # relative difference and ripple are of first order in the error's amplitude
     found = [compared(amplitude) for amplitude in (1e-5, 2e-5, 4e-5)]
@@ -32,7 +32,7 @@ def test_what_is_dropped_grows_with_n_times_the_error_slope():
     assert 0.0 < abs(found[2].difference[0]) < found[2].error_slope
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_columns_are_the_orbits_of_their_equations():
     found = compared(1e-4)
     orbit = sw.find_orbit(DRIVE.error_equation(kinematic_error=error(1e-4), omega=150.0))

@@ -23,7 +23,7 @@ def test_a_run_beyond_what_floats_resolve_is_refused_at_once():
         sw.drive_run(PLAIN_TRAIN, t=1e300)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("name", BALANCED)
 def test_energy_balance_closes_to_1e_8(name):
     train = TRAINS[name]

@@ -14,7 +14,7 @@ from strainwave.app.commands.cli import cli
 from strainwave.drive.friction.standstill import standing
 from strainwave.model.train.filters import around
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 ARCSEC = math.pi / 648000.0
 N, J_M, J_L, B, G = 100.0, 4.5e-4, 5.0, 30.0, 110.0  # an elbow with SHG-32-100

@@ -287,6 +287,7 @@ excitation: {kinematic_error: [{order: 1, amplitude: 1.731 arcsec}, {order: 2, a
 """
 
 
+@pytest.mark.slow
 def test_the_crest_of_a_coarse_curve_is_no_false_one_at_a_corner_of_the_law(tmp_path):
     """Fixed-step integration of the whole drive in C: 8.005 arcsec, largest of all speeds; between points 7.762."""
     (tmp_path / "drive.yaml").write_text(FALSE_CREST)

@@ -356,8 +356,6 @@ def test_a_sweep_has_the_smallest_turn_beside_the_largest(tmp_path):
     assert "smallest" not in sweep_project(joint(tmp_path, "4"), {size: ["6 arcsec"]})
 
 
-@pytest.mark.slow
-@pytest.mark.interpreted
 def test_means_are_those_of_all_turns_after_which_motions_repeat(tmp_path):
     project = joint(tmp_path, size="15 arcsec", ratio="51, fixed: flexspline")
     found = project.response()
@@ -401,7 +399,6 @@ def under_gravity(path, pull, motor="mode: held", to="1200 rpm"):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize(("inertia", "omega", "pull", "stable"), [
     (1.0, 32.5, 0.0, True), (1.0, 163.0, 0.0, True), (4.0, 163.0, 0.0, False), (1.0, 200.0, 0.3, False),
     (1.0, 300.0, 0.0, False), (4.0, 300.0, 0.0, False), (1.0, 400.0, 0.0, True),
@@ -442,8 +439,6 @@ def test_the_speed_of_a_free_motor_is_as_stable_as_by_its_equations(inertia, ome
     assert motion.stable[0] == (grown < 0.0) == stable
 
 
-@pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("order", ["{wave_generator: 2, output: 2}", "4"])
 def test_the_whole_torque_of_a_free_motor_keeps_its_speed_by_its_equations(order, tmp_path):
     drags = "drag: {type: viscous, B: 3 mN*m*s/rad}, mode: free", "drag: {type: viscous, B: 2 N*m*s/rad}"
@@ -474,6 +469,7 @@ def test_the_whole_torque_of_a_free_motor_keeps_its_speed_by_its_equations(order
     assert found.motor.holding >= given > 0.26
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("motor", "damping", "said"), [
     ("held", "0", "nothing damps this drive, and its motions of two turns never settle"),
     ("free", "0", "nothing damps this drive, and its motions of two turns never settle"),

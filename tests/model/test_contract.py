@@ -245,7 +245,7 @@ def test_arrays_give_the_same_as_numbers(kind, model):
     assert np.all(np.abs(together - one_by_one) <= 4 * EPS * largest)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "model"), CASES)
 def test_compiled_code_gives_the_same_as_python(kind, model):
     x = places(kind, model)

@@ -19,7 +19,6 @@ def named(panel, label):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_the_error_in_time_has_the_size_that_the_ensemble_measures():
     error = sw.KinematicError((sw.Line(2, 20.0 * ARCSEC),))
     drive = sw.Drive(J_m=2e-4, J_l=0.8, N=50.0, B=60.0, law=sw.Linear(2e4))

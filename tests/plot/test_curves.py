@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 import strainwave as sw
 
 matplotlib.use("Agg")
-NAMES = [name for name in RESULTS if name not in WITHOUT_FIGURE]
+SLOW = {"Design": [pytest.mark.slow]}
+NAMES = [pytest.param(name, marks=SLOW.get(name, ())) for name in RESULTS if name not in WITHOUT_FIGURE]
 
 
 @pytest.fixture

@@ -42,7 +42,7 @@ def steady(system):
     return peak, 2.0 * np.abs(np.fft.rfft(x)) / n
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @each_case
 def test_largest_error_from_rest(case):
     system = case.system
@@ -52,7 +52,7 @@ def test_largest_error_from_rest(case):
     assert run.peak() == pytest.approx(largest_by_scipy(system, run.t[np.argmax(np.abs(run.y[0]))]), rel=1e-7)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @each_case
 def test_steady_peak_and_harmonics(case):
     peak, amplitudes = steady(case.system)
@@ -62,7 +62,7 @@ def test_steady_peak_and_harmonics(case):
         assert amplitudes[9] == to_its_digits(case.at_3_omega)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "bound"), [("derived, subharmonic", 1e-9), ("printed, subharmonic", 1e-7)])
 def test_no_steady_subharmonic_is_left(name, bound):
     # The article speaks of a steady component at omega/3; it is a transient.
@@ -89,7 +89,7 @@ def test_torque_of_the_error_equation_is_corrected():
     assert pytest.approx(10.0 / (drive.N * drive.J_m) - 3.0 / drive.J_l, rel=1e-14) == F
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_articles_non_resonant_value_shows_which_parameters_its_authors_used():
     # Table 4 prints 4.8e-3 rad at 10.47 rad/s: 6 % from the derived set, a hundredth of what the printed set gives.
     largest = {name: sw.simulate(case.system, (0, 0), 30.0).peak() for name, case in CASES.items()}

@@ -22,7 +22,7 @@ def after(omega, y, periods):
     return sw.simulate(system(omega), y, periods * 2.0 * math.pi / omega, method=TIGHT).y[:, -1]
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_orbit_from_rest_at_0_8_has_the_reference_values():
     omega, period = 0.8, 2.0 * math.pi / 0.8
     y = after(omega, (0.0, 0.0), 100)
@@ -38,7 +38,7 @@ def test_orbit_from_rest_at_0_8_has_the_reference_values():
     assert amplitudes[3] == pytest.approx(0.042768294, abs=1e-9)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_multipliers_of_the_orbit_are_those_of_the_period_map():
     omega, d = 0.8, 1e-4
     y = after(omega, (0.0, 0.0), 100)
@@ -51,7 +51,7 @@ def test_multipliers_of_the_orbit_are_those_of_the_period_map():
     assert np.prod(multipliers).real == pytest.approx(math.exp(-0.1 * 2.0 * math.pi / omega), rel=1e-7)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_above_1_0931653_orbits_float_inside_the_gap():
     # In the gap x'' + B x' = A cos(omega t): amplitude A/(omega sqrt(omega^2 + B^2)), which equals the half gap there.
     def floating_amplitude(omega):

@@ -29,7 +29,7 @@ def test_printed_frequencies_are_the_elliptic_integrals(alpha, X, omega):
     assert float(exact_frequency(mpmath.mpf(alpha), X, mpmath.ellipk)) == pytest.approx(omega, abs=HALF_DIGIT)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(("alpha", "X", "omega"), CASES)
 def test_integration_gives_the_printed_frequencies(alpha, X, omega):
     system = sw.Oscillator(1.0, 0.0, sw.Cubic(1.0, alpha), sw.Harmonic(0.0), 1.0)

@@ -21,7 +21,7 @@ def test_first_order_gives_the_printed_subharmonics():
     assert [s.stable for s in states] == [True, False]
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_isola_is_closed_and_holds_both_printed_subharmonics():
     loops = sw.isolas(DUFFING, (3.0, 10.0))
     assert len(loops) == 1
@@ -43,7 +43,7 @@ def test_the_isola_is_closed_and_holds_both_printed_subharmonics():
     assert largest[low] == pytest.approx(1.2843, abs=0.5e-4)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_loop_has_a_stable_and_an_unstable_half():
     loop = sw.isolas(DUFFING, (3.0, 10.0))[0]
     low, high = sorted(f.omega for f in loop.folds)

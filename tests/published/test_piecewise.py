@@ -57,7 +57,7 @@ def test_printed_free_period_is_the_closed_form():
     assert free_period(3e-3) == pytest.approx(0.0127889662624, abs=0.5e-13)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_integration_gives_the_free_period():
     period = free_period(3e-3)
     run = sw.simulate(driven(1.0, amplitude=0.0)._replace(B=0.0), (3e-3, 0.0), 10.0 * period, method=TIGHT)
@@ -67,7 +67,7 @@ def test_integration_gives_the_free_period():
     assert run.y[0, -1] == pytest.approx(3e-3, rel=1e-9)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_two_stable_orbits_coexist_at_235_rad_per_s():
     small, y_small = settled(235.0, (0.0, 0.0))
     assert small == pytest.approx(0.00043689558, abs=0.5e-11)
@@ -79,7 +79,7 @@ def test_two_stable_orbits_coexist_at_235_rad_per_s():
     assert np.max(np.abs(y - y_small)) > 1e-4
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_peak_of_the_resonance_is_reached_from_below():
     y = (0.0, 0.0)
     for omega in (220.0, 228.0, 234.0, 239.0, 243.0, 246.0, 248.0):

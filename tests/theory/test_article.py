@@ -17,7 +17,7 @@ from strainwave.app.commands.cli import cli
 from strainwave.app.report.article import header, shown, tables
 from strainwave.theory.article import _compared, reproduce
 
-pytestmark = [pytest.mark.compiled, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 
 TRUE_MAXIMA = {
     ("derived", "primary"): 0.4800230,

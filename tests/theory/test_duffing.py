@@ -90,7 +90,7 @@ def test_first_order_backbone_meets_the_exact_one_with_an_error_of_fourth_order(
     np.testing.assert_allclose(np.log2(gap[:-1] / gap[1:]), 4.0, atol=0.2)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_free_oscillation_lies_on_the_backbone_of_harmonic_balance():
     system = constant(sw.Cubic(1.0, 0.3), 0.7)
     motion = exact_duffing.free(system, 2.0)

@@ -356,7 +356,7 @@ def starts(proof, count, level, seed):
     return found
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [0.0, 0.1])
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_every_sampled_motion_from_the_region_decays_to_the_claimed_rest(name, mean):
@@ -372,7 +372,7 @@ def test_every_sampled_motion_from_the_region_decays_to_the_claimed_rest(name, m
         assert abs(motion.y[1, -1]) < 1e-2
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [0.0, 0.1])
 def test_motions_started_just_outside_the_softening_region_escape(mean):
     proof = sw.lyapunov(oscillator(LAWS["softening"], B=1e-4, mean=mean))
@@ -390,7 +390,7 @@ def test_motions_started_just_outside_the_softening_region_escape(mean):
     assert sw.simulate(proof.system, (x, v), 300.0).status
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_one_well_of_two_keeps_its_motions_and_loses_those_above_its_saddle():
     proof = sw.lyapunov(oscillator(sw.Cubic(-1.0, -1.0), B=0.01), near=1.0)
     fast = [math.sqrt(2.0 * share * proof.region.energy_limit / proof.system.J) for share in (0.99, 1.2)]

@@ -116,7 +116,7 @@ def random_ripples(rng):
     ]
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_random_stiffness_within_the_condition_always_decays():
     rng = np.random.default_rng(6)
     law = LAW

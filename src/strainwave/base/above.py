@@ -82,5 +82,7 @@ def _nearest(name: str) -> str:
     """Question after the public name nearest to an unknown one, the end of a sentence; empty where none is near."""
     from difflib import get_close_matches  # a millisecond, which a start does not take
 
+    if name.startswith("_"):  # what a tool asks every object for
+        return ""
     places = {n: f"{space}.{n}" for n, space in namespaces().items()} | {n: n for n in import_module(ROOT).__all__}
     return "".join(f"; did you mean {ROOT}.{places[n]}?" for n in get_close_matches(name, places, 1))

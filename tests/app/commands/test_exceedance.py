@@ -12,7 +12,7 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.files.reading import read_project
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 
 def invoke(path, *options):

@@ -20,7 +20,7 @@ from strainwave.base.sentences import Sentence, Speed
 from strainwave.files.reading import read_project
 from strainwave.study.analysis.analysis import not_exact
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 PROJECT = at_the_load(small_drive.PROJECT, 24, 38).replace("ratio: 5 %", "ratio: 2 %")
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import strainwave as sw
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 SVG = "{http://www.w3.org/2000/svg}"
 

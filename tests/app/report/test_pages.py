@@ -14,7 +14,7 @@ from strainwave.app.report.verdict import _requirement
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import ARCSEC
 
-pytestmark = [pytest.mark.compiled, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 
 AXIS = """\
 title: Azimuth axis

@@ -18,7 +18,7 @@ from strainwave.app.report.sections.derived import ParametricResonances
 from strainwave.app.view import AngleUnit, View
 from strainwave.files.reading import read_project
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 
 def drive(law=CUBIC, damping="ratio: 5 %"):

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 
 from strainwave.app.commands.cli import cli
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[3]
 PROJECT = """\

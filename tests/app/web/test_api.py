@@ -384,7 +384,7 @@ def test_one_curve_of_a_load_that_varies_does_not_pass():
     assert held["torque_exceeded"]["reached"] == 1000.0 > held["torque_exceeded"]["torque"]
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_verdict_under_all_loads_is_that_of_the_speed_map():
     light = LOOP | GRAVITY | {"load.drag.amplitude": "44 N*m"}
     for values in (light, light | {"limit.oscillation": "50 arcsec"}):

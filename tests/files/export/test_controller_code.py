@@ -297,6 +297,7 @@ def test_what_is_no_controller_is_refused():
         controller_code(Proportional(1.0), 3, "loop")
 
 
+@pytest.mark.slow
 @needs_cc
 @pytest.mark.parametrize("name", OWN)
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e300])

@@ -96,6 +96,7 @@ def by_c(folder, plant, torques, **changed):
     return np.array(found)
 
 
+@pytest.mark.slow
 @needs_cc
 @pytest.mark.parametrize("name", CASES)
 def test_c_gives_what_python_gives_on_recorded_torques(name, tmp_path):

@@ -15,7 +15,6 @@ TRUTH = {
     "kinematic_error.0.phase": PHASE,
     "torsion.offset": 0.0,
 }  # fmt: skip
-compiled = pytest.mark.compiled
 
 
 @pytest.fixture
@@ -23,7 +22,6 @@ def project(tmp_path):
     return from_text(PROJECT, tmp_path / "axis.yaml")
 
 
-@compiled
 @pytest.mark.slow
 def test_the_numbers_are_found_and_become_a_project(project):
     found = sw.identify_drive(project, measured())
@@ -51,7 +49,6 @@ def test_the_numbers_are_found_and_become_a_project(project):
     assert "gear.K1" in str(found)
 
 
-@compiled
 @pytest.mark.slow
 def test_drives_that_scatter_have_the_covariance_of_the_numbers(project):
     load = measured()
@@ -64,7 +61,6 @@ def test_drives_that_scatter_have_the_covariance_of_the_numbers(project):
     np.testing.assert_allclose(sample / sizes, table / sizes, atol=0.15)  # 400 drives, cut off at 3 deviations
 
 
-@compiled
 @pytest.mark.slow
 def test_a_phase_lies_within_half_a_turn_and_its_scatter_is_an_angle(tmp_path):
     """And a third slope that the torsion does not reach is kept."""
@@ -85,7 +81,6 @@ def test_a_phase_lies_within_half_a_turn_and_its_scatter_is_an_angle(tmp_path):
     assert f"kinematic_error.0.phase: {float(scatter['kinematic_error.0.phase'])!r} rad" in found.project.text
 
 
-@compiled
 @pytest.mark.slow
 def test_numbers_of_a_law_stay_those_of_a_gear_where_the_model_does_not_fit(project):
     """A load encoder that is late by 1.5 ms, which the model cannot say: what it takes K3 for is no slope of a gear."""
@@ -99,7 +94,6 @@ def test_numbers_of_a_law_stay_those_of_a_gear_where_the_model_does_not_fit(proj
     assert str(found).splitlines()[1].strip() == found.quality()[0] == said
 
 
-@compiled
 @pytest.mark.slow
 def test_an_inertia_that_is_kept_is_said_to_scale_stiffness_and_damping(tmp_path):
     """Nothing pulls at the load, and the file has a tenth more inertia: so have K and B, and no residual tells."""

@@ -13,7 +13,7 @@ from strainwave.files.variants import missing_orders
 from strainwave.files.variants.identify_drive import with_torsion
 from strainwave.files.variants.missing_orders import Place, missing_lines
 
-pytestmark = [pytest.mark.compiled, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

@@ -24,7 +24,6 @@ def read(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_every_drive_has_the_oscillation_of_the_closed_form_and_the_interval_holds_the_probability(read):
     # resonance peaks fall as 1/B: the limit is exceeded where B is below that of the limit
     limit = float(np.max(closed_form(1.0, 38.0, OMEGA)))
@@ -55,7 +54,7 @@ def test_every_drive_has_the_oscillation_of_the_closed_form_and_the_interval_hol
     np.testing.assert_array_equal(again.oscillation, found.oscillation[:32])
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_drive_with_gravity_exceeds_its_limit_where_it_does_under_any_torque_of_its_load(read):
     text = """\
 gear: CSG-40-50

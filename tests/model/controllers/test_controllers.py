@@ -61,7 +61,7 @@ def replay(controller, table, out):
 
 
 @each
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_compiled_code_does_what_python_does(controller):
     table = np.array(measurements(lost=(7, 8)), float)
     compiled, python = np.zeros(len(table)), np.zeros(len(table))
@@ -196,7 +196,7 @@ def test_noise_is_white_and_the_same_in_every_run():
     np.testing.assert_allclose(np.histogram(shares, 10, (0.0, 1.0))[0], 2000, atol=200)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_compiled_noise_is_that_of_python():
     @kernel
     def fill(out):

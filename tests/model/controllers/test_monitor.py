@@ -133,7 +133,6 @@ def test_in_a_run_up_a_tracker_lags_as_its_formula_says(acceleration, rate):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_noise_comes_through_a_tracker_with_its_gain():
     rng, t, omega, rate = np.random.default_rng(5), PERIOD * np.arange(240000), 120.0, 2.0
     tracker = sw.controllers.Tracker(60.0, 160.0, rate, PERIOD)

@@ -50,7 +50,7 @@ def test_train_is_what_lagrange_gives_with_kinematic_error():
         assert sp.expand(sp.nsimplify(exact.subs(torque) - found)) != 0
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_lines_of_two_turns_and_gravity_run_as_their_own_equations():
     N, J_m, J_l, K, B, omega = 51.0, 2e-4, 1.3, 2e4, 2.0, 90.0
     error = sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / N, 8e-5, 0.3)))
@@ -227,7 +227,7 @@ def test_settled_motion_of_the_four_states_has_the_reference_amplitudes(omega, p
     assert amplitudes[3] == pytest.approx(printed[1], abs=0.5e-13)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_stiff_speed_loop_approaches_the_held_motor():
     given = {"kinematic_error": sw.KinematicError((sw.Line(2, 1.1e-4),)), "omega": 190.0}
     held = sw.find_orbit(DRIVE.error_equation(motor="held", **given)).peak

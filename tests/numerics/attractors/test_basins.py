@@ -117,7 +117,6 @@ def test_neighbours_drift_apart_at_the_known_rates():
     assert abs(np.mean(means) - 0.90563) < 3.0 * error
 
 
-@pytest.mark.interpreted
 def test_turns_that_take_minutes_are_refused_before_they_are_marched(monkeypatch):
     monkeypatch.setattr(settle, "MOST_STRETCHED", 10)
     system = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.5), 1.2)
@@ -139,7 +138,7 @@ def test_a_bound_ends_a_trajectory_that_yields_on_its_way_out_and_changes_no_oth
     assert float(bounded["highest"][1]) == float(free["highest"][1]) < 0.2
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_slow_transient_is_counted_as_not_settled():
     light = sw.Oscillator(1.0, 1e-6, LINEAR, sw.Harmonic(1.0), 1.0)
     found = sw.basins(light, (-1.0, 1.0), (-1.0, 1.0), resolution=2, settle=10, longest=30)
@@ -147,7 +146,7 @@ def test_a_slow_transient_is_counted_as_not_settled():
     assert float(found.dataset()["label"].max()) == UNSETTLED
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_sample_is_reproducible_and_its_dataset_complete():
     damped = sw.Oscillator(1.0, 0.5, LINEAR, sw.Harmonic(1.0), 1.0)
     one, two = (sw.basins(damped, (-1.0, 1.0), (-1.0, 1.0), samples=20, seed=5) for _ in range(2))

@@ -23,7 +23,7 @@ def problem(system, path="omega"):
     return second_order(system, leaf_of(system, path), leaf_of(system, "omega"), 5)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["omega", "law.K", "excitation.amplitude", "J"])
 def test_machine_code_knows_no_law_torque_or_error(path):
     kept = []
@@ -38,7 +38,7 @@ def test_machine_code_knows_no_law_torque_or_error(path):
     assert kind_of(one) == kind_of(two)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("system", [ONE, TWO, KINKED])
 @pytest.mark.parametrize("path", ["omega", "J", "B", "excitation", "law", "error"])
 def test_machine_code_follows_the_curve_of_python(system, path, monkeypatch):

@@ -144,7 +144,7 @@ def test_the_residual_of_a_law_with_memory_is_its_integral_however_few_the_harmo
     assert r == pytest.approx(whole, rel=1e-7, abs=1e-7 * np.max(np.abs(whole)))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [0.0, 0.7])
 def test_duffing_with_two_states_has_the_folds_of_the_oscillator(mean):
     system = DUFFING._replace(mean=mean)
@@ -183,7 +183,7 @@ def test_zener_element_has_its_closed_form():
     assert np.sort(np.abs(branch.multipliers[0])) == pytest.approx(np.sort(np.abs(exact)), rel=1e-8)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_bouc_wen_agrees_with_integration():
     orbit = sw.find_orbit(BOUC_WEN, harmonics=31)
     turn = 2.0 * np.pi / BOUC_WEN.omega
@@ -207,7 +207,7 @@ def test_the_period_map_has_liouvilles_determinant(system):
     assert np.linalg.det(period_maps(problem, point[None, :])[0][0]) == pytest.approx(np.exp(trace), rel=tolerance)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_neimark_sacker_points_of_van_der_pol_lie_where_averaging_puts_them():
     # averaging x = A cos: the trace of the slow flow is mu (1 - A^2/2); the torus is born at A = sqrt 2 up to O(mu^2)
     found = {}
@@ -225,7 +225,7 @@ def test_neimark_sacker_points_of_van_der_pol_lie_where_averaging_puts_them():
         assert abs(fine - np.sqrt(2.0)) < 0.6 * abs(coarse - np.sqrt(2.0))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_stability_changes_at_the_neimark_sacker_points():
     branch = sw.frequency_response(VanDerPol(0.1, 0.3, 1.0), (0.6, 1.5), harmonics=7)
     low, high = sorted(orbit.value for orbit in branch.tori)

@@ -12,7 +12,7 @@ from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.second_order import displacement_peaks, grid_of, hill
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 0.8)
 LINES = sw.KinematicError((sw.Line(1, 0.02, 0.3), sw.Line(3, 0.01, 1.0)))

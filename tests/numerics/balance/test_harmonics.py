@@ -6,7 +6,7 @@ import pytest
 
 import strainwave as sw
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 B, AMPLITUDE, BELOW = 0.05, 0.1, 0.8  # BELOW: speed of the line over omega_0
 

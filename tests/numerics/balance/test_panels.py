@@ -60,7 +60,7 @@ def test_a_crossing_on_a_sample_counts_once():
     np.testing.assert_allclose(found, [-low, 0.0, np.pi, np.pi + low], atol=1e-9)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("virtual", [False, True], ids=["itself", "of a strength"])
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_machine_code_has_the_equations_and_the_period_map_of_numpy(name, virtual):

@@ -10,7 +10,7 @@ from strainwave.numerics.balance.harmonics import ENOUGH
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.connected import connected
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 HARDENING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)  # NLvib example 01
 SOFTENING = HARDENING._replace(law=sw.Cubic(1.0, -0.05), excitation=sw.Harmonic(0.1))

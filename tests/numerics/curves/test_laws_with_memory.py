@@ -78,7 +78,7 @@ def test_harmonic_balance_with_hysteresis_approaches_the_orbit_by_shooting():
     np.testing.assert_allclose(abs(more.multipliers[:2]), abs(exact.multipliers[:2]), rtol=2e-3)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_parameter_response_takes_laws_with_memory():
     branch = sw.numerics.parameter_response(FORCED, "excitation.amplitude", (0.2, 0.6), harmonics=7, points=20)
     assert branch.status is sw.Status.OK

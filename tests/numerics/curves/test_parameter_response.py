@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 import strainwave as sw
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.2)  # NLvib example 01
 

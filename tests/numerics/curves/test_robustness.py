@@ -10,7 +10,7 @@ from scipy.optimize import root
 
 import strainwave as sw
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 BENCHMARKS = Path(__file__).resolve().parents[3] / "benchmarks"
 

@@ -11,7 +11,7 @@ from scipy.optimize import root
 
 import strainwave as sw
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 N, J_M, J_L, B, K, ALPHA, K_P, K_D, A, PHASE, MEAN = 100.0, 1e-4, 0.6, 6.0, 5e4, 5e5, 40.0, 0.05, 3e-4, 0.4, -15.0
 ERROR = sw.KinematicError((sw.Line(2, A, PHASE),))

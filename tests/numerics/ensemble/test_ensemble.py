@@ -8,6 +8,8 @@ from scipy.integrate import simpson
 
 import strainwave as sw
 
+pytestmark = pytest.mark.slow
+
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 ALL = (sw.Peak(), sw.numerics.Extremes(), sw.Rms(), sw.numerics.Mean(), sw.Amplitude(1), sw.Final())
 FEW = {"omega": np.array([0.8, 1.1]), "law.alpha": np.array([0.02, 0.08])}
@@ -76,7 +78,6 @@ def test_the_error_estimate_of_fixed_steps_over_kinks_is_no_smaller_than_the_err
         assert error < coarse[name].attrs["error_estimate"] < 4.0 * error
 
 
-@pytest.mark.interpreted
 def test_an_order_above_those_of_the_system_gets_its_steps():
     """In 32 steps a turn cos(33 phase) is cos(phase): order 33 would have the amplitude of order 1."""
     linear = sw.Oscillator(1.0, 0.5, sw.Linear(1.0), sw.Harmonic(1.0), 0.5)
@@ -262,7 +263,6 @@ def test_a_stiff_lane_stops_alone_and_says_why():
     assert float(found["ended"][2]) == 0.0
 
 
-@pytest.mark.interpreted
 def test_harmonics_of_a_motion_that_hardly_moves_are_those_of_the_motion():
     still = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(0.0, mean=1.0), 1.0)
     at_rest = sw.ensemble(still, {}, (1.0, 0.0), periods=3, measures=(sw.Amplitude(3),), method=sw.Dopri5())
@@ -275,7 +275,6 @@ def test_harmonics_of_a_motion_that_hardly_moves_are_those_of_the_motion():
         assert float(adaptive[f"amplitude_{k}"][0]) == pytest.approx(float(fixed[f"amplitude_{k}"][0]), abs=1e-9)
 
 
-@pytest.mark.interpreted
 @pytest.mark.parametrize("method", [sw.Dop8(), sw.Dopri5()])
 def test_a_motion_at_rest_or_at_its_turning_points_has_period_one(method):
     decayed = sw.Oscillator(1.0, 0.5, sw.Cubic(1.0, 0.1), sw.Harmonic(0.0), 1.0)
@@ -294,7 +293,6 @@ class Crossed(NamedTuple):
         return 1.5 * y[1] - 0.5 * y[0] - 0.5, -2.0 * y[0] - 0.3 * y[1]
 
 
-@pytest.mark.interpreted
 def test_a_rate_that_is_the_second_state_by_chance_is_not_taken_for_it():
     found = sw.ensemble(
         Crossed(1.0), {}, (1.0, 0.0), periods=2, measures=(sw.numerics.Extremes(),), method=sw.Dopri5(rtol=1e-11)

@@ -7,6 +7,8 @@ import pytest
 
 from strainwave.numerics.ensemble import pieces
 
+pytestmark = pytest.mark.slow
+
 NUMBERS = np.concatenate([10.0 ** np.linspace(-20.0, 20.0, 4001), 1.0 + np.linspace(0.0, 1.0, 501)]).tolist()
 
 

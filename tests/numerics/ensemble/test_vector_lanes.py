@@ -13,6 +13,8 @@ from strainwave.compile import lanes
 from strainwave.numerics.ensemble import fixed_step
 from strainwave.numerics.integration.steps import Classical
 
+pytestmark = pytest.mark.slow
+
 SCALAR: set[str] = set()  # laws whose loop is known to stay scalar, with the reason in docs/sweeps.md
 TORQUE = sw.Harmonic(0.3)
 CASES = {

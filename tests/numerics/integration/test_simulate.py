@@ -77,7 +77,7 @@ def test_dense_output_of_dopri5_has_order_4():
     assert slope_of_errors([inside(h) for h in (0.8, 0.4, 0.2, 0.1)]) == pytest.approx(5.0, abs=0.6)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [sw.Dopri5(rtol=1e-11), sw.Rk4(steps=1024), sw.Dop8(steps=32)], ids=str)
 def test_linear_oscillator_follows_its_closed_form(method):
     system = sw.Oscillator(2.0, 0.3, sw.Cubic(5.0, 0.0), sw.Harmonic(0.7), 1.3)
@@ -87,7 +87,7 @@ def test_linear_oscillator_follows_its_closed_form(method):
     np.testing.assert_allclose(run.y[0], damped_forced(system, 0.4, -0.2, t), rtol=0, atol=3e-10)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_energy_is_kept_without_damping_and_forcing():
     system = SPRING._replace(law=sw.Cubic(1.0, 0.1))
     run = sw.simulate(system, (2.0, 0.0), 200.0, method=sw.Dopri5(rtol=1e-12, atol=1e-14))
@@ -95,7 +95,7 @@ def test_energy_is_kept_without_damping_and_forcing():
     assert np.max(np.abs(energy / energy[0] - 1.0)) < 1e-9
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_work_of_forcing_and_damping_is_the_change_of_energy():
     t = np.linspace(0.0, 30.0, 6001)
     run = sw.simulate(DUFFING, (0.3, 0.1), t, method=sw.Dopri5(rtol=1e-12, atol=1e-14))
@@ -106,7 +106,7 @@ def test_work_of_forcing_and_damping_is_the_change_of_energy():
     assert energy[-1] - energy[0] == pytest.approx(work, abs=1e-6)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["RK45", "DOP853"])
 @pytest.mark.parametrize("system", [DUFFING, BACKLASH], ids=["Duffing", "backlash"])
 def test_scipy_gives_the_same_solution(system, method):
@@ -116,7 +116,7 @@ def test_scipy_gives_the_same_solution(system, method):
     np.testing.assert_allclose(ours.y, theirs, rtol=0, atol=3e-8)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_sampled_times_and_recorded_steps_are_one_solution():
     steps = sw.simulate(DUFFING, (0.5, 0.0), 20.0)
     assert steps.t[0] == 0.0
@@ -128,13 +128,13 @@ def test_sampled_times_and_recorded_steps_are_one_solution():
     assert (sampled.steps, sampled.rejected) == (steps.steps, steps.rejected)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_rate_is_the_rhs_at_every_sample():
     run = sw.simulate(DUFFING, (0.5, 0.0), np.linspace(1.0, 9.0, 17))
     np.testing.assert_allclose(run.rate, DUFFING.rhs(run.t, tuple(run.y)), rtol=0, atol=1e-14)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [sw.Dopri5(), sw.Rk4(steps_per_period=50)], ids=["Dopri5", "Rk4"])
 def test_pieces_of_any_size_give_one_solution(method, monkeypatch):
     whole = sw.simulate(DUFFING, (0.5, 0.0), 20.0, method=method)
@@ -148,7 +148,7 @@ def test_pieces_of_any_size_give_one_solution(method, monkeypatch):
     assert len(apart_in_pieces.t) == 3
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_peak_is_that_of_the_dense_solution():
     run = sw.simulate(DUFFING, (0.5, 0.0), 60.0)
     dense = sw.simulate(DUFFING, (0.5, 0.0), np.linspace(0.0, 60.0, 200_001))
@@ -189,7 +189,7 @@ CSF = sw.Oscillator(0.6, 9.8, CSF_40_50, sw.Harmonic(150.0), 150.0, sw.Kinematic
 PLAY = sw.Oscillator(1.3, 20.0, sw.Play(2e-4, CSF_40_50), sw.Harmonic(60.0, mean=15.0), 180.0)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("system", "y0"),
     [(BACKLASH, (1.5, 0.0)), (CSF, (3e-3, 0.0)), (PLAY, (3e-3, 0.0))],
@@ -209,7 +209,7 @@ def test_dopri5_keeps_its_order_across_breakpoints(system, y0):
     assert all(later < 3.0 * earlier for earlier, later in pairwise(steps))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_without_location_of_switches_the_order_is_lost():
     class Unlocated(NamedTuple):
         """The backlash oscillator without word of its breakpoints."""
@@ -232,7 +232,7 @@ def test_without_location_of_switches_the_order_is_lost():
     assert unseeing.rejected > 4 * seeing.rejected
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_switches_lie_on_the_breakpoints():
     run = sw.simulate(BACKLASH, (1.5, 0.0), 30.0)
     on = np.min(np.abs(np.abs(run.y[0]) - 0.5)[:, None], axis=1)
@@ -240,7 +240,7 @@ def test_switches_lie_on_the_breakpoints():
     assert run.switches >= 4
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_start_on_a_breakpoint_at_rest_goes_where_the_force_points():
     inside = sw.simulate(BACKLASH._replace(excitation=sw.Harmonic(-0.6)), (0.5, 0.0), 0.5)
     assert inside.status
@@ -249,7 +249,7 @@ def test_start_on_a_breakpoint_at_rest_goes_where_the_force_points():
     assert inside.y[0, -1] == pytest.approx(theirs[0, -1], abs=1e-11)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [sw.Dopri5(), sw.Rk4(), sw.Dop8(), sw.Rk4(steps_per_period=100)], ids=str)
 def test_softening_start_outside_the_well_diverges_with_finite_values(method):
     # The saddles are at x = 1/sqrt(|alpha|) = 1.
@@ -262,7 +262,7 @@ def test_softening_start_outside_the_well_diverges_with_finite_values(method):
     assert sw.simulate(system, (0.3, 0.0), 50.0, method=method).status
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_resonance_without_damping_grows_linearly():
     # x'' + x = A cos t from rest: x = (A/2) t sin t.
     t = np.linspace(0.0, 2000.0, 501)
@@ -271,7 +271,7 @@ def test_resonance_without_damping_grows_linearly():
     np.testing.assert_allclose(run.y[0], 0.1 * t * np.sin(t), rtol=0, atol=1e-4)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_step_limit_ends_with_what_is_done():
     run = sw.simulate(DUFFING, (0.5, 0.0), 1e6, method=sw.Dopri5(max_steps=1000))
     assert run.status is sw.Status.TOO_MANY_STEPS
@@ -283,7 +283,7 @@ def test_step_limit_ends_with_what_is_done():
     assert sw.simulate(DUFFING, (0.5, 0.0), run.t[-1], method=enough).status
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [sw.Dopri5(), sw.Dop8(steps_per_period=20)], ids=["Dopri5", "Dop8"])
 @pytest.mark.parametrize("t", [500.0, np.linspace(0.0, 500.0, 2001)], ids=["every step", "samples"])
 def test_interrupt_keeps_what_is_finished(method, t, monkeypatch):
@@ -307,7 +307,7 @@ def test_interrupt_keeps_what_is_finished(method, t, monkeypatch):
     np.testing.assert_allclose(part.y, whole.y[:, : len(part.t)], rtol=0, atol=1e-12)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [sw.Dopri5(), sw.Dop8(steps_per_period=20)], ids=["Dopri5", "Dop8"])
 def test_long_run_logs_its_progress_once_a_second(method, monkeypatch, caplog):
     seconds = iter(np.arange(0.0, 1000.0, 0.3))
@@ -320,14 +320,14 @@ def test_long_run_logs_its_progress_once_a_second(method, monkeypatch, caplog):
     assert all(message.startswith("t = ") and "of 200 s" in message for message in caplog.messages)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_quick_run_logs_nothing(caplog):
     with caplog.at_level(logging.INFO, "strainwave"):
         sw.simulate(DUFFING, (0.5, 0.0), 20.0)
     assert caplog.messages == []
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_large_start_time_changes_only_the_phase():
     # 1e6 periods later the forcing is the same but for the rounding of the phase, 1e6 * 2 pi * 1e-16.
     later = 1e6 * 2.0 * math.pi
@@ -336,7 +336,7 @@ def test_large_start_time_changes_only_the_phase():
     np.testing.assert_allclose(late, early, rtol=0, atol=1e-7)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_constant_and_reversed_base_angle_are_allowed():
     still = sw.simulate(DUFFING._replace(omega=0.0), (0.0, 0.0), 400.0)
     x = still.y[0, -1]
@@ -346,7 +346,7 @@ def test_constant_and_reversed_base_angle_are_allowed():
     assert sw.simulate(DUFFING._replace(omega=-1.0), (0.1, 0.0), 20.0, method=sw.Rk4()).status
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_default_steps_of_fixed_methods_resolve_a_fast_spring_under_slow_forcing():
     # The article's first case: omega_0/omega = 37, 32 steps per forcing period would diverge.
     system = DUFFING._replace(law=sw.Cubic(37.0**2, 0.1), excitation=sw.Harmonic(100.0))

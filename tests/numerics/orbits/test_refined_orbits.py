@@ -41,7 +41,7 @@ CREEPING = [  # B, alpha, forcing, omega, start: Newton's method begins anew mor
 ]
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(("B", "alpha", "force", "omega", "start"), FAR + CREEPING)
 def test_shooting_from_far_away_finds_a_motion_on_which_an_integration_stays(B, alpha, force, omega, start):
     system = sw.Oscillator(1.0, B, sw.Cubic(1.0, alpha), sw.Harmonic(force), omega)

@@ -127,7 +127,7 @@ def test_filters_of_a_loop_are_those_of_scipy_on_its_torque():
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.max(np.abs(wanted)))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_lost_angles_are_bridged_and_counted():
     clean = sw.numerics.run_loop(loop(sampling=SAMPLING), 1.0)
     lossy = sw.numerics.run_loop(loop(sampling=SAMPLING._replace(loss=0.05)), 1.0)
@@ -182,7 +182,7 @@ def test_an_unstable_loop_has_a_pole_outside():
     assert sw.numerics.loop_response(slow, [10.0]).stable
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_an_ensemble_has_what_single_loops_have():
     stiffness = np.array([0.9e5, 1e5, 1.2e5])
     own = loop(sampling=SAMPLING, law=sw.Cubic(1e5, 5e3))
@@ -201,7 +201,7 @@ def test_an_ensemble_has_what_single_loops_have():
     assert found.stable.all()
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_an_ensemble_is_the_same_in_any_place_and_thread():
     own, values = loop(sampling=SAMPLING._replace(motor_noise=1e-4)), np.linspace(20.0, 70.0, 70)
     one = sw.numerics.loop_ensemble(own, {"train.omega": values}, 0.2, settle=0.1, threads=1)
@@ -210,7 +210,7 @@ def test_an_ensemble_is_the_same_in_any_place_and_thread():
     assert np.std(one.rms) > 0.0
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_loop_that_grows_is_called_unstable():
     fast = sw.controllers.SampledPD(60.0 * LOOP.K_p, 60.0 * LOOP.K_d, PERIOD)
     found = sw.numerics.loop_ensemble(loop(fast, sampling=IDEAL), {}, 0.5, settle=0.1)

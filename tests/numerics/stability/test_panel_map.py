@@ -120,7 +120,7 @@ def test_the_error_of_the_panels_falls_with_the_sixteenth_power_of_their_length(
     assert 2.0**15 < error(2) / error(4) < 2.0**17
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_machine_code_goes_through_panels_as_numpy_does():
     rng = np.random.default_rng(5)
     a, b, c = (rng.standard_normal(shape) for shape in ((6, 6), (6, 2), (4, 6)))
@@ -147,6 +147,7 @@ def along(angle, y, c, w, free):
     return [y[1] / w, (-stiff * y[0] - B * y[1]) / J / w]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mean", [3.0, 0.0])
 def test_the_multipliers_of_an_oscillator_with_a_gap_are_those_of_steps_that_end_at_its_edges(mean):
     system = sw.Oscillator(J, B, sw.Play(GAP, SPRING), sw.Harmonic(2.5, mean=mean), 140.0)

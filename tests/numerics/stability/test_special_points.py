@@ -35,7 +35,7 @@ def test_multipliers_at_a_doubling_are_minus_one_and_its_partner(biased):
         assert np.prod(d.multipliers).real == pytest.approx(product, rel=1e-12)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_doublings_agree_with_shooting_to_1e_8(biased):
     for d in biased.doublings:
         left, right = (shot(BIASED, d, d.omega * (1.0 + side * 1e-8)) for side in (-1.0, 1.0))
@@ -65,7 +65,7 @@ def test_a_curve_without_crossings_has_none():
     assert curve.folds == curve.doublings == curve.branch_points == []
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_branch_of_doubled_orbits_joins_both_doublings(biased):
     doubled = sw.numerics.switch_branch(BIASED, biased.doublings[0])
     assert doubled.period == 2
@@ -76,7 +76,7 @@ def test_the_branch_of_doubled_orbits_joins_both_doublings(biased):
     assert doubled.stable.any()
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_doubled_orbit_repeats_after_two_turns_and_not_after_one(biased):
     doubled = sw.numerics.switch_branch(BIASED, biased.doublings[0])
     i = int(np.flatnonzero(doubled.stable)[np.argmax(doubled.amplitude(1)[doubled.stable])])
@@ -89,7 +89,7 @@ def test_a_doubled_orbit_repeats_after_two_turns_and_not_after_one(biased):
     assert np.linalg.norm(run.y[:, 1] - run.y[:, 0]) > 0.1
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_branch_of_broken_symmetry_has_a_mean_and_comes_back(symmetric):
     broken = sw.numerics.switch_branch(SYMMETRIC, symmetric.branch_points[0], harmonics=31)
     assert broken.period == 1
@@ -99,7 +99,7 @@ def test_the_branch_of_broken_symmetry_has_a_mean_and_comes_back(symmetric):
     assert "returns to the branch" in broken.message
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_no_branch_leaves_at_an_ordinary_orbit():
     with pytest.raises(ValueError, match=r"Branch\.doublings"):
         sw.numerics.switch_branch(BIASED, sw.find_orbit(BIASED, harmonics=5))

@@ -18,7 +18,7 @@ from strainwave.study import two_turn_motion
 from strainwave.study.analysis.knobs import Subject
 from strainwave.study.analysis.remedies import with_gear
 
-pytestmark = [pytest.mark.compiled, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 
 N, K, ALPHA, J, B, MEAN, PULL = 50.0, 2e4, 4e5, 1.0, 30.0, 4.0, 6.0
 ARCSEC = np.pi / 648000.0

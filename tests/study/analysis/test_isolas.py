@@ -92,7 +92,7 @@ def test_an_orbit_of_two_turns_is_none_of_four():
     assert takes(point, 4)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_loop_does_not_depend_on_the_range_asked_for():
     wide, narrow = (sw.isolas(DUFFING, span)[0] for span in ((3.0, 10.0), (3.1, 3.3)))
     assert wide.closed
@@ -100,7 +100,7 @@ def test_the_loop_does_not_depend_on_the_range_asked_for():
     assert sorted(f.omega for f in narrow.folds) == pytest.approx(sorted(f.omega for f in wide.folds), rel=1e-8)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_orbits_of_the_loop_take_three_turns():
     loop = sw.isolas(DUFFING, (3.0, 4.0))[0]
     at = int(np.flatnonzero((loop.omega == 3.15) & loop.stable)[0])

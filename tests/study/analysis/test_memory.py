@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 from strainwave.drive.response import exact_response, gear_torque
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 BOUC_WEN = sw.Parallel(sw.Linear(1.0), sw.BoucWen(0.5, 0.0, 0.2))
 HARDENING = sw.Oscillator(

@@ -94,7 +94,6 @@ def test_the_page_tells_of_the_speeds_of_the_project_over_a_shorter_period_too(b
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_a_curve_that_ends_where_it_began_keeps_to_the_speeds_of_the_project_too():
     project = read(PARAMETRIC)
     found = project.response()

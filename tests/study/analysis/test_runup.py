@@ -24,13 +24,13 @@ def both():
     return checked(DUFFING, SPEEDS)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_exact_response_has_the_folds_of_a_finer_balance(both):
     fine = sw.frequency_response(DUFFING, SPEEDS, harmonics=21)
     assert [f.omega for f in both[0].curve.folds] == pytest.approx([f.omega for f in fine.folds], rel=1e-9)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_integration_confirms_the_exact_response(both):
     exact, run = both
     assert len(run.up) >= 6
@@ -45,7 +45,7 @@ def test_integration_confirms_the_exact_response(both):
     assert min(upper) > max(lower)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_difference_is_told_when_the_curve_is_wrong(both):
     run = both[1]
     wrong = RunUp(run.up, run.down, 1.02 * run.curve_up, run.curve_down)
@@ -75,7 +75,7 @@ def test_narrow_superharmonic_gets_a_curve_of_its_own():
     assert top == pytest.approx(regime.response.peak[1], rel=0.01)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_without_damping_nothing_is_followed_and_the_speeds_are_even():
     _, run = checked(DUFFING._replace(B=0.0), (0.3, 0.6))
     assert [m.omega for m in run.up] == pytest.approx(np.linspace(0.3, 0.6, 8))

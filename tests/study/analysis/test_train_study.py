@@ -58,6 +58,7 @@ def test_a_free_motor_with_a_coupling_is_compared_by_its_curve_and_named_in_the_
     assert said.startswith("With a free motor and a rigid load, as in the error equation, the oscillation would reach ")
 
 
+@pytest.mark.slow
 def test_a_run_up_that_ends_before_it_begins_is_left_out_and_the_remark_says_so(monkeypatch):
     of = project("loop: {bandwidth: 20 Hz, damping: 0.7}")
     system, limits = of.system(reduced=True), of.speeds.limits
@@ -69,7 +70,7 @@ def test_a_run_up_that_ends_before_it_begins_is_left_out_and_the_remark_says_so(
     assert "No steady motion of the train that repeats with every turn was found." in study.remarks
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_the_begin_of_a_run_up_shakes_no_more_than_steady_motions_do():
     """With one step of the acceleration the first turn has 2.4 times the steady oscillation."""
     of, limits = project("loop: {type: cascade, bandwidth: 15 Hz, damping: 1}"), (60.0, 240.0)

@@ -14,7 +14,6 @@ from strainwave.study.compensation.bench import bench_of, steady_bench_of
 SPEEDS = [share * OMEGA_A / 2.0 for share in (0.3, 0.9, 1.0, 1.1, 3.0)]
 IDEAL = sw.controllers.Sampling(PERIOD, PERIOD)
 SOFT = LINEAR._replace(law=LINEAR.law._replace(K1=0.8e5, K2=0.8e5, K3=0.8e5))
-compiled = pytest.mark.compiled
 
 
 def run(controller, speed=50.0, **changes):
@@ -23,7 +22,7 @@ def run(controller, speed=50.0, **changes):
     return found.amplitude[0, 0] * np.exp(1j * found.phase[0, 0])
 
 
-@compiled
+@pytest.mark.slow
 def test_with_a_load_encoder_twenty_decibels_at_every_speed():
     """Below, on and above the resonance; without one the linear inverse does it by the model."""
     bench = sw.study.compensation_bench(
@@ -58,7 +57,7 @@ def test_gravity_is_held_where_the_load_begins(mean, held):
     assert bench_of(lifted(mean), SAMPLING).plant.load.drag == lifted(mean).load.drag
 
 
-@compiled
+@pytest.mark.slow
 def test_the_slow_twist_of_gravity_is_no_residual():
     """On a linear gear a weight changes neither the plain loop's error nor what is left by a controller that adapts.
 
@@ -72,7 +71,7 @@ def test_the_slow_twist_of_gravity_is_no_residual():
     assert lifting.after.rms == pytest.approx(plain.after.rms, rel=0.05, abs=0.05 * ARCSEC)
 
 
-@compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(("g", "phi"), [(0.8, 0.0), (1.0, 0.3), (1.2, -0.5), (0.5, 1.5)])
 @pytest.mark.parametrize("speed", [15.0, 55.0])
 def test_a_feedforward_off_by_gain_and_phase_leaves_what_it_must(g, phi, speed):
@@ -85,7 +84,7 @@ def test_a_feedforward_off_by_gain_and_phase_leaves_what_it_must(g, phi, speed):
     assert left == pytest.approx(abs(1.0 - g * np.exp(1j * phi)), rel=0.02)
 
 
-@compiled
+@pytest.mark.slow
 def test_a_torque_table_leaves_what_the_wrong_stiffness_makes_of_it():
     """Residual of a measured error against an inverse plant G: |1 - G'/G|, G' of the drive that is 20 % softer."""
     for speed in (15.0, 42.0, 55.0):
@@ -96,7 +95,7 @@ def test_a_torque_table_leaves_what_the_wrong_stiffness_makes_of_it():
         assert left == pytest.approx(expected, rel=0.02, abs=0.01)
 
 
-@compiled
+@pytest.mark.slow
 def test_a_table_by_a_wrong_model_is_flagged_and_adaptation_recovers():
     table = sw.compensate(LINEAR, "measured-table", speed=42.0, sampling=SAMPLING, plant=SOFT, robust=False)
     assert table.after.rms > 1.2 * table.before.rms
@@ -107,7 +106,7 @@ def test_a_table_by_a_wrong_model_is_flagged_and_adaptation_recovers():
     assert adaptive.reduction > 20.0
 
 
-@compiled
+@pytest.mark.slow
 def test_adaptation_converges_with_its_rate():
     """The amplitude's distance from its end decays with g |G|/2."""
     bench, speed = bench_of(LINEAR, IDEAL), 30.0
@@ -128,7 +127,7 @@ def test_adaptation_converges_with_its_rate():
     assert np.log(size(2.0) / size(4.0)) / 2.0 == pytest.approx(rate, rel=0.05)
 
 
-@compiled
+@pytest.mark.slow
 def test_a_wrong_sign_trips_the_guard_and_the_plain_loop_is_left():
     bench = bench_of(LINEAR, IDEAL)
     right = sw.study.COMPENSATORS["adaptive"].build(bench, 50.0)
@@ -139,7 +138,7 @@ def test_a_wrong_sign_trips_the_guard_and_the_plain_loop_is_left():
     assert own.rms(10.0) == pytest.approx(plain.rms(10.0), rel=0.05)
 
 
-@compiled
+@pytest.mark.slow
 def test_repetitive_control_learns_every_order():
     error = sw.KinematicError((sw.Line(2, 23.0 * ARCSEC), sw.Line(4, 5.0 * ARCSEC, 0.7)))
     motor = DRIVE.motor._replace(drag=sw.laws.Coulomb(0.05))  # the machine code of the mirrored drive
@@ -148,7 +147,7 @@ def test_repetitive_control_learns_every_order():
     assert np.all(found.amplitude_after < 0.2 * found.amplitude_before)
 
 
-@compiled
+@pytest.mark.slow
 def test_adaptation_compensates_all_units():
     for speed in (45.0, 50.0):
         units = sw.compensate(DRIVE, "adaptive", speed=speed, sampling=SAMPLING, robust=False, units=60).units
@@ -156,7 +155,7 @@ def test_adaptation_compensates_all_units():
         assert units.quantiles((0.95,))[0] < 0.1 * np.median(units.before.rms)
 
 
-@compiled
+@pytest.mark.slow
 def test_units_that_are_not_compensated_are_named_with_their_cause():
     right = sw.study.COMPENSATORS["adaptive"].build(bench_of(DRIVE, SAMPLING), 50.0)
     wrong = right._replace(phase=right.phase + math.pi)
@@ -169,7 +168,7 @@ def test_units_that_are_not_compensated_are_named_with_their_cause():
     assert all("the torque meets its limit of 0.3 N*m" in cause for _, cause in units.unstable)
 
 
-@compiled
+@pytest.mark.slow
 def test_units_are_drawn_as_they_are_said_to_be():
     units = sw.compensate(DRIVE, "inverse", speed=20.0, sampling=SAMPLING, robust=False, units=40).units
     assert np.all(np.abs(units.stiffness - 1.0) <= 0.15)
@@ -181,7 +180,7 @@ def test_units_are_drawn_as_they_are_said_to_be():
     np.testing.assert_array_equal(few.after.rms, again.after.rms)
 
 
-@compiled
+@pytest.mark.slow
 def test_a_motor_that_is_too_weak_excludes_the_speed():
     weak = SAMPLING._replace(limit=0.4)
     found = sw.compensate(DRIVE, "inverse", speed=50.0, sampling=weak, robust=False)
@@ -203,7 +202,6 @@ def turning(sign, uneven):
     )
 
 
-@compiled
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sw.study.COMPENSATORS)
 def test_backward_motion_is_that_of_the_mirrored_drive(name):
@@ -219,7 +217,7 @@ def test_backward_motion_is_that_of_the_mirrored_drive(name):
     assert backward.gains == forward.gains
 
 
-@compiled
+@pytest.mark.slow
 def test_the_guard_of_the_motors_adaptation_needs_no_limit_of_the_torque():
     """It is a few times the torque with which the motor keeps its reference: that of the gear over N."""
     design = sw.study.COMPENSATORS["adaptive-motor"]
@@ -234,7 +232,7 @@ def test_the_guard_of_the_motors_adaptation_needs_no_limit_of_the_torque():
     assert any("its guard has dropped its torque" in text for text in given.warnings)
 
 
-@compiled
+@pytest.mark.slow
 def test_the_worst_of_several_attitudes_is_reported():
     """A gear that stiffens with its torque meets another resonance where gravity twists it."""
     weight = DRIVE._replace(load=sw.train.Load(DRIVE.load.J, drag=sw.train.AngleTorque(60.0)))
@@ -254,7 +252,7 @@ def test_the_worst_of_several_attitudes_is_reported():
     assert found.after.rms > 1.1 * min(one.after.rms for one in alone.values())
 
 
-@compiled
+@pytest.mark.slow
 def test_a_table_that_takes_nothing_away_is_said_to_make_no_gain():
     """The inverse of a model whose resonance lies elsewhere leaves as much as there was."""
     shares = {}
@@ -270,7 +268,7 @@ def test_a_table_that_takes_nothing_away_is_said_to_make_no_gain():
     assert not sw.compensate(LINEAR, "loop", speed=40.0, sampling=SAMPLING, robust=False).warnings
 
 
-@compiled
+@pytest.mark.slow
 def test_a_drive_with_gravity_hysteresis_and_friction():
     """Not the ideal case: the linear inverse still takes most of it away, and the nonlinear one is refused."""
     law = sw.Parallel(sw.BoucWen(4e4, 0.0, 8e-5), sw.Linear(8e4))
@@ -283,7 +281,7 @@ def test_a_drive_with_gravity_hysteresis_and_friction():
         sw.compensate(drive, "nonlinear-inverse", speed=20.0, sampling=SAMPLING)
 
 
-@compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "beyond"), [(80.0, False), (150.0, True)])
 def test_a_correction_beyond_the_bandwidth_of_the_loop_is_said(speed, beyond):
     found = sw.compensate(DRIVE, "angle", speed=speed, sampling=SAMPLING, robust=False)
@@ -324,7 +322,7 @@ def test_what_cannot_be_compensated_gets_a_sentence(call, error, sentence):
         call()
 
 
-@compiled
+@pytest.mark.slow
 def test_the_default_speed_is_that_of_the_resonance_under_the_mean_torque_of_the_load():
     law = DRIVE.law
     loaded = DRIVE._replace(load=DRIVE.load._replace(excitation=sw.Harmonic(0.0, 1, 0.0, -1.2 * law.T2)))
@@ -333,7 +331,7 @@ def test_the_default_speed_is_that_of_the_resonance_under_the_mean_torque_of_the
     assert held.speed == pytest.approx(math.sqrt(law.K3 / 10.0) / 2.0, rel=1e-12)
 
 
-@compiled
+@pytest.mark.slow
 def test_a_controller_that_settles_more_slowly_than_the_loop_is_measured_once_it_has():
     """Measured after the loop's own ten time constants, the observer had 3.8 arcsec in place of 0.5."""
     drive = sw.Drive(2.3077e-4, 2.81189, 100.0, 19.2798, sw.Cubic(125060.0, 3.0224e6))

@@ -78,6 +78,7 @@ def test_what_learns_over_the_turn_grows_as_a_loop_of_its_own_does():
     assert given.warnings[0].startswith("Repetitive: small motions of the sampled loop grow at 225.7 rpm")
 
 
+@pytest.mark.slow
 def test_gains_are_lowered_until_the_own_model_is_stable_with_a_factor_of_two():
     bench = steady_bench_of(DRIVE, SAMPLING)
     whole = slower(COMPENSATORS["adaptive"].build(bench, 50.0), 8.0)

@@ -13,7 +13,6 @@ from strainwave.base.units import ARCSEC
 from strainwave.model.controllers.loops import moved
 from strainwave.study.compensation.bench import bench_of
 
-compiled = pytest.mark.compiled
 BLIND = SAMPLING._replace(load_encoder=0)
 LOADED = DRIVE._replace(load=sw.train.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -30.0)))
 
@@ -32,13 +31,13 @@ def test_what_measures_the_load_needs_its_encoder(name):
         compensated(controller=given, sampling=BLIND)
 
 
-@compiled
+@pytest.mark.slow
 def test_controllers_without_the_load_run_without_its_encoder():
     assert compensated(controller=PD, sampling=BLIND).load_encoder is False
     assert compensated(controller="inverse", sampling=BLIND).reduction > 30.0
 
 
-@compiled
+@pytest.mark.slow
 def test_a_given_controller_is_judged_by_its_own_slow_gain():
     """A tenth of the designed gain takes ten times as long, and leaves as little."""
     quick = sw.study.COMPENSATORS["adaptive"].build(bench_of(LINEAR, sw.controllers.Sampling(PERIOD, PERIOD)), 45.0)
@@ -48,13 +47,13 @@ def test_a_given_controller_is_judged_by_its_own_slow_gain():
         assert found.amplitude_after[0] < 1e-3 * found.amplitude_before[0]
 
 
-@compiled
+@pytest.mark.slow
 def test_repetitive_control_is_judged_when_its_slowest_order_has_converged():
     """At the resonance one lead serves all orders badly, and order 2 converges with a quarter of the rate."""
     assert compensated(controller="repetitive", speed=0.5 * math.sqrt(GEAR.K1 / 10.0)).reduction > 20.0
 
 
-@compiled
+@pytest.mark.slow
 def test_repetitive_control_carries_the_mean_torque_of_the_load():
     """Its guard knows of the mean: under a load at the corner of the law it once dropped its torque without a word."""
     corner = DRIVE._replace(load=sw.train.Load(10.0, sw.Harmonic(0.0, 1, 0.0, -GEAR.law.T1)))
@@ -62,7 +61,7 @@ def test_repetitive_control_carries_the_mean_torque_of_the_load():
     assert found.reduction > 20.0
 
 
-@compiled
+@pytest.mark.slow
 def test_a_guard_that_has_dropped_its_torque_is_said():
     right = sw.study.COMPENSATORS["adaptive"].build(bench_of(LINEAR, SAMPLING), 50.0)
     wrong = right._replace(phase=right.phase + math.pi)
@@ -72,7 +71,7 @@ def test_a_guard_that_has_dropped_its_torque_is_said():
     assert not compensated(LINEAR, right, speed=50.0).warnings
 
 
-@compiled
+@pytest.mark.slow
 def test_a_limit_that_is_met_while_a_loop_settles_does_not_exclude_the_speed():
     found = compensated(LOADED, "nonlinear-inverse")
     assert found.torque.limited > 0.0
@@ -81,7 +80,6 @@ def test_a_limit_that_is_met_while_a_loop_settles_does_not_exclude_the_speed():
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_a_stiff_plant_is_not_taken_for_an_unstable_loop():
     """Of a gear with much damping four steps a sample were unstable themselves."""
     drive = LINEAR._replace(B=4e5)
@@ -154,7 +152,7 @@ def test_a_run_of_too_many_samples_is_refused():
         sw.numerics.loop_ensemble(loop(), {}, 1e12, settle=0.0)
 
 
-@compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["adaptive", "adaptive-inverse", "repetitive"])
 def test_what_learns_forward_learns_backward_too(name):
     """Near the resonance the plant's phase is beyond 45 degrees: with its sign of forward motion it diverged."""
@@ -169,7 +167,7 @@ def test_what_learns_forward_learns_backward_too(name):
         assert left < 0.05 * before
 
 
-@compiled
+@pytest.mark.slow
 def test_an_integral_takes_away_a_torque_that_is_added_around_it():
     """Its anti-windup counts what the limit took, not what a controller around it adds: that once leaked it away."""
     cascade, ideal = sw.controllers.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M), sw.controllers.Sampling(PERIOD, PERIOD)
@@ -195,7 +193,7 @@ class Own(NamedTuple):
         return (memory, shift), torque
 
 
-@compiled
+@pytest.mark.slow
 def test_a_controller_of_ones_own_is_judged_when_its_slowest_motion_has_decayed():
     """Its mean decays with its gain, by a factor e in 8 s; it was measured after the ten time constants of the loop."""
     found = compensated(LOADED, Own(PD, 0.125), sampling=SAMPLING._replace(load_noise=0.0))

@@ -76,7 +76,6 @@ def pointing_errors(state, torque, settle, end, inverse):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", ["loop", "inverse"])
 def test_scipy_finds_the_same_rms_at_the_load(name):
     found = sw.compensate(

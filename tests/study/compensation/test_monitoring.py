@@ -25,7 +25,7 @@ def test_a_record_has_the_amplitudes_of_least_squares():
     assert found.settled_from == pytest.approx(np.log(100.0) / 4.0)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_compiled_records_are_those_of_python(monkeypatch):
     y = SIGNAL.copy()
     y[500:520] = np.nan
@@ -44,7 +44,7 @@ def test_a_line_without_an_angle_is_tracked():
     assert found.amplitude[0, -1] == pytest.approx(2.0, rel=1e-3)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_run_of_a_loop_is_monitored_in_one_line():
     run = sw.numerics.run_loop(loop(PD, 20.0, SAMPLING), 6.0)
     found = sw.monitor(run.time, run.error, angle=20.0 * run.time)

@@ -34,7 +34,7 @@ def project():
     return from_text(TEXT, Path("axis.yaml"))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_prediction_is_what_the_loop_does():
     table, bench = sw.prediction_table(project(), np.array([2, 4])), bench_of(project(), QUICK)
     assert table.orders.tolist() == [2, 4]
@@ -48,7 +48,7 @@ def test_a_prediction_is_what_the_loop_does():
         np.testing.assert_allclose(amplitudes, seen, atol=0.01 * np.max(np.abs(seen)))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_table_over_speed_cancels_a_run_up():
     sampling = sw.controllers.Sampling(2.5e-4, 2.5e-4)
     bench = bench_of(project(), sampling)
@@ -83,7 +83,6 @@ def hardening(omega, start):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_both_motions_of_a_hardening_gear_are_those_of_scipy():
     table = sw.prediction_table(from_text(HARDENING, Path("axis.yaml")), speeds=(40.0, 60.0))
     (up,), (down,) = table.jumps_up, table.jumps_down

@@ -116,7 +116,7 @@ def test_a_bench_tells_the_beat_of_all_that_drives_and_of_its_lines(pull, alone)
     assert f"The error beats every {16 if pull else 8} turns of the motor{alone}." in bench.remarks
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_tables_of_controllers_count_on_the_output_and_leave_what_the_controllers_do():
     bench = steady_bench_of(TRAIN, SAMPLING, LOOP)
     for name, turns in (("inverse", ["angle"]), ("predicted-table", ["torque"]), ("adaptive", ["torque"])):

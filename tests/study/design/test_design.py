@@ -11,7 +11,7 @@ import strainwave as sw
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.study.design.result import front
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 SPEC = sw.Specification(
     title="joint",

@@ -20,7 +20,6 @@ def sign(v, width):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_a_train_with_friction_is_the_equation_written_by_hand():
     # J_m theta_m'' = -K_p d - K_d d' - (T + mu |T| sign(theta_m'))/N, J_l theta_l'' = T + T_l; the load's torque turns
     # round, so that |T| has its kink, and the motor starts from rest, so that the sign of its speed does too

@@ -16,7 +16,7 @@ def system(name):
     return sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.4), 1.2, ERRORS["KinematicError"])
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_balance_of_a_transient_closes(name):
     model = system(name)

@@ -40,7 +40,7 @@ def test_loop_follows_the_closed_form_of_bouc_wen(gamma):
     assert t[-1] == pytest.approx(1.0, abs=1e-9)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_loop_of_bouc_wen_is_that_of_the_slow_motion():
     # a light oscillator under one slow period of torque
     law = sw.BoucWen(1.0, 0.3, 0.4)
@@ -189,8 +189,6 @@ def catalogue_hysteresis():
     return [(*key, *found[key]) for key in sorted(found)]
 
 
-@pytest.mark.slow
-@pytest.mark.interpreted
 def test_the_hysteresis_loss_of_every_gear_of_the_catalogue_is_met():
     """Definition: width of the loop at no torque after rated torque (CHA manual, "hysteresis loss"); 1 or 3 arcmin."""
     for law, loss, torque, limit in catalogue_hysteresis():
@@ -214,8 +212,6 @@ def test_the_loss_of_shg_25_100_is_met_whatever_its_lost_motion_is():
     )
 
 
-@pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("motion", [0.05, 0.57])
 def test_the_loss_of_shg_25_100_is_met_with_every_lost_motion_that_the_spring_lets(motion):
     # 0.08 * 87 N*m / 3.1e4 N*m/rad = 0.77 arcmin is the lost motion of the spring alone
@@ -226,8 +222,6 @@ def test_the_loss_of_shg_25_100_is_met_with_every_lost_motion_that_the_spring_le
     assert abs(fit.misfit[f"torsion at {gear.T1:g} N*m"]) > 0.05  # the corner is rounded, and that is told
 
 
-@pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("name", ["SHG-25-100", "CSF-20-30", "HFUC-58-50", "CSG-40-50"])
 def test_a_lost_motion_beyond_that_of_the_spring_takes_a_gap(name):
     gear = sw.catalogue.gear(name)

@@ -9,7 +9,7 @@ from scipy.special import mathieu_a, mathieu_b
 
 import strainwave as sw
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 
 def drive(depth, ratio=0.0, law=sw.Linear(1.0), orders=(1,), torque=sw.Harmonic(0.0)):  # noqa: B008

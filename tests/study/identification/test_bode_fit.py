@@ -59,7 +59,6 @@ def test_the_numbers_of_the_machine_are_in_the_intervals_from_starts_that_are_of
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_a_start_from_which_the_sizes_lead_astray_is_left_for_another():
     t, r, u, y = records([1])
     fit = sw.fit.fit_bode(sw.fit.bode_of_records(t, r, u[:, 0], y[:, 0]), START)

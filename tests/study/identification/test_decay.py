@@ -142,7 +142,6 @@ def test_a_missing_damping_is_named_with_its_coefficient(friction, missing, coef
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_nothing_is_missing_in_the_right_law():
     t, x = decayed(hardening, smooth, 1.0, 0.02, 1.5, 30, 20)
     rng, alarms = np.random.default_rng(9), 0

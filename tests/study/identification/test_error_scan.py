@@ -124,8 +124,6 @@ def coverage(turns, drift, rho, lines, n=128, sigma=1e-5, seeds=300):
     return false, complete, np.array(ratios), np.array(scores)
 
 
-@pytest.mark.slow
-@pytest.mark.interpreted
 def test_a_clean_order_over_one_turn_gets_no_other_line():
     # before it is fitted the drift takes part of it and leaves a ramp with lines of every order
     false, complete, *_ = coverage(1.0, True, 0.0, [(2, 1e-4)])
@@ -134,7 +132,6 @@ def test_a_clean_order_over_one_turn_gets_no_other_line():
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("rho", [0.0, 0.8])
 @pytest.mark.parametrize("drift", [True, False])
 @pytest.mark.parametrize(("turns", "lines"), [(1.0, [(2, 1e-4)]), (1.37, [(1, 2e-4), (2, 1e-4)])])

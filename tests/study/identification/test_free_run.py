@@ -10,7 +10,7 @@ RATE, SAMPLES = 200.0, 1200
 J, B, K = 2e-4, 4e-3, 1.0
 GUESS = sw.Oscillator(1.6e-4, 6e-3, sw.Linear(0.9), sw.Harmonic(0.0), 1.0)
 FREE = ("J", "B", "law.K")
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,6 @@ GUESS = sw.Oscillator(
     1.5e-4, 8e-3, sw.Parallel(sw.Cubic(0.8, 0.0), sw.laws.QuadraticDamping(0.0)), sw.Harmonic(0.0), 1.0
 )
 FREE = ("J", "B", "law.first.K", "law.first.alpha")
-compiled = pytest.mark.compiled
 
 
 def band_limited(samples, seed, rms=0.8, highest=30.0, fine=32):
@@ -51,7 +50,7 @@ def clean():
     return record(1500, 1)
 
 
-@compiled
+@pytest.mark.slow
 def test_the_numbers_of_a_clean_record_are_found_from_a_rough_guess(clean):
     found = sw.identify(GUESS, clean, (*FREE, "law.second.D"))
     assert found.converged
@@ -64,7 +63,7 @@ def test_the_numbers_of_a_clean_record_are_found_from_a_rough_guess(clean):
     assert found.system.excitation == GUESS.excitation
 
 
-@compiled
+@pytest.mark.slow
 def test_offsets_and_a_delay_are_found():
     log = record(1500, 2, offset=0.07, delay=0.0021, d=0.0)
     log["output"] = log["output"] + 0.013
@@ -76,7 +75,7 @@ def test_offsets_and_a_delay_are_found():
     assert found.value("excitation.offset") == pytest.approx(0.07, abs=4e-4)
 
 
-@compiled
+@pytest.mark.slow
 def test_a_late_measurement_is_told_from_its_own_delay():
     log = record(1500, 3, d=0.0)
     x = CubicSpline(log["time"], log["output"])
@@ -87,7 +86,7 @@ def test_a_late_measurement_is_told_from_its_own_delay():
     assert found.value("x.delay") == pytest.approx(0.004, abs=4e-5)
 
 
-@compiled
+@pytest.mark.slow
 def test_a_free_run_over_another_record_is_that_of_another_integrator(clean):
     found = sw.identify(GUESS, clean, (*FREE, "law.second.D"))
     other = record(900, 7)
@@ -98,7 +97,7 @@ def test_a_free_run_over_another_record_is_that_of_another_integrator(clean):
     assert np.sqrt(np.mean((again - other["output"]) ** 2)) < 2e-3 * size
 
 
-@compiled
+@pytest.mark.slow
 def test_derivatives_are_those_of_the_variational_equations(clean):
     """d x(t)/d K and d x(t)/d x(0) by DOP853 of the equations and their derivatives, over a window of 60 samples."""
     system = sw.Oscillator(J, B, sw.Cubic(K, ALPHA), sw.Harmonic(0.0), 1.0)
@@ -130,7 +129,7 @@ def test_derivatives_are_those_of_the_variational_equations(clean):
         assert got == pytest.approx(want, abs=2e-5 * np.max(np.abs(want)))
 
 
-@compiled
+@pytest.mark.slow
 def test_what_follows_from_the_numbers_has_an_interval(clean):
     """omega_0 = sqrt(K/J): its relative variance is (v_K + v_J)/4 less half of their covariance, relative ones."""
     log = clean | {"output": clean["output"] + 0.01 * np.random.default_rng(5).standard_normal(len(clean["time"]))}
@@ -163,7 +162,7 @@ class Late(NamedTuple):
         return self.K + self.c + 0.0 * x
 
 
-@compiled
+@pytest.mark.slow
 def test_a_law_of_the_users_own_with_a_hidden_state():
     u, force = band_limited(1500, 5)
     t = np.arange(1500) / RATE
@@ -177,7 +176,7 @@ def test_a_law_of_the_users_own_with_a_hidden_state():
     assert found.values == pytest.approx((J, B, 0.7, 0.3, 0.05), rel=0.02)
 
 
-@compiled
+@pytest.mark.slow
 def test_a_gear_between_a_measured_motor_and_a_measured_load():
     """Held motor: its measured angle is the reference; the load's inertia is known, the gear is what is sought."""
     drive = sw.Drive(1e-4, 0.5, 50.0, 6.0, sw.Cubic(8e3, 2e4))
@@ -255,13 +254,13 @@ def test_lanes_run_as_one_by_one():
         assert together[:, :, i] == pytest.approx(alone[:, :, 0], rel=1e-12)
 
 
-@compiled
+@pytest.mark.slow
 def test_only_the_ratios_are_told_where_the_force_has_no_scale(clean):
     with pytest.raises(ValueError, match="common factor"):
         sw.identify(GUESS._replace(law=sw.Cubic(0.8, 0.1)), clean, ("J", "B", "law.K", "law.alpha", "excitation.gain"))
 
 
-@compiled
+@pytest.mark.slow
 def test_a_missing_term_is_flagged_and_laws_are_told_apart_by_what_they_predict():
     log = record(3000, 11, d=4e-4)
     rng = np.random.default_rng(0)
@@ -336,7 +335,7 @@ def test_a_log_that_tells_nothing_is_one_sentence(change, sentence):
         sw.identify(GUESS, log, ("J",), inputs={"excitation": "input"})
 
 
-@compiled
+@pytest.mark.slow
 def test_noise_is_said_to_be_unexplained(clean):
     noise = np.random.default_rng(0).standard_normal(1500)
     found = sw.identify(GUESS, clean | {"output": noise}, ("J", "B"))

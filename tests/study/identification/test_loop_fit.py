@@ -152,7 +152,6 @@ def test_a_sensor_that_is_not_linear_is_seen_above_the_noise(cycles, noise):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("phi", [0.0, 0.9])
 def test_right_loops_are_seldom_said_to_fit_no_law(phi):
     """At most 4 of 60, where 1 % of them gives 5 or more once in 2,000 times (binomial)."""
@@ -210,7 +209,6 @@ def test_what_the_fit_does_not_have_is_named():
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("kind", ["white", "coloured", "quantised"])
 def test_intervals_cover(kind):
     """Hits of 60 intervals at 95 % lie from 51 to 60 with a probability of 99.8 % (binomial)."""
@@ -230,7 +228,6 @@ def test_intervals_cover(kind):
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_cycles_that_repeat_their_error_do_not_narrow_the_interval():
     x, t = loop(samples=1600, cycles=(1.0,) * 8)
     bend = 0.4 * np.sin(x / 2e-4)  # what no candidate has, the same in every cycle

@@ -19,7 +19,7 @@ from strainwave.base.law import torque_of
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.study.move.servo import settled
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 GEAR = sw.catalogue.gear("SHG-25-100")
 N, J_M, J_L, B, PULL = 100.0, GEAR.input_inertia + 2e-5, 0.5, 5.0, 60.0
@@ -225,7 +225,6 @@ def test_a_move_with_limit_and_feedforward_is_that_of_equations_by_hand(kind):
         assert float(re.search("at its limit for (.*) s", move.remarks[-1])[1]) > 0.01
 
 
-@pytest.mark.interpreted
 def test_a_slow_move_has_the_torques_and_means_of_a_rigid_drive():
     # 1 rad in 5 s on a level axis: the inertias take less than 0.2 N m
     train = LINEAR._replace(load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-30.0)))
@@ -292,7 +291,6 @@ def test_a_payload_adds_its_inertia_and_its_weight():
     assert carried.gear_torque[0] == pytest.approx(weight * math.sin(0.5), rel=1e-3)  # start 0.2 and phase 0.3
 
 
-@pytest.mark.interpreted
 def test_a_held_motor_follows_exactly_and_its_torque_is_what_that_takes():
     train = LINEAR._replace(motor=sw.train.Motor(J_M, control=sw.train.Held()), load=sw.train.Load(J_L))
     move = sw.move(train, sw.Trapezoid(1.0, 0.4), tail=0.2, method=ROUGH)
@@ -325,7 +323,6 @@ def test_a_resonance_is_passed_where_order_times_speed_is_its_frequency_and_cost
     assert 1.0 < found[0] < found[1] < 1.1 * steady
 
 
-@pytest.mark.interpreted
 def test_torques_of_an_angle_have_their_means_and_torques_of_the_time_act_in_time():
     part, options = sw.SCurve(0.1, 0.1), {"tail": 0.1, "method": ROUGH}
     with_lines = LINEAR._replace(load=sw.train.Load(J_L, sw.Harmonic(5.0, order=2, mean=-20.0)))
@@ -343,7 +340,6 @@ def test_torques_of_an_angle_have_their_means_and_torques_of_the_time_act_in_tim
     assert timed.work["load torque"] == pytest.approx(rigid, rel=0.02)
 
 
-@pytest.mark.interpreted
 def test_gravity_beside_friction_of_the_load_holds_it_at_the_equilibrium_however_short_the_run():
     # two torques side by side were taken for a law with memory: the last error of the run was said
     train = LINEAR._replace(load=sw.train.Load(J_L, drag=sw.Parallel(sw.train.AngleTorque(PULL), sw.laws.Viscous(0.1))))
@@ -354,7 +350,6 @@ def test_gravity_beside_friction_of_the_load_holds_it_at_the_equilibrium_however
     assert abs(move.pointing_error[-1] - rest) > 0.01 * rest
 
 
-@pytest.mark.interpreted
 def test_a_law_with_memory_rests_where_a_longer_wait_brings_it():
     # the error at the end of the run, which still vibrated, was said
     train = LINEAR._replace(law=sw.Parallel(sw.Linear(31000.0), sw.BoucWen(6e4, 0.0, 8e-5)))
@@ -483,7 +478,6 @@ def test_ten_thousand_points_are_followed_as_the_function_they_are_from():
     np.testing.assert_allclose(mine, theirs, rtol=0.0, atol=1e-6 * move.peak_error)
 
 
-@pytest.mark.interpreted
 def test_in_a_gap_the_load_rests_where_it_came_to_stand():
     # every place in the gap is a rest: the error at rest was said to be 0 and the load to settle never or too late
     train = TRAIN._replace(law=sw.Play(60 * ARCSEC, GEAR.law), load=sw.train.Load(J_L), error=sw.NoError())
@@ -496,7 +490,6 @@ def test_in_a_gap_the_load_rests_where_it_came_to_stand():
     assert np.max(np.abs(after - end)) <= 20.0 * ARCSEC * (1.0 + 1e-6)
 
 
-@pytest.mark.interpreted
 def test_a_load_that_pulls_through_the_gap_rests_at_the_equilibrium():
     train = TRAIN._replace(law=sw.Play(60 * ARCSEC, GEAR.law), load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
     found = sw.move(train, sw.Trapezoid(0.5, 0.4), window=20 * ARCSEC, tail=0.5, method=ROUGH)

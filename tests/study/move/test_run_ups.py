@@ -62,7 +62,7 @@ def written_out(equation, states, speeds, rate, wait, error=lambda y: y[0]):
     return np.max(np.abs(error(solve_ivp(rates, (0.0, duration), start, t_eval=times, **how).y)))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("system", "equation", "speeds", "rates"),
     [(STRONG, strong, (0.5, 2.5), [4e-3, 0.02, 0.1]), (LOOSE, loose, (0.4, 1.6), [4e-3, 0.02, 0.1])],
@@ -89,7 +89,7 @@ def test_a_whole_drive_with_a_loop_under_gravity_on_its_way():
             assert found.largest[way, i] == pytest.approx(own, rel=2e-3)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_a_slow_run_meets_the_peak_of_the_steady_response_and_a_fast_one_less():
     system = STRONG._replace(B=0.4, law=sw.Cubic(1.0, 0.0), excitation=sw.Harmonic(0.1))
     found = sw.run_up(system, [5e-4, 0.5])

@@ -22,7 +22,7 @@ from strainwave.study.speed_map.rules import Rules, bands_of, common, complement
 from strainwave.study.speed_map.search import Settling
 from strainwave.study.speed_map.under_load import case_of, under_load, untried
 
-pytestmark = pytest.mark.compiled
+pytestmark = pytest.mark.slow
 
 ARCSEC, RPM = np.pi / 648_000.0, np.pi / 30.0
 EDGE = 5e-4  # accuracy of the ends of bands between points of a curve

@@ -87,7 +87,7 @@ def test_coulomb_friction_has_its_equivalent_damping():
     assert abs(found.real) < 1e-12
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["LuGre", "BoucWen", "BoucWen, n = 3, gamma < 0", "Parallel, nested"])
 def test_loops_converge_and_both_forms_agree(name):
     law = DISSIPATIVE[name]
@@ -142,7 +142,7 @@ def by_integration(system, periods=60):
     return 2.0 * np.mean(solved.y[0] * np.exp(-1j * system.omega * t))
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_hysteretic_drive_agrees_with_scipy_at_its_peak():
     true = by_integration(DRIVE)
     first, second = (sw.slow_flow(DRIVE, sw.PRIMARY, order=order).steady_states()[0] for order in (1, 2))
@@ -152,7 +152,7 @@ def test_hysteretic_drive_agrees_with_scipy_at_its_peak():
     assert second.stable
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 2])
 def test_certificate_knows_the_error(order):
     flow = sw.slow_flow(DRIVE, sw.PRIMARY, order=order)
@@ -162,7 +162,7 @@ def test_certificate_knows_the_error(order):
     assert certificate.valid == (order == 2)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_curve_has_its_peak_where_harmonic_balance_has_it():
     branch = sw.frequency_response(DRIVE, (1.0, 1.3), harmonics=9)
     top = int(np.argmax(branch.amplitude(1)))
@@ -171,7 +171,7 @@ def test_curve_has_its_peak_where_harmonic_balance_has_it():
     assert curve.peak[0] == pytest.approx(branch.omega[top], rel=3e-3)
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_mean_torsion_is_that_of_the_settled_loop():
     law = sw.Parallel(sw.Cubic(1.0, 0.3), sw.BoucWen(1.0, 0.0, 0.4))
     system = sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.3, mean=0.4), 1.25)
@@ -184,7 +184,7 @@ def test_mean_torsion_is_that_of_the_settled_loop():
     assert flow.mean_torsion < 0.9 * orbit.coefficients[0, 0]
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_transient_ends_on_the_steady_state():
     flow = sw.slow_flow(DRIVE._replace(omega=1.3), sw.PRIMARY)
     assert flow.evolve((0.0, 0.0), 200.0).amplitude[-1] == pytest.approx(flow.steady_states()[0].amplitude, rel=1e-3)

@@ -127,8 +127,6 @@ def test_samples_of_second_order_differ_from_the_flow_by_the_third_order():
     assert np.all(slopes > 2.85)
 
 
-@pytest.mark.slow
-@pytest.mark.interpreted
 def test_a_gear_with_kinks_is_predicted_within_its_accuracy():
     for order in (1, 2):
         flow = sw.slow_flow(GEAR, sw.Resonance(2, 1), order=order)
@@ -300,8 +298,6 @@ def test_without_arguments_it_serves_around_the_speed_of_the_system():
     assert predictor.sample == pytest.approx(2.0 * math.pi / (32.0 * 1.5 * DUFFING.omega))
 
 
-@pytest.mark.slow
-@pytest.mark.interpreted
 @pytest.mark.parametrize("omega", [123.0, 124.0])
 def test_a_loaded_gear_with_kinks_settles_on_the_steady_state_beside_its_peak(omega):
     gear = sw.catalogue.gear("CSG-32-100")

@@ -252,7 +252,7 @@ def test_certificate_follows_the_true_curve_to_the_speed_of_the_state():
     assert not certificate.valid
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, 2])
 def test_a_component_that_symmetry_forbids_is_no_state(order):
     """Order 3 alone repeats every third of a turn, and so does its motion: nothing at 2/3 of the speed."""
@@ -313,7 +313,7 @@ def test_certificate_is_not_valid_where_the_period_doubles(system, p, share):
     assert certificate.sentence.endswith("the true motion is not stable, its period doubles") == doubles
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_certificate_is_not_valid_where_the_true_motion_grows_beside_its_resonance():
     """Order 4 pumps a motion of order 2, which a slow flow of 3:2 does not know."""
     law = sw.PiecewiseLinear(1.0, 2.0737, 2.5223, 0.7264, 1.2139)

@@ -14,6 +14,7 @@ GEAR = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0)
 TWO_LINES = sw.Harmonics((sw.Harmonic(0.3, mean=0.4), sw.Harmonic(0.2, order=3)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "system",
     [

@@ -148,7 +148,7 @@ def test_the_line_that_matters_is_the_one_that_is_largest_at_the_peak():
     assert line_that_matters(sw.KinematicError(()), lambda order: sizes.get(order, 0.0)) is None
 
 
-@pytest.mark.compiled
+@pytest.mark.slow
 def test_laws_with_memory_are_followed_to_the_same_peak():
     law = sw.Parallel(sw.Linear(K), sw.BoucWen(1e-3 * K, 0.0, 1.0))  # a hysteresis that never yields: a spring beside K
     system = SYSTEM._replace(law=law, B=2.0 * B)
