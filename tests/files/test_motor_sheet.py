@@ -1,12 +1,14 @@
 """The sheet of a motor in a project file: numbers, curves inline or of a CSV file, and what is refused."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.base.units import RPM
+from strainwave.compile.tree import is_model
 from strainwave.files.reading import ProjectError
 
 PROJECT = """\
@@ -95,3 +97,35 @@ def test_units_of_the_drive_are_read_in_si_and_written_back(tmp_path):
     assert sw.read_project(tmp_path / "again.yaml").drive_units == found.drive_units
     with pytest.raises(ProjectError, match=r"motor\.drive_units\.K_v: '0.1 Hz' may be turns or radians a second"):
         project(tmp_path, "drive_units: {K_v: 0.1 Hz}")
+
+
+def parts_of(value):
+    """Every object in the fields of a project, at any depth."""
+    yield value
+    for part in value if isinstance(value, tuple) else ():
+        yield from parts_of(part)
+
+
+def test_every_object_that_a_file_gives_is_checked_where_it_is_read(tmp_path, monkeypatch):
+    (tmp_path / "motor.csv").write_text(TABLE, encoding="utf-8")
+    move = "move: {profile: [{type: trapezoid, angle: 90 deg, time: 1 s}], payload: {mass: 1 kg, radius: 1 m}}\n"
+    sheet = PROJECT.format(motor=NUMBERS, shaft="motor") + "controller: {period: 1 ms}\n" + move
+    texts = [*PROJECTS.values(), sheet]
+    called = set()
+
+    def noted(cls, check):
+        return lambda self: (called.add(cls), check(self))[1]
+
+    def read(text):
+        (tmp_path / "one.yaml").write_text(text, encoding="utf-8")
+        project = sw.read_project(tmp_path / "one.yaml")
+        parts = [part for field in fields(project) for part in parts_of(getattr(project, field.name))]
+        return {type(part) for part in parts if is_model(part) and hasattr(part, "check")}
+
+    classes = set().union(*map(read, texts))
+    assert {sw.MotorLimits, sw.Payload, sw.Harmonic} <= classes
+    for cls in classes:
+        monkeypatch.setattr(cls, "check", noted(cls, cls.check))
+    for text in texts:
+        read(text)
+    assert classes - called == set()

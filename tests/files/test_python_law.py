@@ -19,7 +19,7 @@ LAWS = '''\
 
 from typing import Annotated, Any, NamedTuple
 
-from strainwave.maths import sqrt
+from strainwave.maths import exp, sqrt
 
 
 class Saturating(NamedTuple):
@@ -34,6 +34,25 @@ class Saturating(NamedTuple):
     def stiffness(self, x):
         w = 1.0 + (x / self.s) * (x / self.s)
         return self.K / (w * sqrt(w))
+
+
+class Growing(NamedTuple):
+    """T = K s sinh(x/s)."""
+
+    K: Annotated[float, "N*m/rad"] = 1e5
+    s: Annotated[float, "rad"] = 2e-3
+
+    def torque(self, x):
+        return 0.5 * self.K * self.s * (exp(x / self.s) - exp(-x / self.s))
+
+    def stiffness(self, x):
+        return 0.5 * self.K * (exp(x / self.s) + exp(-x / self.s))
+
+    def energy(self, x):
+        return self.s * self.s * (self.stiffness(x) - self.K)
+
+    def turning_points(self):
+        return ()
 
 
 class Doubled(NamedTuple):
@@ -110,6 +129,13 @@ def test_a_law_of_a_python_file_is_read_with_units(project):
     assert project("mylaws.py:Saturating").drive.law == (1e5, 2e-3)
 
 
+def test_a_law_that_says_where_its_torque_turns_is_proved_by_lyapunov(project):
+    system = project("{python: mylaws.py:Growing, K: 1e5 N*m/rad, s: 1 mrad}").system(130.0)
+    proof = sw.lyapunov(system._replace(excitation=sw.Harmonic(0.0, mean=200.0)))
+    assert (proof.scope, proof.asymptotic) == ("global", True)
+    assert proof.rest == pytest.approx((1e-3 * math.asinh(2.0),) * 2, rel=1e-12)
+
+
 def test_laws_stand_inside_each_other_whoever_wrote_them(project):
     own = "{python: mylaws.py:Saturating, K: 1e4 N*m/rad}"
     mixed = project(f"{{type: parallel, first: {{type: linear, K: 1e5 N*m/rad}}, second: {own}}}").drive.law
@@ -156,7 +182,7 @@ def test_a_drive_with_such_a_law_moves_as_equations_written_by_hand(project):
         ("other.py:MyLaw", "1:24: gear.law: other.py is not beside the project file; put it there, or check its name"),
         (
             "mylaws.py:Missing",
-            "gear.law: mylaws.py has no law 'Missing'; its NamedTuples with a torque are Saturating, D",
+            "gear.law: mylaws.py has no law 'Missing'; its NamedTuples with a torque are Saturating, G",
         ),
         ("mylaws.py:NoLaw", "gear.law: mylaws.py has no law 'NoLaw'; its NamedTuples with a torque are Saturating"),
         ("{python: ../mylaws.py:MyLaw}", "gear.law: '../mylaws.py' is no plain file name; put the Python file beside"),

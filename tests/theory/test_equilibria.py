@@ -5,6 +5,8 @@ import math
 import pytest
 
 import strainwave as sw
+from strainwave.base.law import depends
+from strainwave.files.fields.rows import law_types
 from strainwave.theory.equilibria import landscape
 
 SLOPES = sw.PiecewiseLinear(2.0, 3.0, 4.0, 0.5, 1.5)
@@ -25,7 +27,8 @@ LAWS = {
 @pytest.mark.parametrize("name", LAWS)
 def test_known_rests_are_those_found_on_samples(name, tau_0):
     law = LAWS[name]
-    foreign = type("Foreign", (type(law),), {})(*law)  # a user's class: only sampled
+    changed = {"torque": lambda self, x: type(law).torque(self, x)}
+    foreign = type("Foreign", (type(law),), changed)(*law)  # a subclass with a torque of its own: only sampled
     known, sampled = landscape(law, tau_0, None), landscape(foreign, tau_0, 6.0)
     assert (known.low, known.high) == (-math.inf, math.inf)
     assert known.signs == sampled.signs
@@ -38,3 +41,12 @@ def test_known_rests_are_those_found_on_samples(name, tau_0):
 def test_a_torque_that_a_flat_end_cannot_carry_has_no_rest():
     assert landscape(FLAT_END, 0.6, None).rests == ()
     assert landscape(FLAT_END, 0.5, None).rests == ((1.0, math.inf),)
+
+
+def test_every_spring_of_a_project_file_says_where_its_torque_turns():
+    silent = {name for name, cls in law_types().items() if depends(cls(*cls._fields)) == 1 and not says(cls)}
+    assert silent == {"angle_torque"}  # a torque of a shaft's angle, not of a torsion
+
+
+def says(cls):
+    return bool({"polynomial", "turning_points"} & set(vars(cls)))

@@ -310,6 +310,74 @@ def test_own_law_without_energy_or_with_a_wrong_one_is_refused():
     assert "not the integral of its torque" in refusal(WrongEnergy(1.0), span=1.0).reason
 
 
+class Quintic(NamedTuple):
+    """A user's own law that says its coefficients."""
+
+    K: float
+    a3: float
+    a5: float
+
+    def torque(self, x):
+        return x * (self.K + x * x * (self.a3 + x * x * self.a5))
+
+    def stiffness(self, x):
+        return self.K + x * x * (3.0 * self.a3 + 5.0 * x * x * self.a5)
+
+    def energy(self, x):
+        return x * x * (self.K / 2.0 + x * x * (self.a3 / 4.0 + x * x * self.a5 / 6.0))
+
+    def polynomial(self):
+        return (0.0, self.K, 0.0, self.a3, 0.0, self.a5)
+
+
+class Rising(Tanh):
+    """A user's own law that says that it never falls."""
+
+    def torque(self, x):
+        return self.K * self.b * maths.tanh(x / self.b)
+
+    def turning_points(self):
+        return ()
+
+
+@pytest.mark.parametrize("mean", [0.0, 0.02, 0.9])
+@pytest.mark.parametrize("a3", [0.3, -0.4, -1.1])
+def test_own_law_that_says_its_coefficients_is_proved_as_the_polynomial(a3, mean):
+    own = sw.lyapunov(oscillator(Quintic(1.0, a3, 0.1), mean=mean), near=0.0)
+    known = sw.lyapunov(oscillator(sw.Polynomial((0.0, 1.0, 0.0, a3, 0.0, 0.1)), mean=mean), near=0.0)
+    assert (own.scope, own.claim, own.reason) == (known.scope, known.claim, known.reason)
+    assert own.equilibria == pytest.approx(known.equilibria, rel=1e-12)
+    assert sw.small_signal(Quintic(1.0, a3, 0.1), 0.0).cubic == pytest.approx(a3, rel=1e-12)
+
+
+def test_own_law_that_says_that_it_never_falls_is_proved_for_all_starts():
+    proof = sw.lyapunov(oscillator(Rising(1.0, 0.5), mean=0.1))
+    assert (proof.holds, proof.scope) == (True, "global")
+    assert proof.rest[0] == pytest.approx(0.5 * math.atanh(0.2), rel=1e-12)
+    assert "never balances" in refusal(Rising(1.0, 0.5), mean=0.6).reason
+
+
+def test_own_law_that_says_what_its_torque_does_not_is_refused():
+    class Falling(Quintic):
+        def torque(self, x):
+            return super().torque(x)
+
+        def turning_points(self):
+            return ()
+
+    assert "turns at another torsion" in refusal(Falling(1.0, -3e4, 0.0)).reason
+
+    class Wrong(Quintic):
+        def torque(self, x):
+            return super().torque(x)
+
+        def polynomial(self):
+            return (0.0, self.K)
+
+    with pytest.raises(ValueError, match=r"polynomial gives .* its torque is .* must give the coefficients"):
+        sw.lyapunov(oscillator(Wrong(1.0, 0.3, 0.1)))
+
+
 def test_a_changed_subclass_is_not_taken_for_the_package_s_law():
     class Changed(sw.Linear):
         def torque(self, x):

@@ -24,6 +24,8 @@ SEEN = 1.2371  # no torsion that a user is likely to have a kink at
 STEPS = (0.1, 1e-3, 1e-7)  # of the torsion: differences of which one gives the slope, whatever the law's scale
 APART = 0.05  # of the larger one: two slopes that differ
 
+COEFFICIENT = 1e-9  # of the terms of a polynomial: a torque that differs is another
+
 
 def class_of(law: Any) -> Any:
     """Class of a model, or of the models that a type of the compiler stands for."""
@@ -160,6 +162,22 @@ def _no_breakpoints(law: Any) -> Any:
     return ()
 
 
+def said(law: Any, name: str) -> Any:
+    """What a law says of its torque as a whole, by a method without arguments; None where it does not.
+
+    A subclass that changes the torque says nothing by the method that it inherits.
+    """
+    classes = type(law).__mro__
+    speaks = next((cls for cls in classes if name in vars(cls) or "torque" in vars(cls)), object)
+    return getattr(law, name)() if name in vars(speaks) else None
+
+
+def polynomial_of(law: Any) -> tuple[float, ...] | None:
+    """Coefficients c_0, c_1, ... of a law whose torque is the sum of c_k x^k [N*m/rad^k]; None of another."""
+    coefficients = said(law, "polynomial")
+    return None if coefficients is None else tuple(map(float, coefficients))
+
+
 @chosen
 def kinks_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     """What vanishes where a law is not smooth: its `kinks`, or distances [rad] of the torsion from its breakpoints."""
@@ -242,8 +260,15 @@ def check_law(field: str, law: Any) -> None:
                 f"{field}: {name} has {n} internal states but z_rate does not give as many rates; write `states = 2` "
                 "in the class for two of them and return a tuple of two"
             )
-    if depends(law) == 1 and has(law, "stiffness") and not type(law).__module__.startswith(f"{ROOT}."):
+    if depends(law) == 1 and has(law, "stiffness") and not of_the_package(law):
         _check_slope(law)
+    if depends(law) == 1 and not of_the_package(law):
+        _check_polynomial(law)
+
+
+def of_the_package(law: Any) -> bool:
+    """Whether the class of a law is one of this package, so that its methods fit together."""
+    return type(law).__module__.startswith(f"{ROOT}.")
 
 
 def _check_slope(law: Any) -> None:
@@ -264,6 +289,19 @@ def _check_slope(law: Any) -> None:
             raise ValueError(
                 f"{type(law).__name__}.stiffness at {x:.4g} rad gives {given:.4g} N*m/rad and its torque rises by "
                 f"{slopes[1][0]:.4g} N*m/rad there; stiffness(x) must be the derivative of torque(x)"
+            )
+
+
+def _check_polynomial(law: Any) -> None:
+    """Refuse a user's spring whose coefficients do not give its torque (ValueError)."""
+    coefficients = polynomial_of(law) or ()
+    for x, _ in _places(law) if coefficients else ():
+        terms = [c * x**k for k, c in enumerate(coefficients)]
+        torque = float(law.torque(x))
+        if abs(torque - sum(terms)) > COEFFICIENT * sum(map(abs, terms)):
+            raise ValueError(
+                f"{type(law).__name__}.polynomial gives {sum(terms):.6g} N*m at {x:.4g} rad and its torque is "
+                f"{torque:.6g} N*m there; polynomial() must give the coefficients of 1, x, x^2 and so on"
             )
 
 

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from ..base.law import spring_stiffness
+from ..base.law import breakpoints_of, spring_stiffness
 from ..base.units import ARCSEC, RPM, convert
 from ..drive.asked import mean_of
 from ..drive.project import Project
 from ..drive.reductions import error_slope
 from ..model.gears.gear import HEAVY, NUMBERS
 from ..model.gears.limits import RATCHETING
-from ..model.laws import Backlash, Parallel, Play
+from ..model.laws import Parallel
 from ..model.laws.friction import NO_FRICTION
 from ..model.orders import without_teeth
 from ..model.train.controls import CascadeLoop, PositionLoop, SpeedLoop, core_of
@@ -137,7 +137,7 @@ def _gap(project: Project) -> Iterator[str]:
     """Where the damping of a drive with backlash acts."""
     law = project.drive.law
     law = law.first if isinstance(law, Parallel) else law
-    if isinstance(law, Backlash | Play) and project.drive.B > 0.0:
+    if breakpoints_of(law) and spring_stiffness(law, 0.0) == 0.0 and project.drive.B > 0.0:
         yield (
             "The damping acts across the gear, in its gap too; 'hysteresis: {type: contact_damping, ...}' with "
             "'damping: {B: 0 N*m*s/rad}' acts in contact alone"

@@ -31,7 +31,7 @@ from .contradictions import contradictions
 from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec
 from .fields.postures import postures_of
 from .fields.rows import read_file
-from .fields.schema import ExplicitGear, NamedGear, ProjectSpec, SpeedSpec
+from .fields.schema import SHEET, ExplicitGear, NamedGear, ProjectSpec, SpeedSpec
 from .notes import notes, posture_note
 from .own_gears import read_gears
 from .python_law import with_python_laws
@@ -233,8 +233,11 @@ def from_located(located: Located, text: str, path: Path) -> Project:
 
     task = None if spec.move is None else of_files(spec.move.task)
     sheet = None if spec.motor is None else of_files(spec.motor.limits)
-    if sheet is not None and (said := sheet.crossing()):
-        problems.append(problem(("motor", "continuous_torque"), said))
+    try:
+        (sheet or MotorLimits()).check()
+    except ValueError as error:
+        field, said = str(error).removeprefix("MotorLimits.").split(" ", 1)
+        problems.append(problem(("motor", SHEET.get(field, field)), said))
     rows = of_files(lambda folder: postures_of(spec.postures, folder)) or ()
     try:
         gear = _gear(spec, path)

@@ -1,8 +1,7 @@
 """Where a torsion law balances a constant torque, and which way the remainder pushes in between.
 
-The rests of J x'' + B x' + T(x) = tau_0 are the zeros of T(x) - tau_0. They are found exactly for piecewise-linear
-laws, from the roots for polynomial ones, between the nodes of laws that never fall, and on samples for a law that is
-not of this package.
+The rests of J x'' + B x' + T(x) = tau_0 are the zeros of T(x) - tau_0. Between two turning points of the law, and
+beyond the last, there is one at most, or an interval; a law that does not say where its torque turns is sampled.
 """
 
 import math
@@ -15,13 +14,16 @@ import numpy as np
 
 from ..base.law import breakpoints_of
 from ..base.sentences import Angle, Sentence
-from ..model.laws import Backlash, Cubic, Linear, PiecewiseLinear, Play, Polynomial, RoundedPiecewiseLinear, Tabulated
+from ..model.laws.springs import MERGE, turning_points_of
 from ..numerics.operating_point import bracketed_root
 
-KNOWN = (Linear, Cubic, Polynomial, PiecewiseLinear, Backlash, RoundedPiecewiseLinear, Tabulated)
 SAMPLES = 4000  # intervals over the span of a law that is only sampled
-ROUNDING = 1e-14  # torques below this fraction of the largest one met are zero to an unknown law
-MERGE = 1e-5  # roots closer than this fraction are one multiple root: np.roots spreads a triple root by eps^(1/3)
+ROUNDING = 1e-14  # torques below this fraction of the largest one met are zero to a law that is sampled
+TOUCHING = (
+    1e-10  # of the largest torque at a turning point: there MERGE apart, two rests are one that the torque touches
+)
+CANCELLED = 1e-14  # of slope times torsion: less is rounding
+DISTANCES = tuple(2.0**k for k in range(-40, 200))  # rad beyond the last turning point, where a sign is looked for
 
 
 @dataclass(frozen=True)
@@ -54,11 +56,6 @@ class Landscape:
         return left, right
 
 
-def is_known(law: Any) -> bool:
-    """Whether the rests of a law are known for all torsions."""
-    return type(law) in KNOWN or (type(law) is Play and is_known(law.law))
-
-
 def landscape(law: Any, tau_0: float, span: float | None) -> Landscape:
     """Find the rests of a law under the constant torque `tau_0` [N*m].
 
@@ -69,7 +66,7 @@ def landscape(law: Any, tau_0: float, span: float | None) -> Landscape:
     tau_0 : float
         Constant torque [N*m].
     span : float, optional
-        Largest torsion [rad] to be examined of a law that is not of this package; the package's laws do not need it.
+        Largest torsion [rad] to be examined of a law that does not say where its torque turns.
 
     Raises
     ------
@@ -80,34 +77,13 @@ def landscape(law: Any, tau_0: float, span: float | None) -> Landscape:
     def rest_torque(x: float) -> float:
         return float(law.torque(x)) - tau_0
 
-    # Compared by class, not by isinstance: a user's subclass may change the torque.
-    match law if is_known(law) else None:
-        case Linear():
-            return _piecewise(rest_torque, (0.0,), (law.K, law.K))
-        case PiecewiseLinear(K3=K3):
-            return _piecewise(rest_torque, law.breakpoints(), (K3, K3))
-        case Backlash(K=K):
-            return _piecewise(rest_torque, law.breakpoints(), (K, K))
-        case RoundedPiecewiseLinear(K3=K3, width=width):
-            corners = PiecewiseLinear(*law[:5]).breakpoints()
-            nodes = [b + side for b in corners for side in (-0.5 * width, 0.5 * width)]
-            return _piecewise(rest_torque, tuple(sorted(nodes)), (K3, K3), curved=True)
-        case Tabulated(knots=knots):
-            nodes = [knot.x for knot in knots]
-            return _piecewise(rest_torque, tuple(nodes), (knots[0].K, knots[-1].K), curved=True)
-        case Play(half_gap=half_gap, law=inner):
-            return _behind_gap(landscape(inner, tau_0, span), half_gap)
-        case Cubic(K=K, alpha=alpha):
-            return _polynomial(rest_torque, (-tau_0, K, 0.0, K * alpha))
-        case Polynomial(coefficients=c):
-            return _polynomial(rest_torque, (c[0] - tau_0, *c[1:]))
-        case _:
-            return _sampled(law, rest_torque, span)
+    turns = turning_points_of(law)
+    return _sampled(law, rest_torque, span) if turns is None else _turning(rest_torque, turns, abs(tau_0))
 
 
 def reach(law: Any, tau_0: float, x: float) -> float:
     """Distance [rad] of a torsion in a well from the nearest saddle; infinite without one, and of an unknown law."""
-    if not is_known(law):
+    if turning_points_of(law) is None:
         return math.inf
     found = landscape(law, tau_0, None)
     wells = [found.borders(i) for i in found.wells() if found.rests[i][0] - MERGE <= x <= found.rests[i][1] + MERGE]
@@ -127,77 +103,81 @@ def _signs(
     return tuple(float(np.sign(g(x))) if math.isfinite(x) else 0.0 for x in places)
 
 
-def _behind_gap(inner: Landscape, half_gap: float) -> Landscape:
-    """Rests of a law with play from those of the law: all move outwards, and a rest at zero becomes the gap."""
+def _turning(g: Callable[[float], float], turns: tuple[float, ...], size: float) -> Landscape:
+    """Rests of a function that is monotone or constant between and beyond its turning points.
 
-    def ends(low: float, high: float) -> tuple[float, float]:
-        left = low - half_gap if low <= 0.0 else low + half_gap
-        return left, high + half_gap if high >= 0.0 else high - half_gap
-
-    return Landscape(tuple(ends(low, high) for low, high in inner.rests), inner.signs)
-
-
-def _piecewise(
-    g: Callable[[float], float], nodes: tuple[float, ...], slopes: tuple[float, float], curved: bool = False
-) -> Landscape:
-    """Rests of a continuous function, straight between nodes (or curved but never falling) and beyond them.
-
-    `slopes` are those before the first node and after the last.
+    `size` is the constant torque in it [N*m].
     """
-    values = [g(x) for x in nodes]
-    intervals = [(x, x) for x, value in zip(nodes, values, strict=True) if value == 0.0]
-    for (a, ga), (b, gb) in pairwise(zip(nodes, values, strict=True)):
-        if ga == 0.0 == gb:
-            intervals.append((a, b))
-        elif ga * gb < 0.0:
-            x = bracketed_root(g, a, b, xtol=1e-300) if curved else a - ga * (b - a) / (gb - ga)
-            intervals.append((x, x))
-    for node, value, slope, outward in (
-        (nodes[0], values[0], slopes[0], -1.0),
-        (nodes[-1], values[-1], slopes[1], 1.0),
-    ):
-        if value == 0.0 == slope:
-            intervals.append((node, math.inf) if outward > 0.0 else (-math.inf, node))
-        elif value * slope * outward < 0.0:
-            intervals.append((node - value / slope,) * 2)
+    inner = turns or (0.0,)
+    with np.errstate(all="ignore"):
+        slope = max((abs(g(b) - g(a)) / (b - a) for a, b in pairwise(inner) if b > a), default=0.0)
+        ends = _beyond(g, inner[0], -1.0, slope), _beyond(g, inner[-1], 1.0, slope)
+    grid = [ends[0][0], *inner, ends[1][0]]
+    values = [ends[0][1], *map(g, inner), ends[1][1]]
+    touch = TOUCHING * max(size, *(abs(value) for value in values[1:-1])) if turns else 0.0
+    for i, (before, value, after) in enumerate(zip(values, values[1:], values[2:], strict=False), 1):
+        if abs(value) <= touch and before * after > 0.0:
+            values[i] = 0.0
+    intervals = _zeros(g, grid, values, 0.0, 0.0)
+    if values[0] == values[1] == 0.0:
+        intervals[0] = (-math.inf, intervals[0][1])
+    if values[-1] == values[-2] == 0.0:
+        intervals[-1] = (intervals[-1][0], math.inf)
     rests: list[tuple[float, float]] = []
-    for low, high in sorted((low + 0.0, high + 0.0) for low, high in intervals):  # no -0.0
-        if rests and low <= rests[-1][1]:
-            rests[-1] = (rests[-1][0], max(high, rests[-1][1]))
+    for low, high in intervals:
+        if rests and low - rests[-1][1] <= MERGE * max(abs(low), abs(rests[-1][1])):
+            first = rests.pop()
+            point = 0.5 * (first[0] + high)
+            rests.append((point, point) if first[0] == first[1] and low == high else (first[0], high))
         else:
             rests.append((low, high))
     return Landscape(tuple(rests), _signs(g, rests))
 
 
-def _polynomial(g: Callable[[float], float], coefficients: tuple[float, ...]) -> Landscape:
-    """Rests of a polynomial, c0 + c1 x + ...: its real roots, where roots that nearly coincide count as one."""
-    if not any(coefficients):
-        return Landscape(((-math.inf, math.inf),), (0.0, 0.0))
-    roots = np.roots(coefficients[::-1])
-    # A pair this near to the real axis counts as a double root: a rest too many makes the claim smaller, never wrong.
-    near = np.sort(np.real(roots[np.abs(roots.imag) <= MERGE * np.abs(roots)]))
-    groups: list[list[float]] = []
-    for root in near.tolist():
-        if groups and root - groups[-1][-1] <= MERGE * max(abs(root), abs(groups[-1][-1])):
-            groups[-1].append(root)
-        else:
-            groups.append([root])
-    slope = np.polynomial.Polynomial(coefficients).deriv()
-    points = [_polished(g, slope, group) for group in groups]
-    rests = [(x, x) for x in points]
-    return Landscape(tuple(rests), _signs(g, rests))
+def _beyond(g: Callable[[float], float], end: float, outward: float, slope: float) -> tuple[float, float]:
+    """First torsion outwards of the last turning point where the function has another sign, and its value there.
 
-
-def _polished(g: Callable[[float], float], slope: Callable[[float], float], group: list[float]) -> float:
-    """Mean of a group of roots; a single one after Newton steps: `np.roots` errs by a fraction of the largest root."""
-    x = sum(group) / len(group)
-    for _ in range(3 if len(group) == 1 else 0):
-        rate = float(slope(x))
-        better = x - g(x) / rate if rate != 0.0 else x
-        if not abs(g(better)) < abs(g(x)):
+    Without one the value is that at the turning point. `slope` is the steepest met inside: a law that cancels large
+    terms has rounding in proportion to it and to x.
+    """
+    start = g(end)
+    for distance in DISTANCES:
+        x = end + outward * distance
+        try:
+            value = g(x)
+        except OverflowError:
             break
-        x = better
-    return x
+        if not math.isfinite(value):
+            break
+        slope = max(slope, abs(value - start) / distance)
+        if np.sign(value) != np.sign(start) and abs(value) > CANCELLED * slope * abs(x):
+            return x, value
+    return end + outward, start
+
+
+def _zeros(
+    g: Callable[[float], float], grid: list[float], values: list[float], noise: float, xtol: float
+) -> list[tuple[float, float]]:
+    """Rests of a function, as intervals, that is monotone between the torsions of a grid, from its values there.
+
+    Values up to `noise` are zero; where there is noise, an interval of zeros ends between two torsions.
+    """
+    rests: list[tuple[float, float]] = []
+    i = 0
+    while i < len(grid):
+        if abs(values[i]) <= noise:
+            j = i
+            while j + 1 < len(grid) and abs(values[j + 1]) <= noise:
+                j += 1
+            wide = noise > 0.0 and i < j
+            low = _edge(g, noise, grid[i], grid[i - 1]) if wide and i > 0 else grid[i]
+            high = _edge(g, noise, grid[j], grid[j + 1]) if wide and j < len(grid) - 1 else grid[j]
+            rests.append((low + 0.0, high + 0.0))  # no -0.0
+            i = j
+        elif i + 1 < len(grid) and abs(values[i + 1]) > noise and values[i] * values[i + 1] < 0.0:
+            rests.append((bracketed_root(g, grid[i], grid[i + 1], xtol=xtol) + 0.0,) * 2)
+        i += 1
+    return rests
 
 
 def _sampled(law: Any, g: Callable[[float], float], span: float | None) -> Landscape:
@@ -217,20 +197,7 @@ def _sampled(law: Any, g: Callable[[float], float], span: float | None) -> Lands
             )
     # In a gap the torque is zero but for rounding; a rest too wide makes the claim weaker, never wrong.
     noise = ROUNDING * max(abs(value) for value in values)
-    rests: list[tuple[float, float]] = []
-    i = 0
-    while i < len(grid):
-        if abs(values[i]) <= noise:
-            j = i
-            while j + 1 < len(grid) and abs(values[j + 1]) <= noise:
-                j += 1
-            low = _edge(g, noise, grid[i], grid[i - 1]) if 0 < i < j else grid[i]
-            high = _edge(g, noise, grid[j], grid[j + 1]) if i < j < len(grid) - 1 else grid[j]
-            rests.append((low, high))
-            i = j
-        elif i + 1 < len(grid) and abs(values[i + 1]) > noise and values[i] * values[i + 1] < 0.0:
-            rests.append((bracketed_root(g, grid[i], grid[i + 1], xtol=1e-15 * span),) * 2)
-        i += 1
+    rests = _zeros(g, grid, values, noise, 1e-15 * span)
     return Landscape(tuple(rests), _signs(g, rests, -span, span), -span, span)
 
 

@@ -13,14 +13,18 @@ import math
 
 import numpy as np
 
-from ..base.law import repeating, springs_only
+from ..base.law import of_the_package, repeating, springs_only
 from ..base.protocols import lacking
 from ..base.quantities import checked, number, shown
+from ..base.results import Floats
 from ..base.sentences import Angle, Sentence
 from ..model.excitation import Harmonic, NoError, mean_torque
+from ..model.laws.springs import turning_points_of
 from ..model.oscillator import Oscillator, VaryingOscillator
-from .equilibria import SAMPLES, Landscape, is_known, landscape
+from .equilibria import SAMPLES, Landscape, landscape
 from .stability_proof import Obstacle, Region, Reserve, Scope, StabilityProof, place, reserve
+
+TRIED = 0.01  # rad to both sides, on which the methods of a user's law are compared at least
 
 
 def lyapunov(
@@ -35,8 +39,8 @@ def lyapunov(
         that changes with angle, speed and temperature must be bounded, 0 < b1 <= b <= b2; a falling stiffness asks for
         b1 > -J kappa'/(2 kappa) (see `theory.stability_proof` for the proof).
     span : float, optional
-        Largest torsion [rad] to examine of a law that is not of this package: such a law is sampled on |x| <= span, and
-        the claim is local and checked, not proved. The package's laws do not need it.
+        Largest torsion [rad] to examine of a law that says neither its `turning_points()` nor its `polynomial()`: such
+        a law is sampled on |x| <= span, and the claim is local and checked, not proved.
     near : float, optional
         A torsion [rad] in the well that is asked about, where the law has several. Default: the only one.
 
@@ -88,16 +92,19 @@ def lyapunov(
 def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: float | None) -> Obstacle | None:
     """What keeps V from being an energy that falls; None if nothing does."""
     law, name = system.law, type(system.law).__name__
+    turns = turning_points_of(law)
     if damping < 0.0:
         fact = f"B is {damping:.6g} N*m*s/rad, so V' = -B v^2 >= 0 and motions gain energy"
         return Obstacle(fact, "give a damping B >= 0")
-    if is_known(law):
+    if of_the_package(law) and turns is not None:
         return None
     if lacking(law, "energy"):
         return Obstacle(f"{name} has no method energy(x), the integral of its torque, which V needs", "define it")
-    if span is None:
-        fact = f"{name} is not a law of this package and is only sampled"
-        return Obstacle(fact, "give the largest torsion in rad: lyapunov(system, span=0.01)")
+    if turns is None and span is None:
+        fact = f"{name} does not say where its torque turns and is only sampled"
+        remedy = "give its class turning_points() or polynomial()"
+        return Obstacle(fact, f"{remedy}, or the largest torsion in rad: lyapunov(system, span=0.01)")
+    span = span or 2.0 * max(TRIED, *map(abs, turns or ()), 0.0)
     # U must be the integral of T, or V' is not -B v^2: Simpson's rule on each of 400 pieces
     grid = np.linspace(-span, span, 801)
     torque, energy = [np.array([float(method(float(x))) for x in grid]) for method in (law.torque, law.energy)]
@@ -107,7 +114,17 @@ def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: floa
         x = float(grid[1::2][wrong][0])
         fact = Sentence("the energy of {} is not the integral of its torque at x = {}", name, Angle(x))
         return Obstacle(fact, "correct energy(x)")
+    if turns is not None and _turns_between(turns, grid, torque):
+        fact = f"the torque of {name} turns at another torsion than its turning_points() or polynomial() say"
+        return Obstacle(fact, "correct them")
     return None
+
+
+def _turns_between(turns: tuple[float, ...], grid: Floats, torque: Floats) -> bool:
+    """Whether samples of a torque both rise and fall between two of its turning points [rad]."""
+    pieces, noise = np.searchsorted(turns, grid), 1e-12 * float(np.max(np.abs(torque)))
+    rises = [np.diff(torque[pieces == piece]) for piece in range(len(turns) + 1)]
+    return any(np.any(rise > noise) and np.any(rise < -noise) for rise in rises)
 
 
 def _no_single_well(

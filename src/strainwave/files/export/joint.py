@@ -3,7 +3,7 @@
 from typing import Any
 
 from ...base.archive import version
-from ...base.law import spring_stiffness, states_of, torque_of
+from ...base.law import polynomial_of, spring_stiffness, states_of, torque_of
 from ...base.protocols import Law, terms_of
 from ...drive.project import Project
 from ...drive.train_curve import torques_of_angle
@@ -74,7 +74,8 @@ def _twist(law: Law, torque: float) -> float:
 
 def _left_out(train: DriveTrain, torque: float) -> list[str]:
     """Parts of a train that no joint has; `torque` [N*m] is that at which the slope of its law is taken."""
-    curved = [type(part).__name__ for part in _parts(train.law) if not isinstance(part, Linear | BoucWen)]
+    springs = [part for part in _parts(train.law) if not isinstance(part, BoucWen)]
+    curved = [type(part).__name__ for part in springs if any((polynomial_of(part) or (0.0, 0.0, 1.0))[2:])]
     where = f"at {torque:.4g} N*m" if torque else "at rest"
     parts = {
         "the kinematic error": not isinstance(train.error, NoError),

@@ -76,6 +76,10 @@ class RoundedPiecewiseLinear(NamedTuple):
         """No breakpoints: the slope is continuous."""
         return ()
 
+    def turning_points(self) -> tuple[float, ...]:
+        """None: the torque rises."""
+        return ()
+
     def check(self) -> None:
         """Refuse what `PiecewiseLinear` refuses, and transitions that meet (ValueError)."""
         law = PiecewiseLinear(self.K1, self.K2, self.K3, self.T1, self.T2)
@@ -181,6 +185,10 @@ class Tabulated(NamedTuple):
     def breakpoints(self) -> tuple[float, ...]:
         """No breakpoints: the slope is continuous."""
         return ()
+
+    def turning_points(self) -> tuple[float, ...]:
+        """Torsions [rad] of the knots: between two of them the torque rises or is constant."""
+        return tuple(knot.x for knot in self.knots)
 
     def check(self) -> None:
         """Refuse too few knots, knots out of order, falling torques, and slopes that overshoot (ValueError)."""

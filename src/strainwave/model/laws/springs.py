@@ -5,6 +5,10 @@ A law is a NamedTuple with `torque(x)`, `stiffness(x)` = dT/dx, `energy(x)` (zer
 numbers, arrays, compiled kernels and, where the law is smooth, symbols. x is in rad on the output side, torque in N*m,
 energy in J.
 
+What a law says of its torque as a whole, theory asks for: `polynomial()`, its coefficients c_0, c_1 and so on, where it
+is one; else `turning_points()`, the torsions between which, and beyond which, the torque only rises, only falls or is
+constant. A law that says neither is sampled.
+
 `scaled(factor)` is the same law with its torque times a factor, in the form that runs many steps: of the same class, or
 of one with nothing left to compute again in every step, which stands under its law. Numbers may then be arrays.
 """
@@ -13,12 +17,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import KINDS, breakpoints_of, depends
+from ...base.law import KINDS, breakpoints_of, depends, polynomial_of, said
 from ...base.protocols import need
 from ...base.quantities import Angle, PerSquareRadian, Reals, States, Torque, TorsionalStiffness
 from ...compile.jit import kernel
 from ...compile.maths import sign
 from ...compile.tree import with_leaf
+
+MERGE = 1e-5  # roots closer than this fraction are one multiple root: `roots` spreads a triple root by eps^(1/3)
 
 
 class Linear(NamedTuple):
@@ -45,6 +51,10 @@ class Linear(NamedTuple):
     def scaled(self, factor: Any) -> "Linear":
         """The same law times a factor."""
         return Linear(self.K * factor)
+
+    def polynomial(self) -> tuple[float, ...]:
+        """Coefficients of the torque."""
+        return (0.0, self.K)
 
 
 class Cubic(NamedTuple):
@@ -73,6 +83,10 @@ class Cubic(NamedTuple):
     def scaled(self, factor: Reals) -> "LinearAndCubic":
         """The same law times a factor, its coefficients multiplied out."""
         return LinearAndCubic(self.K * factor, self.K * self.alpha * factor)
+
+    def polynomial(self) -> tuple[float, ...]:
+        """Coefficients of the torque."""
+        return (0.0, self.K, 0.0, self.K * self.alpha)
 
 
 class LinearAndCubic(NamedTuple):
@@ -124,6 +138,10 @@ class Polynomial(NamedTuple):
     def scaled(self, factor: Any) -> "Polynomial":
         """The same law times a factor."""
         return Polynomial(tuple(c * factor for c in self.coefficients))
+
+    def polynomial(self) -> tuple[float, ...]:
+        """Coefficients of the torque."""
+        return self.coefficients
 
 
 @kernel
@@ -180,6 +198,10 @@ class PiecewiseLinear(NamedTuple):
         x1, x2 = corners(self)
         half = 0.5 * factor
         return Slopes(self.K3 * factor, half * (self.K1 - self.K2), half * (self.K2 - self.K3), x1, x2)
+
+    def turning_points(self) -> tuple[float, ...]:
+        """None: the torque rises."""
+        return ()
 
     def check(self) -> None:
         """Refuse slopes that are not positive, and torques out of order (ValueError)."""
@@ -240,6 +262,10 @@ class Backlash(NamedTuple):
         """The same law times a factor."""
         return Backlash(self.K * factor, self.half_gap)
 
+    def turning_points(self) -> tuple[float, ...]:
+        """Torsions [rad] at the edges of the gap."""
+        return self.breakpoints()
+
     def check(self) -> None:
         """Refuse a negative gap (ValueError)."""
         if self.half_gap < 0.0:
@@ -286,6 +312,11 @@ class Play(NamedTuple):
         places: tuple[float, ...] = spread(breakpoints_of(self.law), self.half_gap)
         return places
 
+    def turning_points(self) -> tuple[float, ...] | None:
+        """Torsions [rad] at the edges of the gap, and the law's turning points moved outwards by it."""
+        inner = turning_points_of(self.law)
+        return None if inner is None else spread(inner, self.half_gap)
+
     def check(self) -> None:
         """Refuse a negative gap, a law that pulls, pushes or has a corner at zero (ValueError), and no spring."""
         if self.half_gap < 0.0:
@@ -311,16 +342,20 @@ class Play(NamedTuple):
             raise ValueError(f"Play.law is a {name} with a corner at zero torsion; the gap has its own, move it away")
 
 
+def turning_points_of(law: Any) -> tuple[float, ...] | None:
+    """Turning points [rad] of a law in rising order, its own or its polynomial's; None where it says neither."""
+    coefficients = polynomial_of(law)
+    if coefficients is None:
+        points = said(law, "turning_points")
+        return None if points is None else tuple(sorted(map(float, points)))
+    roots = np.polynomial.Polynomial(np.trim_zeros(coefficients, "b") or [0.0]).deriv().roots()
+    return tuple(np.sort(roots.real[np.abs(roots.imag) <= MERGE * np.abs(roots)]).tolist())
+
+
 def taylor(law: Any, x: float) -> tuple[float | None, float | None]:
     """Second and third Taylor coefficient of a polynomial law at x; None for other laws."""
-    # Compared by class: a user's subclass may change the torque.
-    match law if type(law) in (Linear, Cubic, Polynomial) else None:
-        case Linear():
-            return 0.0, 0.0
-        case Cubic(K=K, alpha=alpha):
-            return 3.0 * K * alpha * x, K * alpha
-        case Polynomial(coefficients=c):
-            shifted = np.polynomial.Polynomial(c)
-            return float(shifted.deriv(2)(x)) / 2.0, float(shifted.deriv(3)(x)) / 6.0
-        case _:
-            return None, None
+    coefficients = polynomial_of(law)
+    if coefficients is None:
+        return None, None
+    series = np.polynomial.Polynomial(coefficients)
+    return float(series.deriv(2)(x)) / 2.0, float(series.deriv(3)(x)) / 6.0

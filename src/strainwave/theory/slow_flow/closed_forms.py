@@ -33,9 +33,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
+from ...base.law import polynomial_of
 from ...base.results import Floats
 from ...compile.jit import kernel
-from ...model.laws.springs import Cubic
 from ...numerics.operating_point import positive_roots
 from .averaging import FirstOrder
 from .setting import Setting, real_matrix
@@ -46,7 +46,11 @@ Kind = Literal["none", "primary", "superharmonic", "subharmonic"]
 
 def kind_of(s: Setting) -> Kind | None:
     """Which closed form serves; None where only the integrals do."""
-    if not isinstance(s.system.law, Cubic) or s.u0 != 0.0 or len(s.orders) != 1:
+    coefficients = polynomial_of(s.system.law)
+    if coefficients is None or s.u0 != 0.0 or len(s.orders) != 1:
+        return None
+    constant, _, square, _, *higher = (*coefficients, 0.0, 0.0, 0.0)
+    if constant or square or any(higher):
         return None
     if s.resonance.ratio is None:
         return "none"
@@ -70,7 +74,9 @@ class CubicFlow(FirstOrder):
     @cached_property
     def kappa(self) -> Any:
         """Return alpha omega_0 [1/(rad^2 s)]."""
-        return self.setting.system.law.alpha * self.setting.omega_0
+        coefficients: Any = polynomial_of(self.setting.system.law)
+        _, stiffness, _, cube = (*coefficients, 0.0, 0.0)[:4]
+        return cube / stiffness * self.setting.omega_0
 
     @cached_property
     def forced(self) -> Any:

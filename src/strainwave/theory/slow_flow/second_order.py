@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from ...base.law import breakpoints_of
+from ...base.law import breakpoints_of, polynomial_of
 from ...base.results import Complexes, Floats
-from ...model.laws.springs import Polynomial, taylor
+from ...model.laws.springs import taylor
 from ...numerics.addressed import torques
 from .averages import Places, harmonics
 from .averaging import probes_of, turns_with_phase
@@ -280,7 +280,7 @@ def _error(s: Setting, samples: Samples) -> float:
 def _square_and_cube(s: Setting) -> tuple[float, float] | None:
     """Square and cube of the law over J about u0; None where it has more, or is no polynomial."""
     square, cube = taylor(s.system.law, s.u0)
-    higher = any(s.system.law.coefficients[4:]) if isinstance(s.system.law, Polynomial) else False
+    higher = any((polynomial_of(s.system.law) or ())[4:])
     return None if square is None or cube is None or higher else (square / s.system.J, cube / s.system.J)
 
 
