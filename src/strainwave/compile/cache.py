@@ -28,6 +28,8 @@ from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from platformdirs import user_cache_path
+
 from . import reads
 
 UNUSED_DAYS = 30  # after which code is removed
@@ -216,23 +218,14 @@ class _Unpickler(pickle.Unpickler):
 def cache_folder() -> Path:
     """Folder of compiled code: STRAINWAVE_CACHE_DIR, or the user's cache folder of the operating system.
 
-    The XDG Base Directory Specification ignores an XDG_CACHE_HOME that is empty or relative.
+    A user without a home, as in some containers, has none: a place where nothing can be kept.
     """
-    if own := os.environ.get("STRAINWAVE_CACHE_DIR"):
-        return Path(own) / reads.folder_hash()
-    variable, inside, after = {
-        "win32": ("LOCALAPPDATA", "", "strainwave/cache"), "darwin": ("", "Library/Caches", "strainwave"),
-    }.get(sys.platform, ("XDG_CACHE_HOME", ".cache", "strainwave"))  # fmt: skip
-    place = Path(os.environ.get(variable, ""))
-    return (place if place.is_absolute() else _home() / inside) / after / reads.folder_hash()
-
-
-def _home() -> Path:
-    """Folder of the user; of one without any, as in some containers, a place where nothing can be kept."""
+    own = os.environ.get("STRAINWAVE_CACHE_DIR")
     try:
-        return Path.home()
+        place = Path(own) if own else user_cache_path("strainwave", appauthor=False)
     except RuntimeError:
-        return Path(os.devnull)
+        place = Path(os.devnull)
+    return place / reads.folder_hash()
 
 
 @cache

@@ -17,7 +17,7 @@ from ...compile.jit import target_cpu
 from ..console import to_json
 from .options import json_option
 
-CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "ruamel.yaml", "click", "rich")
+CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "ruamel.yaml", "click", "rich", "platformdirs")
 EXTRAS = {
     "plot": ("matplotlib",),
     "report": ("jinja2",),
