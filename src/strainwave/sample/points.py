@@ -99,7 +99,7 @@ class _AnotherShape(ValueError):
     """A measure returned something else than at the points before."""
 
 
-def compute(job: Job, first: int, values: Mapping[str, Floats], stopped: Callable[[], bool] = bool) -> Part:
+def compute(job: Job, first: int, values: Mapping[str, Floats]) -> Part:
     """Measure a stretch of points.
 
     Parameters
@@ -110,8 +110,6 @@ def compute(job: Job, first: int, values: Mapping[str, Floats], stopped: Callabl
         Number of the first point in the sweep.
     values : dict of str to (n,) array
         Values of the parameters at the points.
-    stopped : callable
-        Asked between points; once it says yes, KeyboardInterrupt is raised.
     """
     load()  # no last bit depends on what this process did before
     count = len(next(iter(values.values())))
@@ -122,8 +120,6 @@ def compute(job: Job, first: int, values: Mapping[str, Floats], stopped: Callabl
     arrays: dict[str, Array] = {}
     estimates: dict[str, float] = {}
     for places, result in pieces:
-        if stopped():
-            raise KeyboardInterrupt
         try:
             if isinstance(result, BaseException):
                 raise result

@@ -33,7 +33,7 @@ from .identity import digest, installed, readable
 from .points import OWN_NAMES, Job, Layout, Part, Variable, check_size, chunk_size, layout_of, lost
 from .sampling import Grid, GridPoints, Points, check_names, points_of
 from .store import SweepStore
-from .workers import ClusterPool, ProcessPool, ThreadPool
+from .workers import Workers
 
 log = logging.getLogger(__name__)
 
@@ -193,7 +193,7 @@ def sweep(
     try:
         if not stored.done.all():
             run = _Run(job, layout, points, stored, dict(units or {}), progress)
-            _fill(run, partial(_pool, client, spec, workers, processes, job))
+            _fill(run, partial(Workers, job, client, workers, processes))
         stored.finish()
         return stored.dataset()
     finally:
@@ -307,7 +307,7 @@ def _kept_as_finished(
     while True:
         while len(waiting) < room and (chunk := next(chunks, None)) is not None:
             first, values = run.values(chunk)
-            future = pool.submit(run.job, chunk, first, values)
+            future = pool.submit(run.job, first, values)
             waiting[future] = chunk, values
             future.add_done_callback(finished.put)
         if not waiting:
@@ -330,12 +330,6 @@ def _kept_as_finished(
             continue
         run.keep(chunk, part, values)
         del waiting[future]
-
-
-def _pool(client: Any, spec: str, workers: int, processes: bool, job: Job) -> Any:
-    if client is not None:
-        return ClusterPool(client, spec)
-    return ProcessPool(workers, job) if processes else ThreadPool(workers)
 
 
 def _check(system: Any, points: Points) -> dict[str, str]:

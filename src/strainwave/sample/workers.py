@@ -1,12 +1,8 @@
-"""Workers of a sweep: threads or processes of this machine, or the tasks of a `dask.distributed` client.
+"""Workers of a sweep: an executor of `concurrent.futures`, of threads, processes or a `dask.distributed` cluster.
 
-A pool has `submit(...)`, a future as those of `concurrent.futures`; `room`, how many chunks it takes at a time;
-`lost(error)`, whether a worker died rather than the measure failed; `check()`, which raises once the pool is gone
-for good; and `close(...)`. Threads serve compiled measures, processes all.
-
-On a cluster the workers compute and this process alone writes the store: it needs no file system that they share. A
-worker that dies costs the chunks it had; the scheduler gives them to others. When the scheduler dies, the store has
-what was finished.
+Threads serve compiled measures, processes all. On a cluster the workers compute and this process alone writes the
+store: it needs no file system that they share. A worker that dies costs the chunks it had; the scheduler gives them to
+others. When the scheduler dies, the store has what was finished.
 
 One process at a time writes a store: a lock file beside it, which the system releases when its owner dies, however it
 dies.
@@ -25,8 +21,7 @@ import sys
 import threading
 import time
 from collections.abc import Mapping
-from concurrent.futures import CancelledError, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -37,46 +32,61 @@ log = logging.getLogger(__name__)
 
 PATIENCE = 60.0  # seconds without any worker before the sweep gives up: as long as a cluster may take to start one
 GONE = "the cluster's scheduler cannot be reached any more"
+RETRIES = 3  # of a task on a cluster whose worker died
 
 
-class ClusterPool:
-    """The same interface as `ThreadPool`, over a client.
+class Workers:
+    """An executor, which is started again when its processes have died.
 
     Parameters
     ----------
-    client : distributed.Client
-        A client of a running cluster; it stays open.
-    spec : str
-        Hash of the sweep: with the number of the chunk, the key of a task.
+    job : Job
+        What is to be computed.
+    client : distributed.Client or None
+        A client of a running cluster; it stays open. None takes this machine.
+    count : int
+        Threads or processes of this machine.
+    processes : bool
+        Whether these are processes, started afresh, not forked, so that threads and compilers survive.
     """
 
-    def __init__(self, client: Any, spec: str) -> None:
-        if client.asynchronous:
-            raise TypeError("the client is asynchronous; make it with Client(address), outside of a coroutine")
-        self.client: Any = client  # distributed has annotations in some places only
-        self.spec = spec
-        self.futures: set[Any] = set()
-        self.tried: dict[int, int] = {}
+    def __init__(self, job: Job, client: Any, count: int, processes: bool) -> None:
+        self.client, self.count, self.processes = client, count, processes  # distributed has some annotations only
         self.since: float | None = None
-        self.check()
+        if client is not None and client.asynchronous:
+            raise TypeError("the client is asynchronous; make it with Client(address), outside of a coroutine")
+        if client is not None:
+            self.check()
+        elif processes:
+            _refuse_local(job)
+        self.executor = self._started()
+
+    def _started(self) -> Executor:
+        if self.client is not None:
+            executor: Executor = self.client.get_executor(pure=False, retries=RETRIES)
+            return executor
+        if not self.processes:
+            return Threads(self.count, thread_name_prefix="sweep")
+        return ProcessPoolExecutor(self.count, multiprocessing.get_context("spawn"), _begin)
 
     @property
     def room(self) -> int:
         """How many chunks the workers take at a time, one for every thread and one in reserve."""
-        threads: int = sum(self.client.nthreads().values())
-        return max(2, 2 * threads)
+        return 2 * max(1, self.count if self.client is None else sum(self.client.nthreads().values()))
 
-    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> Any:
+    def submit(self, job: Job, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
         """Begin to compute a chunk."""
-        tries = self.tried[chunk] = self.tried.get(chunk, -1) + 1
-        key = f"sweep-{self.spec}-{chunk}" + (f"-again-{tries}" if tries else "")
-        future: Any = self.client.submit(compute, job, first, values, key=key, pure=True)
-        self.futures.add(future)
-        future.add_done_callback(self.futures.discard)
-        return future
+        try:
+            return self.executor.submit(compute, job, first, values)
+        except BrokenExecutor:
+            self.executor.shutdown(wait=False, cancel_futures=True)
+            self.executor = self._started()
+            return self.executor.submit(compute, job, first, values)
 
     def lost(self, error: BaseException) -> bool:
-        """Whether workers died of this chunk, or of another one that they had at the same time."""
+        """Whether a worker died of this chunk, or of another one that it had at the same time."""
+        if self.client is None:
+            return isinstance(error, BrokenExecutor)
         from distributed import KilledWorker
 
         if isinstance(error, CancelledError | OSError):  # what a client says of its tasks when it loses the scheduler
@@ -85,6 +95,8 @@ class ClusterPool:
 
     def check(self) -> None:
         """Raise a ConnectionError if the scheduler is gone, or no worker has been there for a minute."""
+        if self.client is None:
+            return
         if self.client.status != "running":
             raise ConnectionError(GONE)
         if self.client.nthreads():
@@ -96,61 +108,58 @@ class ClusterPool:
             raise ConnectionError(f"the cluster has had no worker for {PATIENCE:.0f} s")
 
     def close(self) -> None:
-        """Give up the chunks under way; the client stays open."""
-        if self.client.status == "running":
-            self.client.cancel(list(self.futures), force=True)
+        """Give up the chunks under way; a client stays open."""
+        processes = list((getattr(self.executor, "_processes", None) or {}).values())
+        if self.client is None or self.client.status == "running":
+            self.executor.shutdown(wait=False)
+        for process in processes:
+            process.terminate()
+        for process in processes:
+            process.join(5.0)
 
 
-class ThreadPool:
-    """Threads of this process; a measure that is compiled code lets them run side by side."""
+class Threads(ThreadPoolExecutor):
+    """Threads whose work is given up at `shutdown`, as soon as compiled code returns: after a block of lanes.
 
-    def __init__(self, workers: int) -> None:
-        self.room = 2 * workers
-        self.stop = threading.Event()
+    A measure knows no flag that it could look at, and Python sends an interrupt to the main thread alone: the threads
+    that compute are interrupted one by one.
+    """
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
         self.busy: set[int] = set()
-        self.guard = threading.Lock()
-        self.pool = ThreadPoolExecutor(workers, thread_name_prefix="sweep")
+        self.guard, self.stop = threading.Lock(), False
 
-    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
-        """Begin to compute a chunk."""
-        return self.pool.submit(self._compute, job, first, values)
+    def submit(self, function: Any, /, *arguments: Any, **named: Any) -> "Future[Any]":
+        """Begin a call."""
+        return super().submit(self._called, function, *arguments, **named)
 
-    def _compute(self, job: Job, first: int, values: Mapping[str, Floats]) -> Part:
+    def _called(self, function: Any, *arguments: Any, **named: Any) -> Any:
         thread = threading.get_ident()
         with self.guard:
             self.busy.add(thread)
         try:
-            return compute(job, first, values, self.stop.is_set)
+            return function(*arguments, **named)
         finally:
             with self.guard:
                 self.busy.discard(thread)
-            if self.stop.is_set():
+            if self.stop:
                 _bytecode()
 
-    def lost(self, error: BaseException) -> bool:
-        """Threads die with the process only."""
-        return False
-
-    def check(self) -> None:
-        """Threads are always there."""
-
-    def close(self) -> None:
-        """Stop the threads; chunks under way are given up as soon as compiled code returns: after a block of lanes."""
-        self.stop.set()
-        self.pool.shutdown(wait=False, cancel_futures=True)
+    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
+        """Stop the threads."""
+        self.stop = True
+        super().shutdown(wait=False, cancel_futures=True)
         since, said = time.monotonic(), False
         while self._interrupted():
             time.sleep(0.05)
             if not said and time.monotonic() - since > 1.0:
                 said = True
                 log.info("stopping as soon as the blocks of trajectories under way have come to their end")
-        self.pool.shutdown(wait=True)
+        super().shutdown(wait=True)
 
     def _interrupted(self) -> bool:
-        """Raise KeyboardInterrupt in the threads that compute; whether there were any.
-
-        A measure knows no flag that it could look at, and Python sends an interrupt to the main thread alone.
-        """
+        """Raise KeyboardInterrupt in the threads that compute; whether there were any."""
         raising = ctypes.pythonapi.PyThreadState_SetAsyncExc
         with self.guard:
             for thread in self.busy:
@@ -162,49 +171,15 @@ def _bytecode() -> None:
     """Be a call: an interrupt that came at the last moment is raised here and not in the thread's own loop."""
 
 
-class ProcessPool:
-    """Processes that are started afresh, not forked, so that threads and compilers survive."""
-
-    def __init__(self, workers: int, job: Job) -> None:
-        try:
-            pickle.dumps(job)
-        except Exception as error:
-            raise TypeError(
-                f"the measure or the system cannot be sent to another process ({' '.join(str(error).split())}); define "
-                "the measure at the top level of a module, or leave out processes=True"
-            ) from None
-        self.workers, self.room = workers, 2 * workers
-        self.pool = self._started()
-
-    def _started(self) -> ProcessPoolExecutor:
-        context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self.workers, mp_context=context, initializer=_begin)
-
-    def submit(self, job: Job, chunk: int, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
-        """Begin to compute a chunk."""
-        try:
-            return self.pool.submit(compute, job, first, values)
-        except BrokenProcessPool:
-            self.pool.shutdown(wait=False, cancel_futures=True)
-            self.pool = self._started()
-            return self.pool.submit(compute, job, first, values)
-
-    def lost(self, error: BaseException) -> bool:
-        """Whether a process ended instead of answering."""
-        return isinstance(error, BrokenProcessPool)
-
-    def check(self) -> None:
-        """Processes that end are replaced."""
-
-    def close(self) -> None:
-        """End the processes; chunks under way are given up."""
-        processes = list((self.pool._processes or {}).values())
-        self.pool.shutdown(wait=False, cancel_futures=True)
-        for process in processes:
-            with contextlib.suppress(Exception):
-                process.terminate()
-        for process in processes:
-            process.join(5.0)
+def _refuse_local(job: Job) -> None:
+    """Refuse a measure or a system that another process cannot have (TypeError)."""
+    try:
+        pickle.dumps(job)
+    except Exception as error:
+        raise TypeError(
+            f"the measure or the system cannot be sent to another process ({' '.join(str(error).split())}); define "
+            "the measure at the top level of a module, or leave out processes=True"
+        ) from None
 
 
 def _begin() -> None:
