@@ -129,7 +129,14 @@ class Sobol:
     seed: int = 0
 
 
-Grid = Mapping[Any, Any] | LatinHypercube | Sobol
+@dataclass(frozen=True)
+class Table:
+    """Points that are given one by one: values (n,) of every parameter by its path."""
+
+    columns: Mapping[str, Floats]
+
+
+Grid = Mapping[Any, Any] | LatinHypercube | Sobol | Table
 
 
 def named(key: Any) -> str:
@@ -190,6 +197,18 @@ class GridPoints:
         return {path: axis[place] for (path, axis), place in zip(self.axes.items(), places, strict=True)}
 
 
+class TablePoints:
+    """Points that are given one by one."""
+
+    def __init__(self, table: Table) -> None:
+        self.columns, self.dims, self.paths = table.columns, ("point",), tuple(table.columns)
+        self.shape: tuple[int, ...] = (len(next(iter(table.columns.values()))),)
+
+    def values(self, first: int, count: int) -> dict[str, Floats]:
+        """Values (count,) of every parameter from point `first` on."""
+        return {path: values[first : first + count] for path, values in self.columns.items()}
+
+
 class SamplePoints:
     """A sample of distributions; point i depends on the seed and on i."""
 
@@ -218,7 +237,9 @@ class SamplePoints:
         return {p: np.asarray(law.quantile(shares[i]), float) for i, (p, law) in enumerate(self.laws.items())}
 
 
-Points = GridPoints | SamplePoints  # of a sweep: names and lengths of the dimensions, values of a stretch of points
+Points = (
+    GridPoints | SamplePoints | TablePoints
+)  # of a sweep: names and lengths of the dimensions, values of a stretch of points
 
 
 class _SobolShares:
@@ -278,4 +299,6 @@ def _mixed(x: NDArray[np.uint64], key: NDArray[np.uint64]) -> NDArray[np.uint64]
 
 def points_of(grid: Grid) -> Points:
     """Points of a grid or sample, or one sentence on what is wrong with it (ValueError)."""
+    if isinstance(grid, Table):
+        return TablePoints(grid)
     return SamplePoints(grid) if isinstance(grid, LatinHypercube | Sobol) else GridPoints(grid)

@@ -21,7 +21,7 @@ import xarray as xr
 from ..base.above import above
 from ..base.archive import version
 from ..base.quantities import checked, positive_count, shown, whole
-from ..base.results import Floats
+from ..base.results import Floats, Interrupted
 from ..base.sentences import silent
 from ..compile.lanes import LANES
 from ..drive.project import Project
@@ -166,6 +166,7 @@ def sweep(
         If the store is in use or cannot be written, or the cluster is gone; what was finished is kept.
     KeyboardInterrupt
         On Ctrl-C, with a sentence; what was finished is kept, chunks under way are given up within about a second.
+        Without a store it is `Interrupted`, with what was finished.
     """
     if isinstance(system, Project):
         more = {"client": client, "workers": workers, "processes": processes, "seed": seed, "progress": progress}
@@ -257,6 +258,9 @@ def _fill(run: _Run, start: Callable[[], Any]) -> None:
         pool = start()
         _compute_all(run, pool)
     except KeyboardInterrupt:
+        if run.kept.path is None and run.kept.variables is not None:
+            run.kept.finish()
+            raise Interrupted(run.stopped("interrupted"), run.kept.dataset()) from None
         raise KeyboardInterrupt(run.stopped("interrupted")) from None
     except MemoryError as error:
         most = f"a chunk has up to {math.prod(run.layout.block)} points, too many for the memory; give a smaller chunk"

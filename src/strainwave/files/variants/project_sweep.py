@@ -1,5 +1,6 @@
 """A sweep of a whole drive over a grid of the numbers of its project file: its response, or any measure of it."""
 
+import dataclasses
 import os
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -13,13 +14,14 @@ import numpy as np
 import xarray as xr
 
 from ...base.quantities import shown
+from ...base.results import Floats
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...drive.steady import is_beating
 from ...drive.train_curve import refuse_free
+from ...sample.sampling import Table
 from ...sample.store import name_axis
 from ...sample.sweeping import sweep
-from ..reading import from_text
 from .names import quantity
 from .replaced import replaced, tuning
 
@@ -31,26 +33,38 @@ NUMBERED = r"\bnumbers\.(\d+) = ([\d.e+]+)"  # a place, as a sweep of a `Choice`
 
 
 class Choice(NamedTuple):
-    """A point of the grid: the number of the value along each axis."""
+    """A point of the grid: the number of the value along each axis; or of a sample, the factors of its numbers."""
 
     numbers: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Variants:
-    """A measure of the project with the values of a `Choice`."""
+    """A measure of the project with the texts that a `Choice` stands for."""
 
     measure: Callable[[Project], Any]
-    text: str
-    path: str
-    axes: tuple[tuple[str, tuple[str, ...]], ...]
+    project: Project
+    texts: Callable[[tuple[float, ...]], dict[str, str]]
     retune: bool = False
 
     def __call__(self, choice: Choice) -> Any:
         """What it is at a point."""
-        project = from_text(self.text, Path(self.path))
-        values = {name: texts[round(n)] for (name, texts), n in zip(self.axes, choice.numbers, strict=True)}
-        return self.measure(replaced(project, values, retune=self.retune))
+        return self.measure(replaced(self.project, self.texts(choice.numbers), retune=self.retune))
+
+
+def sampled(
+    measure: Callable[[Project], Any], project: Project, texts: Callable[[tuple[float, ...]], dict[str, str]],
+    numbers: Sequence[Floats], *, together: bool = False, retune: bool = False, **options: Any,
+) -> xr.Dataset:  # fmt: skip
+    """Measure variants of a project at all combinations of `numbers`, or of these `together`: a `sweep` of choices."""
+    places = {f"numbers.{i}": np.asarray(values, float) for i, values in enumerate(numbers)}
+    # A copy knows nothing that was computed of the project before, which would make it another sweep.
+    variants = Variants(measure, dataclasses.replace(project), texts, retune)
+    return sweep(variants, Choice((0.0,) * len(places)), Table(places) if together else places, **options)
+
+
+def _of_axes(axes: tuple[tuple[str, tuple[str, ...]], ...], numbers: tuple[float, ...]) -> dict[str, str]:
+    return {name: texts[round(n)] for (name, texts), n in zip(axes, numbers, strict=True)}
 
 
 def largest(project: Project) -> dict[str, float]:
@@ -99,20 +113,18 @@ def sweep_project(
     """Measure a drive at every point of a grid of the numbers of its project file: `sweep` of a project."""
     axes = {name: list(map(str, texts)) for name, texts in grid.items()}
     check(project, axes)
-    texts = tuple((name, tuple(values)) for name, values in axes.items())
-    places = {f"numbers.{i}": np.arange(len(texts), dtype=float) for i, texts in enumerate(axes.values())}
-    choice = Choice((0.0,) * len(axes))
+    texts = partial(_of_axes, tuple((name, tuple(values)) for name, values in axes.items()))
+    places = [np.arange(len(values), dtype=float) for values in axes.values()]
     chunk = chunk or max(1, prod(map(len, axes.values())) // MOST_CHUNKS)
     if measure is largest:
         measure, units = (with_smallest, UNITS | OF_BEAT) if is_beating(project.subject.error) else (largest, UNITS)
-    of_point = Variants(measure, project.text, str(project.path), texts, retune)
-    data = sweep(of_point, choice, places, store=store, chunk=chunk, units=units, **options)
-    named = dict(zip(places, axes, strict=True))
+    data = sampled(measure, project, texts, places, retune=retune, store=store, chunk=chunk, units=units, **options)
+    named = {f"numbers.{i}": name for i, name in enumerate(axes)}
     if store is not None:
         for axis, name in named.items():
             _, values, unit = coordinate(name, axes[name])
             name_axis(Path(store), axis, name, axes[name], values if unit else None, unit.get("units", ""))
-    data = data.drop_vars([name for name in places if name in data.coords]).rename_dims(named)
+    data = data.drop_vars([name for name in named if name in data.coords]).rename_dims(named)
     data.attrs["tuning"] = tuning(project, axes, retune)
     data.attrs["errors"] = re.sub(NUMBERED, partial(_as_written, list(axes.items())), data.attrs["errors"])
     return data.assign_coords({name: coordinate(name, texts) for name, texts in axes.items()})

@@ -1,7 +1,9 @@
 """`exceedance`: how probable it is that a drive whose numbers scatter exceeds its limit somewhere in its speeds."""
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -11,10 +13,9 @@ from ...base.facts import Fact
 from ...base.quantities import number as checked_number
 from ...base.quantities import parse, positive_count, probabilities, whole
 from ...base.records import Labelled, Result
-from ...base.results import Floats, Interrupted, SolveError
+from ...base.results import Floats, Interrupted
 from ...base.sentences import number, silent
 from ...base.units import Speeds
-from ...compile.jit import load
 from ...drive.postures import WITH_MEMORY, spread
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
@@ -30,6 +31,9 @@ from .replaced import replaced, tuning
 TOLD, MOST_ERRORS = (0.05, 0.5, 0.95), 3  # quantiles and errors that the text has
 LEAST, MOST_DRIVES = 32, 1_000_000  # drives: fewer mean nothing, more are not drawn at once
 CONFIDENCE = 0.95
+UNITS = {"oscillation": "rad", "at": "rad/s", "low": "rad/s", "high": "rad/s"}
+PLACE = r"^points? \d+ \([^)]*\): (SolveError: )?"  # of a drive without a curve, in what a sweep says of it
+NOT_COMPUTED = 255  # status of a point that a sweep had no time for
 CUT = 3.0  # standard deviations: no drive is farther from its nominal value
 
 
@@ -175,6 +179,7 @@ def exceedance(
     limit: float | None = None,
     retune: bool = False,
     progress: Callable[[int, int], None] = silent,
+    **options: Any,
 ) -> Exceedance:
     """Draw drives by the scatter of a project file and follow the response of each through its speeds.
 
@@ -197,7 +202,10 @@ def exceedance(
         Whether gains given as a bandwidth and damping given as a ratio are computed anew for every drive (`replaced`).
         Default: they are built once, for the drive of the file, and do not know how the numbers scatter.
     progress : callable
-        Told how many curves are done, and of how many: each drive has one for each torque of the load.
+        Told how many drives are done, and of how many.
+    **options
+        `store`, `client`, `workers` and `processes` of `sweep`: drives are computed elsewhere, or go on where a run
+        stopped. Default: one after the other, in memory.
 
     Returns
     -------
@@ -224,33 +232,30 @@ def exceedance(
         raise ValueError(f"{project.path.name} has no limit; write for example 'limit: {{oscillation: 60 arcsec}}'")
     if project.train is not None:
         refuse_free(project.train)
-    torques = tuple(spread(project, WITH_MEMORY))
-    rows: list[tuple[float, float, float, float]] = []
-    errors = dict[str, None]()
+    from .project_sweep import sampled  # xarray and zarr, seconds that a refusal need not take
 
-    def result() -> Exceedance:
-        found, at, low, high = np.array(rows).T
-        own = {name: values[: len(rows)] for name, values in factors.items()}
-        rank = None if np.any(np.isnan(found)) else ranking(own, found)
-        said = tuning(project, own, retune)
-        more = torques, project.speeds, tuple(of_hysteresis(project))
-        return Exceedance(allowed, own, found, at, low, high, seed, rank, tuple(errors), said, *more)
-
-    def tell(more: int) -> None:
-        progress(len(rows) * len(torques) + more, count * len(torques))
-
-    load()  # of many drives, which pays where one response does not
-    try:
-        for drive in _drives(project, factors, retune):
-            rows.append(_largest(drive, allowed, errors, tell))
-            tell(0)
-    except KeyboardInterrupt:
-        if len(rows) < LEAST:
-            few = f"{len(rows)} of {count} drives were finished, and an answer needs {LEAST}"
+    def result(data: Any) -> Exceedance:
+        done = int(np.argmin(np.append(data["point_status"] != NOT_COMPUTED, False)))
+        if done < LEAST:
+            few = f"{done} of {count} drives were finished, and an answer needs {LEAST}"
             raise KeyboardInterrupt(f"interrupted; {few}: nothing is kept") from None
-        some = f"the result is that of the {len(rows)} drives that were finished, of {count}"
-        raise Interrupted(f"interrupted; {some}", result()) from None
-    return result()
+        own = {name: values[:done] for name, values in factors.items()}
+        none = np.full(done, np.nan)
+        top, at, low, high = (data[name].values[:done] if name in data else none for name in UNITS)
+        rank = None if np.any(np.isnan(top)) else ranking(own, top)
+        errors = tuple(dict.fromkeys(re.sub(PLACE, "", error) for error in data.attrs["errors"].splitlines()))
+        more = tuple(spread(project, WITH_MEMORY)), project.speeds, tuple(of_hysteresis(project))
+        return Exceedance(allowed, own, top, at, low, high, seed, rank, errors, tuning(project, own, retune), *more)
+
+    texts = partial(_texts, *_nominal(project))
+    told = {"progress": lambda _, share: progress(round(share * count), count) if share else None}
+    how: dict[str, Any] = {"retune": retune, "chunk": 1, "workers": 1, "units": UNITS, **told, **options}
+    try:
+        return result(sampled(partial(worst, allowed), project, texts, [*factors.values()], together=True, **how))
+    except Interrupted as stop:
+        found = result(stop.found)
+        some = f"the result is that of the {found.count} drives that were finished, of {count}"
+        raise Interrupted(f"interrupted; {some}", found) from None
 
 
 def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
@@ -260,24 +265,16 @@ def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
     return low, (1.0 if hits == count else float(betaincinv(hits + 1, count - hits, 1.0 - tail)))
 
 
-def _largest(
-    drive: Project, limit: float, errors: dict[str, None], progress: Callable[[int], None]
-) -> tuple[float, float, float, float]:  # fmt: skip
+def worst(limit: float, drive: Project) -> dict[str, float]:
     """Largest oscillation of a drive, its speed, and the ends of the speeds to avoid; nan where there are none."""
     torques, rows = spread(drive, WITH_MEMORY), []
-    for i, torque in enumerate(torques):
-        if i:
-            progress(i)
-        try:
-            response = (drive.under(torque) if len(torques) > 1 else drive).response()
-        except SolveError as error:
-            errors[str(error)] = None
-            return (np.nan,) * 4
-        top = response.top
+    for torque in torques:
+        response = (drive.under(torque) if len(torques) > 1 else drive).response()
         ends = band_above(response, limit) or (np.nan, np.nan)
-        rows.append((float(response.oscillation[top]), float(response.omega[top]), *ends))
+        rows.append((float(response.oscillation[response.top]), float(response.omega[response.top]), *ends))
     lows, highs = np.array(rows)[:, 2:].T
-    return *max(rows)[:2], float(np.fmin.reduce(lows)), float(np.fmax.reduce(highs))
+    found = *max(rows)[:2], float(np.fmin.reduce(lows)), float(np.fmax.reduce(highs))
+    return dict(zip(UNITS, found, strict=True))
 
 
 def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool = False) -> Iterator[Project]:
@@ -304,7 +301,9 @@ def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool 
     ValueError
         If the project has no scatter.
     """
-    return _drives(project, _factors(project, count, seed), retune)
+    factors, (nominal, added) = _factors(project, count, seed), _nominal(project)
+    rows = zip(*factors.values(), strict=True)
+    return (replaced(project, _texts(nominal, added, row), retune=retune) for row in rows)
 
 
 def _factors(project: Project, count: int, seed: int) -> dict[str, Floats]:
@@ -315,21 +314,25 @@ def _factors(project: Project, count: int, seed: int) -> dict[str, Floats]:
     return drawn(project.scatter, count, seed, project.correlation)
 
 
-def _drives(project: Project, factors: dict[str, Floats], retune: bool) -> Iterator[Project]:
-    """The project with its numbers times the factors (drives,) of each, or phases with them added."""
-    content: Any = read(project.text).content
-    nominal = {name: nominal_of(content, project.gear, name) for name in factors}
-    added = [name for name, size in project.scatter if isinstance(size, Radians)]
+Nominal = tuple[tuple[str, tuple[float, str]], ...]  # numbers of the file by their names, with their units
 
-    def changed(name: str, factor: float) -> str:
-        value, unit = nominal[name]
+
+def _nominal(project: Project) -> tuple[Nominal, tuple[str, ...]]:
+    """Numbers of the file that scatter, and the names of those, phases, to which something is added."""
+    content: Any = read(project.text).content
+    names = [(name, nominal_of(content, project.gear, name)) for name, _ in project.scatter]
+    return tuple(names), tuple(name for name, size in project.scatter if isinstance(size, Radians))
+
+
+def _texts(nominal: Nominal, added: tuple[str, ...], factors: Sequence[float]) -> dict[str, str]:
+    """Texts of the numbers times their factors, or phases with them added."""
+
+    def changed(name: str, value: float, unit: str, factor: float) -> str:
         if name in added:
             return f"{parse(f'{value!r} {unit}', 'rad') + factor!r} rad"
         return f"{value * factor!r} {unit}".rstrip()
 
-    for i in range(len(next(iter(factors.values())))):
-        values = {name: changed(name, float(factors[name][i])) for name in nominal}
-        yield replaced(project, values, retune=retune)
+    return {name: changed(name, *number, float(f)) for (name, number), f in zip(nominal, factors, strict=True)}
 
 
 def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int, correlation: Any = None) -> dict[str, Floats]:
