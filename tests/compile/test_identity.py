@@ -177,6 +177,52 @@ def test_a_new_process_recognises_a_function_and_sees_what_its_helpers_changed(t
     assert len({first, asked("3", 2.5, 1.0), asked("4", 2.0, 1.5)}) == 3
 
 
+LAW = """
+from typing import NamedTuple
+
+GAIN = {}
+
+def raised(x): return GAIN * x
+
+class Gained(NamedTuple):
+    K: float
+    def torque(self, x): return self.K * raised(x)
+    def stiffness(self, x): return GAIN * self.K + 0.0 * x
+"""
+SWEPT = """
+import sys
+import laws
+import strainwave as sw
+from strainwave.compile.reads import key
+
+def kernel(law, x): return law.torque(x)
+def measure(system): return system.law.torque(1.0)
+
+print(key(kernel, (laws.Gained,)))
+system = sw.Oscillator(1.0, 0.1, laws.Gained(2.0), sw.Harmonic(1.0), 1.0)
+try:
+    print(sw.sweep(measure, system, {"J": [1.0, 2.0]}, store=sys.argv[1])["value"].values.tolist())
+except ValueError as error:
+    print(error)
+"""
+
+
+def test_a_changed_number_in_the_file_of_a_law_is_noticed_by_a_store_and_by_machine_code(tmp_path):
+    def asked(law):
+        (tmp_path / "laws.py").write_text(law)
+        places = os.pathsep.join([str(tmp_path), *sys.path])
+        known = os.environ | {"PYTHONPATH": places, "PYTHONDONTWRITEBYTECODE": "1", "STRAINWAVE_JIT": "0"}
+        command = [sys.executable, "-c", SWEPT, str(tmp_path / "s")]
+        return subprocess.run(command, env=known, capture_output=True, text=True, check=True).stdout.splitlines()
+
+    code, values = asked(LAW.format(2))
+    assert values == "[4.0, 4.0]"
+    assert asked("# a comment\n" + LAW.format(2)) == [code, values]
+    other, refusal = asked(LAW.format(3))
+    assert other != code
+    assert "holds another sweep (measure over J" in refusal
+
+
 def test_a_store_is_not_handed_back_for_another_lambda_of_the_same_line(tmp_path):
     assert sw.sweep(twice, SYSTEM, GRID, store=tmp_path / "s")["value"].sum() == 120.0
     with pytest.raises(ValueError, match="holds another sweep"):

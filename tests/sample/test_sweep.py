@@ -553,6 +553,28 @@ def test_wrong_arguments_are_refused_before_anything_is_computed(change, words):
     assert CALLS == []
 
 
+CELL = """
+import strainwave as sw
+def measure(system): return system.J
+system = sw.Oscillator(1.0, 0.1, sw.Linear(1.0), sw.Harmonic(1.0), 1.0)
+for how in ({}, {"processes": True}):
+    try:
+        print(sw.sweep(measure, system, {"J": [1.0, 2.0]}, workers=1, **how)["value"].values.tolist())
+    except TypeError as error:
+        print(error)
+"""
+
+
+def test_a_measure_of_a_notebook_cell_is_swept_in_threads_and_refused_for_processes():
+    run = subprocess.run([sys.executable, "-c", CELL], capture_output=True, text=True, check=True)
+    values, refusal = run.stdout.splitlines()
+    assert values == "[1.0, 2.0]"
+    assert refusal == (
+        "the measure or the system cannot be sent to another process (it is defined at the prompt or in a notebook "
+        "cell); define it at the top level of a module, or leave out processes=True"
+    )
+
+
 def test_progress_tells_the_chunks_and_their_share():
     told = []
     sw.sweep(product, SYSTEM, GRID, chunk=20, workers=1, progress=lambda stage, share: told.append((stage, share)))

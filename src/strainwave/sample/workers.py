@@ -174,12 +174,15 @@ def _bytecode() -> None:
 def _refuse_local(job: Job) -> None:
     """Refuse a measure or a system that another process cannot have (TypeError)."""
     try:
-        pickle.dumps(job)
+        at_prompt = b"__main__" in pickle.dumps(job) and not hasattr(sys.modules["__main__"], "__file__")
+        why = "it is defined at the prompt or in a notebook cell" if at_prompt else ""
     except Exception as error:
+        why = " ".join(str(error).split())
+    if why:
         raise TypeError(
-            f"the measure or the system cannot be sent to another process ({' '.join(str(error).split())}); define "
-            "the measure at the top level of a module, or leave out processes=True"
-        ) from None
+            f"the measure or the system cannot be sent to another process ({why}); define it at the top level of a "
+            "module, or leave out processes=True"
+        )
 
 
 def _begin() -> None:
