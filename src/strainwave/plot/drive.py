@@ -21,7 +21,7 @@ from ..drive.loop_margin import Bode
 from ..drive.project import Project
 from ..study.analysis.analysis import Analysis
 from ..study.analysis.in_time import RunUp
-from ..study.analysis.load_cases import LoadCase
+from ..study.analysis.load_cases import AtTorque
 from ..study.speed_map.avoid import Avoid
 from ..study.speed_map.resonances import Regime
 from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, HERTZ, ORANGE, Axis, Panel, angle, of_speeds, panels_of
@@ -95,7 +95,7 @@ def _between(points: Floats) -> Floats:
 class Drawn(NamedTuple):
     """Additions of an analysis to the curve of the drive; all empty without an analysis."""
 
-    cases: tuple[LoadCase, ...] = ()
+    cases: tuple[AtTorque, ...] = ()
     avoid: Avoid | None = None
     run: RunUp | None = None
     reduced: DriveResponse | None = None

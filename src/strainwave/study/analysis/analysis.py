@@ -31,7 +31,7 @@ from ..speed_map.avoid import Avoid
 from ..speed_map.ramp import Ramp
 from ..speed_map.resonances import OperatingPoint, Regime
 from .in_time import Beat, RunUp
-from .load_cases import LoadCase
+from .load_cases import AtTorque
 from .remedies import Remedy
 from .time_case import TimeCase
 from .train_study import MotorCase, TrainStudy
@@ -193,7 +193,7 @@ class Analysis(Result):
         Single speeds in time.
     drive : DriveResponse
         Steady motions of the drive: of the whole train where there is a curve of it, else of the error equation.
-    load_cases : tuple of LoadCase
+    load_cases : tuple of AtTorque
         The same under the torques of the load's range, ascending; empty where it has one torque.
     motors : tuple of MotorCase
         The drive with other motors, where nothing says which it has; empty otherwise.
@@ -243,7 +243,7 @@ class Analysis(Result):
     run_up: RunUp
     cases: tuple[TimeCase, ...]
     drive: DriveResponse
-    load_cases: tuple[LoadCase, ...]
+    load_cases: tuple[AtTorque, ...]
     motors: tuple[MotorCase, ...]
     usage: Usage
     limits: tuple[Finding, ...]

@@ -29,6 +29,7 @@ from ...numerics.curves.torus_motion import largest_sizes
 from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
+from ..speed_map.avoid import Avoid
 from ..speed_map.bands import HALF_POWER, merged, searched
 from ..speed_map.decide import Decision, decide
 from ..speed_map.motions import OMEGA, OSCILLATION
@@ -38,13 +39,15 @@ from ..speed_map.rules import complement, rules_of
 from .analysis import Analysis, GearLoop, loop_of, move_of, parametric_of
 from .in_time import RunUp, beat_of, run_up_and_down
 from .knobs import Subject
-from .load_cases import LoadCase, load_cases, over_all
-from .remedies import what_helps, with_other_damping
+from .load_cases import AtTorque, load_cases, over_all
+from .remedies import Remedy, at_worst, remedies, under, with_other_damping
 from .time_case import TimeCase, speeds_in_time, time_case, usage
 from .train_study import TrainStudy, motor_cases, train_study
 from .verdict import Answer, WorstPosture, smallest_change, verdict_of
 
 Told = Callable[[str, float], None]
+Advice = tuple[tuple[Remedy, ...], tuple[str, ...], Remedy | None, tuple[Remedy, ...]]
+NO_ADVICE: Advice = (), (), None, ()
 
 FEWEST, FINE = 20, 300  # points of the response curve in the band of a resonance, and of one drawn for it alone
 
@@ -191,14 +194,9 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     curves = tuple(case.drive for case in by_load) or (drive,)
     needs, resting = [curve.need() for curve in curves], _resting(decided)
     findings = limit_findings(project.gear, largest, fastest, project.motor_limits, motor, needs, resting)
-    if advice:
-        progress("what would help", 0.9)
-    helps, not_tried = (
-        what_helps(subject, drive, avoid, by_load, largest, lambda what: progress(f"what would help: {what}", 0.9))
-        if advice
-        else ((), ())
+    helps, not_tried, change, damped = (
+        _advice(subject, drive, avoid, by_load, largest.peak_torque, progress) if advice and avoid else NO_ADVICE
     )
-    change = smallest_change(subject, drive, avoid, by_load, largest.peak_torque, helps)
     verdict = verdict_of(
         limits, decided_bands(decided), avoid, largest, findings, change, motor,
         fault=project.loop.fault if project.loop else "",
@@ -214,9 +212,19 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
         largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict,
         tuple(no_loop + not_searched + unmoved), tuple(implausible(project.gear, project.rated_torque, loop, largest)),
-        motor, with_other_damping(subject, drive, avoid, by_load) if advice else (), worst,
-        beat_of(project, drive), moved,
+        motor, damped, worst, beat_of(project, drive), moved,
     )  # fmt: skip
+
+
+def _advice(
+    subject: Subject, drive: DriveResponse, avoid: Avoid, by_load: tuple[AtTorque, ...], torque: float, progress: Told
+) -> Advice:
+    """What would help under the torque with the largest oscillation, which suffices under all, and other damping."""
+    progress("what would help", 0.9)
+    worst, told = at_worst(subject, drive, avoid, by_load), lambda what: progress(f"what would help: {what}", 0.9)
+    helps, not_tried = remedies(*worst, torque, told) if avoid.bands else ((), ())
+    change = smallest_change(*worst, [under(subject, case.torque) for case in by_load], torque, helps)
+    return helps, not_tried, change, with_other_damping(*worst)
 
 
 def _resting(decided: Decision) -> float:
@@ -348,7 +356,7 @@ def _used(
 
 
 def _asked_of_motor(
-    drive: DriveResponse, by_load: tuple[LoadCase, ...], study: TrainStudy | None
+    drive: DriveResponse, by_load: tuple[AtTorque, ...], study: TrainStudy | None
 ) -> MotorUse | None:  # fmt: skip
     """What the steady motions under every load, and the run-up, ask of the motor."""
     steady = [use and use._replace(load=case.torque) for case in by_load for use in (case.drive.motor,)]

@@ -1,6 +1,7 @@
 """A drive under torques of its load: steady motions and speeds to avoid under each, and under all of them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,9 +14,8 @@ from ..speed_map.motions import OMEGA, OSCILLATION, UnderLoad
 from ..speed_map.rules import complement, windows
 
 
-@dataclass(frozen=True, eq=False)
-class LoadCase:
-    """A drive under one torque of its range.
+class AtTorque(NamedTuple):
+    """What was decided of a drive under one torque of its load's range.
 
     Attributes
     ----------
@@ -24,49 +24,44 @@ class LoadCase:
     drive : DriveResponse
         Its steady motions.
     avoid : Avoid or None
-        Speeds to avoid; None where no motion is stable.
-    speeds : (float, float)
-        Range of the base-angle speed [rad/s].
+        What its motions say; None where none is stable.
+    bands : tuple of (float, float)
+        Speeds to avoid [rad/s]: all of them where no motion is stable.
     """
 
     torque: float
     drive: DriveResponse
     avoid: Avoid | None
-    speeds: Speeds
-
-    @property
-    def bands(self) -> tuple[Speeds, ...]:
-        """Speeds to avoid [rad/s] under this torque: all of them where no motion is stable."""
-        return (self.speeds,) if self.avoid is None else self.avoid.bands
+    bands: tuple[Speeds, ...]
 
     @property
     def unstable(self) -> tuple[Speeds, ...]:
-        """Those at which no motion is stable."""
-        return (self.speeds,) if self.avoid is None else self.avoid.unstable
+        """Speeds at which no motion is stable."""
+        return self.bands if self.avoid is None else self.avoid.unstable
 
 
-def load_cases(project: Project, decided: Decision) -> tuple[LoadCase, ...]:
+def load_cases(project: Project, decided: Decision) -> tuple[AtTorque, ...]:
     """The drive under each torque of its load's range; empty where it has one."""
     cases = []
-    rows = zip(decided.load_cases, decided.projects, decided.found, decided.moving, strict=True)
-    for case, loaded, found, bands in rows:
-        if case.posture is None and project.other_loads[0] < project.other_loads[1]:
-            drive = found.curves[0].found if found.curves else loaded.equation_response(coexisting=False)
-            own = merged(bands.forbidden.tolist())
-            avoid = avoided(drive, found.quasi_static, project.limit, own) if found.curves else None
-            cases.append(LoadCase(case.torque, drive, avoid, decided.span))
+    low, high = project.other_loads
+    for i in decided.of_file if low < high else ():
+        found, bands = decided.found[i], merged(decided.moving[i].forbidden.tolist())
+        known = found.curves[0].found if found.curves else None
+        drive = known or decided.projects[i].equation_response(coexisting=False)
+        avoid = avoided(drive, found.quasi_static, project.limit, bands) if known else None
+        cases.append(AtTorque(decided.load_cases[i].torque, drive, avoid, bands))
     return tuple(cases)
 
 
 def over_all(
-    drive: DriveResponse, decided: Decision, cases: tuple[LoadCase, ...], limit: float | None, passed: Motions | None
+    drive: DriveResponse, decided: Decision, cases: tuple[AtTorque, ...], limit: float | None, passed: Motions | None
 ) -> Avoid | None:  # fmt: skip
     """Speeds to avoid under every torque of the file's load, by the motions alone; None where none is stable.
 
     `drive` is its curve under the mean torque; largest and peaks are those of all torques. `passed` are the motions of
     a run-up that has torques which the curve has not.
     """
-    own = [i for i, case in enumerate(decided.load_cases) if case.posture is None]
+    own = decided.of_file
     forbidden, found = [decided.moving[i].forbidden for i in own], [decided.found[i] for i in own]
     free = windows(forbidden, decided.span, [True] * (len(own) - 1))
     bands = merged(complement(free, decided.span).tolist())
@@ -75,8 +70,7 @@ def over_all(
     if not known or not any(one.curves for one in found):
         return None
     worst = max(known, key=lambda avoid: avoid.largest)
-    unstable = merged(band for some in known for band in some.unstable)
-    unstable = merged([*unstable, *(band for case in cases for band in case.unstable)])
+    unstable = merged(band for case in (alone, *cases) if case for band in case.unstable)
     return replace(
         known[0], largest=worst.largest, at=worst.at, peaks=worst.peaks, bands=bands, unstable=unstable,
         apart=_apart(found),
@@ -91,6 +85,6 @@ def _apart(found: list[UnderLoad]) -> tuple[float, float] | None:
     return max(sizes, key=lambda pair: pair[1], default=None)
 
 
-def worst_of(cases: tuple[LoadCase, ...]) -> LoadCase | None:
+def worst_of(cases: tuple[AtTorque, ...]) -> AtTorque | None:
     """The case with the largest oscillation; None where there are none."""
     return max(cases, key=lambda case: 0.0 if case.avoid is None else case.avoid.largest, default=None)

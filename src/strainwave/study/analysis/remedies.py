@@ -16,7 +16,7 @@ from typing import Any
 from ...base.protocols import Law, lines_of
 from ...base.results import SolveError
 from ...base.sentences import listed, silent
-from ...drive.drive_response import DriveResponse, Usage
+from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.error_spectrum import accuracy_spectrum
 from ...model.excitation import KinematicError
@@ -25,7 +25,7 @@ from ...model.gears.gear import Gear
 from ...model.orders import order_pair
 from ..speed_map.avoid import Avoid
 from .knobs import DAMPING, Knob, Subject, knobs
-from .load_cases import LoadCase, worst_of
+from .load_cases import AtTorque, worst_of
 
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
@@ -164,24 +164,8 @@ class Remedy:
     exceeds: bool | None = None
 
 
-def what_helps(
-    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], usage: Usage,
-    progress: Callable[[str], None],
-) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:  # fmt: skip
-    """Remedies of a drive that has speeds to avoid: under the load torque of the largest oscillation."""
-    if avoid is None or not avoid.bands:
-        return (), ()
-    subject, drive, avoid = at_worst(subject, drive, avoid, cases)
-    return remedies(subject, drive, avoid, usage.peak_torque, progress)
-
-
-def with_other_damping(
-    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...]
-) -> tuple[Remedy, ...]:  # fmt: skip
+def with_other_damping(subject: Subject, drive: DriveResponse, avoid: Avoid) -> tuple[Remedy, ...]:
     """The largest oscillation with less and with more damping of the gear (`DOUBT`); empty where it has none."""
-    if avoid is None:
-        return ()
-    subject, drive, avoid = at_worst(subject, drive, avoid, cases)
     trial = Trial.of(subject, drive, avoid)
     knob = next((k for k in every_knob(subject, drive, 0.0) if k.what == DAMPING), None)
     if trial is None or knob is None:
@@ -192,7 +176,7 @@ def with_other_damping(
 
 
 def at_worst(
-    subject: Subject, drive: DriveResponse, avoid: Avoid, cases: tuple[LoadCase, ...]
+    subject: Subject, drive: DriveResponse, avoid: Avoid, cases: tuple[AtTorque, ...]
 ) -> tuple[Subject, DriveResponse, Avoid]:
     """The drive under the load torque of the largest oscillation; as it is where the load has one torque."""
     worst = worst_of(cases)

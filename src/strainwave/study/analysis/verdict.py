@@ -28,8 +28,7 @@ from ..speed_map.avoid import Avoid, out_of_reach, sees_load, speeds_to_avoid
 from ..speed_map.bands import Motions, Speeds, between, merged
 from ..speed_map.resonances import operating_point
 from .knobs import Knob, Subject
-from .load_cases import LoadCase
-from .remedies import MARGIN, Allowance, Remedy, Trial, at_worst, every_knob, under
+from .remedies import MARGIN, Allowance, Remedy, Trial, every_knob
 
 TORQUES = ("repeated_peak_torque", "momentary_torque", "ratcheting_torque", "buckling_torque")
 INPUT_SPEEDS = ("max_rpm", "motor speed")
@@ -284,7 +283,7 @@ LEAST, DOUBLED = -0.5, 1.0  # relative changes beyond which none is searched, bu
 
 
 def smallest_change(
-    subject: Subject, drive: DriveResponse, avoid: Avoid | None, cases: tuple[LoadCase, ...], torque: float,
+    subject: Subject, curve: DriveResponse, avoid: Avoid, loaded: Sequence[Subject], torque: float,
     tried: tuple[Remedy, ...],
 ) -> Remedy | None:  # fmt: skip
     """Find the smallest step that suffices, beginning with what the remedies that were tried do.
@@ -292,11 +291,11 @@ def smallest_change(
     Parameters
     ----------
     subject : Subject
-        The drive as it is.
-    drive, avoid : DriveResponse, Avoid or None
+        The drive as it is, under the torque of its load with the largest oscillation.
+    curve, avoid : DriveResponse, Avoid
         Its curve, and its speeds to avoid with the limit of its oscillation [rad].
-    cases : tuple of LoadCase
-        Its load torques, where it has a range of them.
+    loaded : sequence of Subject
+        The drive under all torques of its load, where it has a range of them.
     torque : float
         Largest torque in the gear [N*m].
     tried : tuple of Remedy
@@ -307,15 +306,12 @@ def smallest_change(
     Remedy or None
         None where the limit is not exceeded or not given, and where no change that suffices was found.
     """
-    if avoid is None or avoid.limit is None or avoid.largest <= avoid.limit or not tried:
+    trial = Trial.of(subject, curve, avoid) if tried else None
+    if trial is None or avoid.limit is None or avoid.largest <= avoid.limit:
         return None
     allowance, limit = Allowance.of(subject), MARGIN * avoid.limit
-    worst, curve, avoid = at_worst(subject, drive, avoid, cases)
-    trial = Trial.of(worst, curve, avoid)
-    if trial is None:
-        return None
     ratio = limit / avoid.largest
-    known = list(every_knob(worst, curve, torque))
+    known = list(every_knob(subject, curve, torque))
     helpful = [remedy for remedy in tried if _stepwise(remedy) and remedy.ratio < HELPS]
     steps: list[Remedy] = []
     enough = sum(remedy.ratio <= ratio for remedy in helpful)
@@ -324,7 +320,7 @@ def smallest_change(
         steps += _steps(trial, _knob_of(remedy, known), remedy, ratio, least, allowance)
     steps.sort(key=lambda remedy: (abs(remedy.share), remedy.ratio))
     steps += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
-    others = [under(subject, t) for c in cases if (t := c.torque) != worst.load_torque]
+    others = [one for one in loaded if one.load_torque != subject.load_torque]
     other_knobs = [list(every_knob(other, curve, torque)) for other in others]
     for remedy in steps:
         if all(_within(limit, trial, _knob_of(remedy, knobs), remedy.share, allowance) for knobs in other_knobs):

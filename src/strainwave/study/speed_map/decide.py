@@ -85,6 +85,11 @@ class Decision:
     faults: tuple[str, ...]
     total: int
 
+    @property
+    def of_file(self) -> list[int]:
+        """Numbers of the loads that are no posture."""
+        return [i for i, case in enumerate(self.load_cases) if case.posture is None]
+
     def lines(self, orders: tuple[float, ...] = ()) -> list[CampbellLine]:
         """Lines of the Campbell diagram under every load, up to the largest oscillation of any stable motion."""
         return lines_of(self.cases, self.found, orders)
