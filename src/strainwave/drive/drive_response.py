@@ -270,11 +270,11 @@ class DriveResponse(Result):
         holding = float(np.max(np.abs(self.motor_mean[self.visited()])))
         return MotorUse(float(self.motor_torque[top]), float(self.omega[top]), holding)
 
-    def need(self, turns: int = 1, shifts: tuple[float, ...] = (0.0,)) -> Need | None:
+    def need(self, shifts: tuple[float, ...] = (0.0,)) -> Need | None:
         """What the same motions ask of the motor at every speed; None where it is not known.
 
         Of the `shifts` of its mean torque [N*m], those of other loads, the largest counts; the vibration is that of the
-        curve. `turns` are those of the base angle in one of the motor.
+        curve.
         """
         if self.motor_torque is None or self.motor_mean is None or self.motor_rms is None:
             return None
@@ -283,7 +283,7 @@ class DriveResponse(Result):
         moved = np.max(np.abs(mean + np.array(shifts)[:, None]), axis=0)
         ripple = np.maximum(self.motor_rms[at] ** 2 - mean * mean, 0.0)
         peak = np.maximum(peak, moved + peak - np.abs(mean))
-        return Need(self.omega[at] / turns, peak, np.sqrt(moved**2 + ripple), np.diff(at) == 1)
+        return Need(self.omega[at], peak, np.sqrt(moved**2 + ripple), np.diff(at) == 1)
 
     def asked(self, mean: float, loads: tuple[float, float], N: float) -> tuple[Usage, MotorUse | None]:
         """What the motions ask of gear and motor, and at least what a range of `loads` [N*m] takes at steady speed.

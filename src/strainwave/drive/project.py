@@ -360,9 +360,9 @@ class Project:
         """That the motor's loop is unstable under a load, in a sentence; empty where it is not."""
         return loop_fault(self)
 
-    def judged(self, found: DriveResponse, turns: int = 1) -> Any:
-        """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`; `turns` as of `judged`."""
-        return above("judged")(self, found, turns)
+    def judged(self, found: DriveResponse) -> Any:
+        """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`."""
+        return above("judged")(self, found)
 
     def analyze(self, progress: Callable[[str, float], None] | None = None, *, advice: bool = True) -> Any:
         """Analyse the drive through its speeds, an `Analysis`; arguments and errors as of `study.analysis.analyze`."""

@@ -66,10 +66,6 @@ class Harmonics(NamedTuple):
         """The orders of all terms."""
         return tuple(term.order for term in self.terms)
 
-    def slower(self, g: int) -> "Harmonics":
-        """The torque over an angle that is g times as fast; a term without amplitude is its mean alone."""
-        return Harmonics(tuple(term._replace(order=max(1, term.order // g)) for term in self.terms))
-
     def scaled(self, factor: Reals) -> Any:
         """The same torque times a factor, with every phase in two amplitudes."""
         return Waves(tuple(full_wave(t.amplitude * factor, t.order, t.phase, t.mean * factor) for t in self.terms))

@@ -13,7 +13,7 @@ from strainwave.base.units import ARCSEC, RPM
 from strainwave.drive.drive_response import Usage
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.remedies import Allowance, Remedy
-from strainwave.study.analysis.verdict import STEPS, Answer, _steps, _where, verdict_of
+from strainwave.study.analysis.verdict import STEPS, Answer, _steps, verdict_of
 from strainwave.study.speed_map.avoid import Avoid
 
 ARTICLE = Path(__file__).parents[3] / "examples/projects/article.yaml"
@@ -117,9 +117,6 @@ def test_where_nothing_suffices_no_change_is_named_and_no_speed_is_allowed(tmp_p
     assert found.verdict.allowed == ()
 
 
-OMEGA = np.linspace(100.0, 200.0, 101)
-TORQUE = 100.0 - np.abs(OMEGA - 150.0)  # a tent of 100 N*m at 150 rad/s
-CURVE = SimpleNamespace(omega=OMEGA, torque=TORQUE, mean_torque=0.5 * TORQUE, visited=lambda: np.arange(101))
 QUIET = Avoid((), 1e-5, 150.0, 1e-5, limit=1e-4)
 
 
@@ -140,20 +137,27 @@ def test_a_step_that_moves_a_fold_out_of_the_range_is_judged_by_the_large_motion
     assert heavier.ratio == pytest.approx(largest(changed) / largest(drive), rel=0.01)
 
 
-def judged(*limits, used=None):
-    used = used or Usage(100.0, 150.0, 50.0, 150.0)
-    fails = [finding for finding in limits if finding.fails]
-    bands = [band for finding in fails for band in _where(finding, (100.0, 200.0), CURVE, None, 1, None)]
-    return verdict_of((100.0, 200.0), tuple(bands), QUIET, used, limits)
+def judged(limit, *bands, used=None):
+    return verdict_of((100.0, 200.0), bands, QUIET, used or Usage(100.0, 150.0, 50.0, 150.0), (limit,))
 
 
 def test_a_torque_beyond_its_rating_at_some_speeds_leaves_the_others():
-    verdict = judged(Finding("repeated_peak_torque", 100.0, 89.5, "N*m", ""))
+    verdict = judged(Finding("repeated_peak_torque", 100.0, 89.5, "N*m", ""), (139.5, 160.5))
     assert verdict.answer is Answer.BUT
-    np.testing.assert_allclose(verdict.speeds, [(139.5, 160.5)], rtol=1e-12)
-    np.testing.assert_allclose(verdict.allowed, [(100.0, 139.5), (160.5, 200.0)], rtol=1e-12)
-    mean = judged(Finding("average_torque", 50.0, 44.75, "N*m", ""))
-    np.testing.assert_allclose(mean.speeds, verdict.speeds, rtol=1e-12)
+    assert verdict.speeds == ((139.5, 160.5),)
+    assert verdict.allowed == ((100.0, 139.5), (160.5, 200.0))
+
+
+@pytest.mark.parametrize(("name", "of"), [("repeated_peak_torque", "torque"), ("average_torque", "mean_torque")])
+def test_the_speeds_at_which_a_torque_is_beyond_its_rating_are_those_of_the_curve(tmp_path, name, of):
+    drive = project(tmp_path, 1e4, ERROR.format(23), damping=8.0)
+    found = drive.response(coexisting=False)
+    assert np.all(np.diff(found.omega) > 0.0)  # one motion at each speed
+    sizes = getattr(found, of)
+    drive = replace(drive, gear=replace(drive.gear, **{name: 0.6 * float(np.max(sizes))}))
+    ((low, high),) = drive.judged(found).verdict.speeds
+    assert np.interp([low, high], found.omega, sizes) == pytest.approx(0.6 * np.max(sizes), rel=1e-3)
+    assert low < found.omega[np.argmax(sizes)] < high
 
 
 def test_what_rounding_leaves_beside_a_band_is_no_speed_to_keep_to():
@@ -169,7 +173,7 @@ def test_a_torque_that_no_curve_shows_is_not_cured_by_keeping_out_of_speeds():
 
 
 def test_an_input_speed_beyond_its_limit_ends_the_allowed_speeds():
-    verdict = judged(Finding("max_rpm", 200.0 / RPM, 180.0 / RPM, "rpm", ""))
+    verdict = judged(Finding("max_rpm", 200.0 / RPM, 180.0 / RPM, "rpm", ""), (180.0, 200.0))
     assert verdict.answer is Answer.BUT
     np.testing.assert_allclose(verdict.allowed, [(100.0, 180.0)], rtol=1e-12)
 

@@ -54,7 +54,7 @@ def goal(project: Project, name: str) -> dict[str, Any]:
 def _excess(project: Project, name: str, unit: str, x: float) -> float:
     """Logarithm of the largest oscillation over the limit, of the number exp(x); infinite where there is no motion."""
     try:
-        found = solved(replaced(project, {name: f"{math.exp(x)!r} {unit}".strip()}, retune=True)).found
+        found = solved(replaced(project, {name: f"{math.exp(x)!r} {unit}".strip()}, retune=True))
         return math.log(float(found.oscillation[found.top]) / (project.limit or math.inf))
     except (ValueError, SolveError):  # no drive, or none with a motion
         return math.inf

@@ -1,12 +1,11 @@
 """What the page shows of a project, as plain data in the units of the user: rpm of the motor, arcsec, N*m, s.
 
-The curve that follows a slider: fewer points, over the shortest period that all of the excitation repeats with.
+The curve that follows a slider has fewer points.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -16,10 +15,7 @@ from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
-from ...files.notes import OF_CURVE, exciting, load_remark, move_note, unsaid
-from ...files.variants.sureness import how_sure
-from ...model.excitation import shortest
-from ...numerics.balance.truncation import MATTERS
+from ...files.notes import OF_CURVE, load_remark, move_note, unsaid
 from ...study.analysis.in_time import drive_motion
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
@@ -40,70 +36,20 @@ FIXED_LOAD = (
 )
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
 
-FEWEST, MOST_HARMONICS = 7, 63  # harmonics in a period: to begin with, and at most
 
-
-class Curve(NamedTuple):
-    """A response over a base angle, the project in it, and what turns rad/s of it into the speeds that are shown."""
-
-    found: DriveResponse
-    project: Project
-    scale: float
-
-
-def solved(project: Project, whole: bool = False) -> Curve:
+def solved(project: Project, whole: bool = False) -> DriveResponse:
     """The response with machine code; `whole` looks for motions that do not join the curve, too, at more points."""
-    scale = project.speeds.scale
-    if whole:
-        return Curve(project.response(), project, scale)
-    shortest, g = folded(project)
-    if g == 1:
-        return Curve(shortest.response(coexisting=False, points=POINTS), shortest, scale)
-    h = max([FEWEST, *_orders_of(shortest)])
-    while True:
-        found = shortest.response(h, coexisting=False, points=POINTS)
-        if found.curve.tail <= MATTERS or h >= MOST_HARMONICS:
-            if shortest.motor == "held":  # one that is g times as fast gives a g-th of the torque
-                sizes = {name: getattr(found, name) for name in ("motor_torque", "motor_mean", "motor_rms")}
-                found = replace(found, **{name: g * size for name, size in sizes.items() if size is not None})
-            return Curve(found, shortest, scale / g)
-        h = min(2 * h + 1, MOST_HARMONICS)
-
-
-def folded(project: Project) -> tuple[Project, int]:
-    """The project over the shortest period of its excitation, and how often that is in a turn of the base angle."""
-    orders = _orders_of(project)
-    g = 1 if any(order % 1 for order in orders) else math.gcd(*map(int, orders))
-    others = (project.train, project.damping, project.stiffness)  # these do not repeat with it, or need not
-    if g < 2 or project.has_memory or any(one is not None for one in others):
-        return project, 1
-    error, of_motor, of_load = project.kinematic_error, project.motor_torque, project.load_torque
-    train = project.subject.with_motor(excitation=shortest(of_motor and of_motor.slower(g)))
-    train = train.with_load(excitation=shortest(of_load and of_load.slower(g)))
-    if error is not None:
-        lines = tuple(line._replace(order=line.order // g) for line in error.lines)
-        train = train._replace(error=error._replace(lines=lines))
-    if project.motor == "held":
-        train = train._replace(N=g * train.N)
-    low, high = project.speeds.limits
-    single = tuple(g * omega for omega in project.speeds.single)
-    return replace(project, speeds=replace(project.speeds, limits=(g * low, g * high), single=single), subject=train), g
-
-
-def _orders_of(project: Project) -> list[int]:
-    """Orders of the excitation on the base angle; of torques those with an amplitude."""
-    lines, terms = exciting(project)
-    return [line.order for line in lines] + [term.order for term in terms if term.amplitude]
+    return project.response() if whole else project.response(coexisting=False, points=POINTS)
 
 
 def response(project: Project, whole: bool = False) -> dict[str, Any]:
     """Oscillation and torque over the speed, with stability, folds, jumps, bands to avoid and limits."""
-    motions, shortest, scale = solved(project, whole)
+    motions, scale = solved(project, whole), project.speeds.scale
     speeds, curve, top, sizes = project.speeds, motions.curve, motions.top, motions.oscillation / ARCSEC
     bands = motions.sweep.bands if motions.sweep else ()
     limit, motor_limits = project.limit, project.motor_limits or MotorLimits()
     low, high = project.other_loads
-    judged = shortest.judged(motions, round(speeds.scale / scale))
+    judged = project.judged(motions)
     motor, torque = judged.motor, motions.usage.peak_torque
     limits, carried = _torque_limits(project), judged.used.peak_torque
     passed = [cap | {"reached": carried} for cap in limits if carried > cap["torque"] and cap["name"] != "rated torque"]
@@ -146,7 +92,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             "max_speed": motor_limits.fastest * speeds.scale,
         },
         "message": without_calls(
-            told(motions.message, writer(shortest, angle_unit(motions.oscillation[top]), speeds.unit, scale))
+            told(motions.message, writer(project, angle_unit(motions.oscillation[top]), speeds.unit, scale))
         ),
         "remarks": [
             f"Everything here is {OF_CURVE}.",
@@ -177,7 +123,7 @@ def sureness(project: Project) -> dict[str, Any]:
 
     The band of assumed numbers, and the curve of the held motor.
     """
-    sure, scale, held = how_sure(project, _turning), project.speeds.scale, None
+    sure, scale, held = project.sureness, project.speeds.scale, None
     if (curve := project.held_response(POINTS)) is not None:
         held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
     sentences, weak = sure.sentences(project.limit), [project.loop.weak] if project.loop and project.loop.weak else []
@@ -204,12 +150,6 @@ def under_loads(project: Project) -> dict[str, Any] | None:
         "count": len(chart.loads), "allowed": chart.windows * project.speeds.scale, "whole": whole,
         "failures": chart.failures, "passes": None if project.limit is None and whole else whole and not chart.failures,
     }  # fmt: skip
-
-
-def _turning(project: Project) -> tuple[DriveResponse, float]:
-    """The response, and how often its base angle turns in a turn of the drive's own."""
-    found, _, scale = solved(project)
-    return found, round(project.speeds.scale / scale)
 
 
 def _torque_limits(project: Project) -> list[dict[str, Any]]:

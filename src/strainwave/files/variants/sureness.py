@@ -1,6 +1,6 @@
 """`how_sure`: what assumed numbers of damping, hysteresis, error and loop leave open in the response of a drive."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise, product
@@ -46,7 +46,6 @@ INSIDE = tuple(k / 8 for k in range(1, 8))  # shares of a range at which an inne
 BESIDE, HALVINGS, FLAT = 1 / 16, 5, 0.01  # and beside one of another case; halvings at most, until so flat a top
 
 Case = tuple[float | None, ...]  # of each group of numbers: at which share of its range it is, or as it is
-Solve = Callable[[Project], tuple[DriveResponse, float]]  # a response, and how fast its base angle is over the drive's
 
 
 class Doubt(NamedTuple):
@@ -121,11 +120,12 @@ class Sureness(NamedTuple):
         )
 
 
-def _solved(project: Project) -> tuple[DriveResponse, float]:
-    return project.response(coexisting=False, points=POINTS), 1.0
+def solved(project: Project) -> DriveResponse:
+    """The response of a drive with its assumed numbers at other values."""
+    return project.response(coexisting=False, points=POINTS)
 
 
-def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
+def how_sure(project: Project) -> Sureness:
     """Follow the response of a drive with its assumed numbers at the ends of what is usual.
 
     A damping that the file calls assumed goes from two thirds to five thirds of its value, 2 to 5 % for 3 %; an error
@@ -143,7 +143,7 @@ def how_sure(project: Project, solve: Solve = _solved) -> Sureness:
             why = f"The range for assumed numbers is not computed: {error}"
             return Sureness((), omega, omega * nan, omega * nan, (nan, nan), 0, (why,))
     groups = tuple(_assumed(project))
-    drives = _Drives(project, solve, groups, _torques(project, solve) if groups else (), omega)
+    drives = _Drives(project, groups, _torques(project) if groups else (), omega)
     plain = (None,) * len(groups)
     corners = [*product((0.0, 1.0), repeat=len(groups))] if groups else []
     for case in (*(_with(plain, i, end) for i in range(len(groups)) for end in (0.0, 1.0)), *corners):
@@ -185,9 +185,9 @@ class _Drives:
     """
 
     def __init__(
-        self, project: Project, solve: Solve, groups: "tuple[Group, ...]", torques: tuple[float, ...], omega: Floats
+        self, project: Project, groups: "tuple[Group, ...]", torques: tuple[float, ...], omega: Floats
     ) -> None:
-        self.project, self.solve, self.groups, self.torques, self.omega = project, solve, groups, torques, omega
+        self.project, self.groups, self.torques, self.omega = project, groups, torques, omega
         self.low, self.high = np.full(len(omega), np.inf), np.full(len(omega), -np.inf)
         self.sizes, self.lost = dict[Case, float](), dict[str, None]()
         self.computed = dict[frozenset[tuple[str, str]], float | None]()
@@ -206,9 +206,9 @@ class _Drives:
             try:
                 variant = replaced(self.project, changes, retune=True) if changes else self.project
                 for torque in self.torques or (None,):
-                    found, turns = self.solve(_under(variant, torque))
+                    found = solved(_under(variant, torque))
                     self.computed[key] = max(self.computed[key] or 0.0, float(found.oscillation[found.top]))
-                    for at, values in _stretches(found, self.omega * turns):
+                    for at, values in _stretches(found, self.omega):
                         self.low[at], self.high[at] = (
                             np.minimum(self.low[at], values),
                             np.maximum(self.high[at], values),
@@ -246,7 +246,7 @@ def _with(case: Case, i: int, share: float | None) -> Case:
     return (*case[:i], share, *case[i + 1 :])
 
 
-def _torques(project: Project, solve: Solve) -> tuple[float, ...]:
+def _torques(project: Project) -> tuple[float, ...]:
     """Torques [N*m] on the load that a range of them is tried at."""
     if not project.other_loads[0] < project.other_loads[1]:
         return ()
@@ -255,7 +255,7 @@ def _torques(project: Project, solve: Solve) -> tuple[float, ...]:
         (project.mean_load_torque, *spread(project, WITH_MEMORY if project.has_memory else LOADS))
     ):
         with suppress(ValueError, SolveError):
-            response, _ = solve(_under(project, torque))
+            response = solved(_under(project, torque))
             sizes[torque] = float(response.oscillation[response.top])
     worst = max(sizes, key=lambda torque: sizes[torque], default=project.mean_load_torque)
     return (worst,) if project.has_memory else tuple(sorted({*project.other_loads, project.mean_load_torque, worst}))

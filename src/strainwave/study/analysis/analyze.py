@@ -197,10 +197,8 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     helps, not_tried, change, damped = (
         _advice(subject, drive, avoid, by_load, largest.peak_torque, progress) if advice and avoid else NO_ADVICE
     )
-    verdict = verdict_of(
-        limits, decided_bands(decided), avoid, largest, findings, change, motor,
-        fault=project.loop.fault if project.loop else "",
-    )  # fmt: skip
+    fault = project.loop.fault if project.loop else ""
+    verdict = verdict_of(limits, decided_bands(decided), avoid, largest, findings, change, motor, fault)
     worst = worst_posture(decided)
     if worst is not None:
         verdict = replace(verdict, answer=max(verdict.answer, worst.answer, key=list(Answer).index))

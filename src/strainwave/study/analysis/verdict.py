@@ -14,24 +14,20 @@ from math import ceil, copysign, exp, inf, isfinite, log1p
 from math import log as ln
 from typing import NamedTuple
 
-import numpy as np
-
-from ...base.results import Floats, SolveError
+from ...base.results import SolveError
 from ...base.sentences import listed
-from ...base.units import RPM
-from ...drive.asked import BRAKE, MotorLimits, Need
+from ...drive.asked import Need
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
 from ...drive.postures import titled
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
 from ..speed_map.avoid import Avoid, out_of_reach, sees_load, speeds_to_avoid
-from ..speed_map.bands import Motions, Speeds, between, merged
+from ..speed_map.bands import Speeds, between, merged
 from ..speed_map.resonances import operating_point
+from ..speed_map.rules import bands_of, beyond_sheet, rules_of, with_ratings
+from ..speed_map.under_load import of_curve
 from .knobs import Knob, Subject
 from .remedies import MARGIN, Allowance, Remedy, Trial, every_knob
-
-TORQUES = ("repeated_peak_torque", "momentary_torque", "ratcheting_torque", "buckling_torque")
-INPUT_SPEEDS = ("max_rpm", "motor speed")
 
 
 class Answer(StrEnum):
@@ -73,7 +69,7 @@ class Verdict:
 
 def verdict_of(
     speeds: Speeds, bands: tuple[Speeds, ...], avoid: Avoid | None, usage: Usage, limits: tuple[Finding, ...],
-    change: Remedy | None = None, motor: MotorUse | None = None, turns: int = 1, fault: str = "",
+    change: Remedy | None = None, motor: MotorUse | None = None, fault: str = "",
 ) -> Verdict:  # fmt: skip
     """Put together what is wrong with a drive and at which speeds.
 
@@ -93,8 +89,6 @@ def verdict_of(
         The smallest change that brings the oscillation under its limit.
     motor : MotorUse or None
         What the motions ask of the motor.
-    turns : int
-        Turns of the base angle in one of the motor.
     fault : str
         That the motor's loop is unstable.
     """
@@ -102,7 +96,7 @@ def verdict_of(
     at = {usage.peak_torque: usage.at_peak, usage.average_torque: usage.at_average}
     if motor is not None:
         at[motor.torque] = motor.at
-    places = [at.get(f.value) if f.omega is None else turns * f.omega for f in exceeded if f.unit != "rpm"]
+    places = [at.get(f.value) if f.omega is None else f.omega for f in exceeded if f.unit != "rpm"]
     wider = [(low * (1.0 - 1e-9), high * (1.0 + 1e-9)) for low, high in bands]
     covered = all(p is not None and any(low <= p <= high for low, high in wider) for p in places)
     bands = (speeds,) if avoid is None or fault else bands
@@ -112,36 +106,6 @@ def verdict_of(
     else:
         answer = Answer.BUT if allowed and covered and avoid is not None else Answer.NOT
     return Verdict(answer, bands, allowed, exceeded, None if fault else change, fault)
-
-
-def _where(
-    finding: Finding,
-    speeds: Speeds,
-    curve: DriveResponse,
-    need: Need | None,
-    turns: int,
-    sheet: MotorLimits | None,
-) -> list[Speeds]:
-    """Speeds at which a limit of the gear or the motor is passed."""
-    if finding.limit in INPUT_SPEEDS:
-        return [(max(speeds[0], turns * finding.bound * RPM), speeds[1])]
-    bands: list[Speeds] = []
-    if finding.limit == BRAKE:
-        return bands
-    if sheet is not None and finding.omega is not None:
-        if need is None:
-            return bands
-        omega, asked, available, joined = need.against(sheet, finding.limit)
-        return Motions(turns * omega, asked - available, joined).above(0.0)
-    at, torque = curve.visited(), _limited(finding.limit, curve)
-    return bands if torque is None else Motions(curve.omega[at], torque[at], np.diff(at) == 1).above(finding.bound)
-
-
-def _limited(limit: str, curve: DriveResponse) -> Floats | None:
-    """Torque [N*m] at every point of a curve that a limit is about; None where it is not known."""
-    if limit == "motor torque":
-        return curve.motor_torque
-    return curve.torque if limit in TORQUES else curve.mean_torque
 
 
 class Judged(NamedTuple):
@@ -203,30 +167,15 @@ class Judged(NamedTuple):
         return (*below, *(finding.sentence for finding in gravest(self.findings) if not finding.fails))
 
 
-def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
-    """Judge the motions of a curve by the rules of `analyze`.
-
-    Parameters
-    ----------
-    project : Project
-        The drive, with its limits.
-    response : DriveResponse
-        Its curve, under the mean torque of its load.
-    turns : int
-        Turns of the project's base angle in one of the motor; its ratio with a held motor is as many times the gear's.
-    """
-    N = project.drive.N / (turns if project.motor == "held" else 1)
-    mean, loads, speeds = project.mean_load_torque, project.other_loads, project.speeds
+def judged(project: Project, response: DriveResponse) -> Judged:
+    """Judge the motions of a curve, under the mean torque of the load, by the rules of `analyze`."""
+    N, mean, loads, speeds = project.drive.N, project.mean_load_torque, project.other_loads, project.speeds
     usage, motor = response.asked(mean, project.load_torques, N)
-    fastest = speeds.given[-1] / turns if speeds.by_motor else None
-    shifts = tuple((mean - load) / N for load in (mean, *loads))
-    need, resting = response.need(turns, shifts), max(map(abs, project.load_torques)) / N
+    need = response.need(tuple((mean - load) / N for load in (mean, *loads)))
+    fastest, resting = speeds.given[-1] if speeds.by_motor else None, max(map(abs, project.load_torques)) / N
     findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor, (need,), resting)
-    avoid = _avoid(project, response)
-    exceeded = [finding for finding in findings if finding.fails]
-    outside = (_where(one, speeds.limits, response, need, turns, project.motor_limits) for one in exceeded)
-    bands = merged([*(() if avoid is None else avoid.bands), *(band for some in outside for band in some)])
-    verdict = verdict_of(speeds.limits, bands, avoid, usage, findings, None, motor, turns, project.loop_fault)
+    avoid, bands = _bands(project, response, need)
+    verdict = verdict_of(speeds.limits, bands, avoid, usage, findings, None, motor, project.loop_fault)
     passes: bool | None = verdict.answer is Answer.ALL_RIGHT
     if project.limit is None:
         passes = False if verdict.fault or verdict.exceeded or avoid is None or avoid.unstable else None
@@ -237,6 +186,24 @@ def judged(project: Project, response: DriveResponse, turns: int = 1) -> Judged:
     below = f"{said[0].upper()}{said[1:]}." if said else ""
     fails = bool(below) and verdict.answer is not Answer.ALL_RIGHT and not sees_load(project.train)
     return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found, leaves, below, fails)
+
+
+def _bands(project: Project, response: DriveResponse, need: Need | None) -> tuple[Avoid | None, tuple[Speeds, ...]]:
+    """What the motions of a curve forbid, and the same with the limits of gear and motor, which has a `need`.
+
+    None for a drive whose spring cannot hold its load, and where no motion is stable.
+    """
+    system, rules = project.system(reduced=True), rules_of(None, None, None, project.limit)
+    try:
+        avoid = speeds_to_avoid(system, response, operating_point(system), rules.limit)
+    except (ValueError, SolveError):
+        return None, ()
+    if avoid is None:
+        return None, ()
+    span = response.curve.span
+    rules, loaded = with_ratings(rules, project, span), of_curve(response, avoid.slow)
+    bands = bands_of(loaded, rules, span, (), 0.0).forbidden.tolist()
+    return avoid, merged([*map(tuple, bands), *beyond_sheet(() if need is None else (need,), rules.sheet)])
 
 
 def _left(project: Project, bands: Sequence[Speeds]) -> str:
@@ -266,15 +233,6 @@ class WorstPosture(NamedTuple):
     def title(self) -> str:
         """Its number and name."""
         return titled(self.number, self.name)
-
-
-def _avoid(project: Project, found: DriveResponse) -> Avoid | None:
-    """Speeds to avoid; None for a drive whose spring cannot hold its load, and where no motion is stable."""
-    system = project.system(reduced=True)
-    try:
-        return speeds_to_avoid(system, found, operating_point(system), project.limit)
-    except (ValueError, SolveError):
-        return None
 
 
 HELPS = 0.99  # relative oscillation below which a thing is followed further

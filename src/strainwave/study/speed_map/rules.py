@@ -142,10 +142,7 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: Iterable[S
     bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in loaded.runs], span)
     bands += [(w / (1.0 + apart), w * (1.0 + apart)) for w, size, torque, _ in loaded.loose
               if size > level or torque > (inf if rules.gear_torque is None else rules.gear_torque)]  # fmt: skip
-    sheet = rules.sheet or MotorLimits()
-    for need, limit in product(needs_of(loaded), (PEAK, RMS)):
-        omega, torque, available, joined = need.against(sheet, limit)
-        bands += Sizes(omega, torque - available, joined).above(0.0)
+    bands += beyond_sheet(needs_of(loaded), rules.sheet)
     if rules.speed is not None:
         bands.append((rules.speed, span[1]))
     if rules.margin is not None:
@@ -166,6 +163,13 @@ def above(run: Floats, level: float, column: int = OSCILLATION) -> list[Span]:
 def needs_of(loaded: UnderLoad) -> list[Need]:
     """What the runs of a load ask of the motor."""
     return [Need(run[:, OMEGA], run[:, MOTOR], run[:, OF_RMS], np.ones(len(run) - 1, bool)) for run, _ in loaded.runs]
+
+
+def beyond_sheet(needs: Iterable[Need], sheet: MotorLimits | None) -> Iterator[Span]:
+    """Bands in which motions ask for more than the motor's peak or rms torque."""
+    for need, limit in product(needs, (PEAK, RMS) if sheet else ()):
+        omega, torque, available, joined = need.against(sheet or MotorLimits(), limit)
+        yield from Sizes(omega, torque - available, joined).above(0.0)
 
 
 def swept(first: Floats, second: Floats) -> list[Span]:
