@@ -98,7 +98,7 @@ def parameter_response(
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, str], float]:
         problem = balance_of(system, leaf, omega_leaf, h, period, folded=False)
         guess, origin = _beginning(problem, system, path, lo, hi, start)
-        apart = _apart_from_shorter(problem, guess)
+        apart = apart_from_shorter(problem, guess)
         curve = both_ways(problem, guess, lo, hi, 4.0 / points, growth=GROWTH, apart=apart)
         tail = tail_along(problem, curve.points, aim)
         return (problem, curve, tail, origin), tail.worst
@@ -163,22 +163,27 @@ def both_ways(
 
 
 def _to_birth(curve: Trace, apart: Any) -> Trace:
-    return curve if apart is None or curve.outcome == LOST else until_return(curve, apart)[0]
+    found, returned = (curve, False) if apart is None or curve.outcome == LOST else until_return(curve, apart)
+    return found if returned else curve
 
 
-def _apart_from_shorter(problem: Any, guess: Floats) -> Any:
+def apart_from_shorter(problem: Any, guess: Floats) -> Any:
     """Coefficients that the motion from which a branch may be born lacks; None where it cannot be.
 
     Of several turns those are of the harmonics between those of one; of one turn all, where nothing excites.
     """
     h, turns = problem.harmonics(), int(problem.turns)
-    k = np.arange(1, h + 1)
-    between = np.concatenate([k[k % turns > 0], h + k[k % turns > 0]])
     if turns == 1:
         rests = not np.any(problem.linear_response(float(guess[-1]))[:-1])
         return np.arange(len(guess) - 1) if rests else None
-    numbers = np.concatenate([between + block for block in range(0, len(guess) - 1, 2 * h + 1)])
+    numbers = np.concatenate([between(h, turns) + block for block in range(0, len(guess) - 1, 2 * h + 1)])
     return numbers if np.linalg.norm(guess[numbers]) > SUBHARMONIC * np.linalg.norm(guess[:-1]) else None
+
+
+def between(h: int, turns: int) -> Any:
+    """Places, in a block of coefficients of h harmonics over several turns, of those that a motion of one has not."""
+    k = np.flatnonzero(np.arange(h + 1) % turns)
+    return np.concatenate([k, h + k])
 
 
 def until_return(curve: Trace, apart: Any) -> tuple[Trace, bool]:

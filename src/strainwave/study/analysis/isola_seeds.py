@@ -17,6 +17,7 @@ from ...numerics.continuation.connected import connected
 from ...numerics.curves.backbone import backbone
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
+from ..speed_map.search import crossings
 
 PER_OCTAVE, FEWEST, FINEST = 8, 8, 4096
 PHASES = 8
@@ -64,10 +65,7 @@ def free_seeds(problem: Any, resonance: Resonance, grid: Floats) -> Iterator[tup
         problem.system, size * np.geomspace(1e-2, 1e2, 41), harmonics=max(7, highest_order(problem.system))
     )
     for omega in grid.tolist():
-        side = curve.omega - resonance.p * omega / resonance.q
-        for i in np.flatnonzero(side[1:] * side[:-1] < 0.0):
-            share = side[i] / (side[i] - side[i + 1])
-            a = float((1.0 - share) * curve.amplitude[i] + share * curve.amplitude[i + 1])
+        for a in crossings((curve.amplitude, curve.omega), resonance.p * omega / resonance.q):
             for phase in 2.0 * np.pi * np.arange(PHASES) / PHASES:
                 origin = (
                     f"seeded by the free vibration of {resonance.p}/{resonance.q} of omega = {omega:.6g} rad/s, "

@@ -29,7 +29,7 @@ from ...numerics.balance.rates import SAME
 from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import CURVE, Tail, tail_along
 from ...numerics.continuation.trace import Trace, describe, solve
-from ...numerics.curves.parameter_response import UPRIGHT, both_ways
+from ...numerics.curves.parameter_response import apart_from_shorter, between, both_ways
 from ...numerics.curves.response import frequency_response
 from ...theory.slow_flow.setting import SUBHARMONIC, Resonance
 from .isola_seeds import free_seeds, slow_seeds, speeds, table_of
@@ -37,7 +37,6 @@ from .isola_seeds import free_seeds, slow_seeds, speeds, table_of
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes
 ENOUGH = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
 FINER = (1.0, 0.5, 0.25)  # of a step, where a branch was followed back and forth
-LEAST = 1e-4  # of the largest part that sets turns apart: below this an orbit is that of one turn to rounding
 WIDEST = 1e6  # times the first speed
 PROBES = (0.2, 0.5, 0.8)  # where along a new branch a known one is looked for
 
@@ -46,7 +45,7 @@ def takes(point: Floats, period: int) -> bool:
     """Whether an orbit takes `period` turns and no fewer: more than rounding beside the harmonics of fewer."""
     size = float(np.linalg.norm(point[:-1]))
     multiples = (period // n for n in range(1, period) if period % n == 0)
-    parts = (point[_own_harmonics(len(point), multiple)] for multiple in multiples)
+    parts = (point[between(len(point) // 2 - 1, multiple)] for multiple in multiples)
     return all(np.linalg.norm(part) > 1e-6 * size for part in parts)
 
 
@@ -248,9 +247,9 @@ def _followed(
     problem: Balance, point: Floats, lo: float, hi: float, harmonics: int | None, step: float, origin: str
 ) -> Branch:
     """Follow a branch through a point with as many harmonics as it needs, or as many as its orbit is found with."""
-    best: tuple[Trace, bool, Tail] | None = None
+    best: tuple[Trace, list[float], Tail] | None = None
 
-    def followed(h: int, _: float) -> tuple[tuple[Trace, bool, Tail], float]:
+    def followed(h: int, _: float) -> tuple[tuple[Trace, list[float], Tail], float]:
         nonlocal problem, point, best
         if best is not None:
             finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
@@ -269,26 +268,29 @@ def _followed(
     trace, born, tail = grown(followed, h, MOST_HARMONICS if harmonics is None else h, CURVE)
     trace, omega = _with_own_speed(problem, trace), trace.points[:, -1]
     if born:
-        meets = f"meets the response of one turn at omega = {omega[0]:.6g} and {omega[-1]:.6g} rad/s"
-        trace = with_changes(trace, message=meets)
+        places = " and ".join(f"{end:.6g}" for end in born)
+        trace = with_changes(trace, message=f"meets the response of one turn at omega = {places} rad/s")
     elif trace.outcome == CLOSED:
         ends = f"closed, omega = {omega.min():.9g} .. {omega.max():.9g} rad/s"
         trace = with_changes(trace, message=ends)
     return describe(problem, "omega", trace, tail, origin)
 
 
-def _around(problem: Any, point: Floats, lo: float, hi: float, step: float) -> tuple[Trace, bool]:
+def _around(problem: Any, point: Floats, lo: float, hi: float, step: float) -> tuple[Trace, list[float]]:
     """The branch through a point: all of it where it closes or ends at orbits of one turn, else what the range has.
 
-    The second value tells whether it ends at orbits of one turn.
+    And where [rad/s] it ends at orbits of one turn. A trace would go on there through the same orbits, shifted by one
+    turn, turn back, or take the main response: rounding decides.
     """
-    wide = lo / REACH, hi * REACH
-    trace, born = _one_copy(both_ways(problem, point, *wide, step), point, problem.turns)
-    if not born and trace.outcome != CLOSED:
-        return _one_copy(both_ways(problem, point, lo, hi, step), point, problem.turns)
-    size = float(np.ptp(trace.points[:, -1]))  # again, in steps that suit the loop
-    again = _one_copy(both_ways(problem, point, *wide, step, size), point, problem.turns)
-    return again if again[1] or not born else (trace, born)
+    apart = apart_from_shorter(problem, point)
+    for first, last in ((lo / REACH, hi * REACH), (lo, hi)):
+        found = both_ways(problem, point, first, last, step, apart=apart)
+        ends = found.points[[0, -1], -1].tolist() if found.outcome == END else []
+        born = [end for end in ends if first < end < last]
+        if found.outcome == CLOSED or len(born) == 2:  # again, in steps that suit it
+            width = float(np.ptp(found.points[:, -1]))
+            return both_ways(problem, point, first, last, step, width, apart=apart), born
+    return found, born
 
 
 def _turns_back(trace: Trace) -> bool:
@@ -298,34 +300,6 @@ def _turns_back(trace: Trace) -> bool:
         return False
     gaps = np.linalg.norm(folds[:, None] - folds, axis=2) + np.diag(np.full(len(folds), np.inf))
     return bool(np.min(gaps / np.linalg.norm(folds[:, :-1], axis=1)) < 1e-5)
-
-
-def _one_copy(trace: Trace, point: Floats, period: int) -> tuple[Trace, bool]:
-    """The part of a branch around a point up to orbits of one turn, if there are some at both of its ends.
-
-    Orbits of two turns end at period doublings of the main response, where what sets their turns apart changes sign. A
-    trace goes on there through the same orbits, shifted by one turn, turns back, or takes the main response: rounding
-    decides.
-    """
-    n = len(trace.points)
-    if period == 1 or n == 0:
-        return trace, False
-    part = trace.points[:, _own_harmonics(trace.points.shape[1], period)]
-    size = np.linalg.norm(part, axis=1)
-    start = int(np.argmin(np.linalg.norm(trace.points - point, axis=1)))
-    ahead, back = np.arange(start, n), np.arange(start, -1, -1)
-    if trace.outcome == CLOSED:  # its last point is its first
-        ahead, back = np.r_[ahead, 1:start], np.r_[back, n - 2 : start : -1]
-    ways = []
-    for way in (ahead, back):
-        flips = np.flatnonzero(np.sum(part[way[1:]] * part[way[:-1]], axis=1) < 0.0)
-        if len(flips) == 0:
-            return trace, False
-        large = np.flatnonzero(size[way[: flips[0] + 1]] > LEAST * np.max(size))
-        ways.append(way[: large[-1] + 1] if len(large) else way[:1])
-    kept = np.r_[ways[1][::-1], ways[0][1:]]
-    upright = (trace.labels[kept] == FOLD) & (size[kept] < UPRIGHT * np.max(size))
-    return Trace(trace.points[kept], np.where(upright, STEP, trace.labels[kept]), END), True
 
 
 def _with_own_speed(problem: Balance, trace: Trace) -> Trace:
@@ -339,10 +313,3 @@ def _with_own_speed(problem: Balance, trace: Trace) -> Trace:
         if there is not None and np.linalg.norm(there - guess) < np.linalg.norm(points[i + 1] - points[i]):
             points, labels = np.insert(points, i + 1, there, axis=0), np.insert(labels, i + 1, STEP)
     return Trace(points, labels, trace.outcome)
-
-
-def _own_harmonics(size: int, period: int) -> list[int]:
-    """Places (in blocks) of the harmonics that an orbit of one turn does not have."""
-    h = size // 2 - 1
-    rest = [k for k in range(1, h + 1) if k % period]
-    return rest + [h + k for k in rest]

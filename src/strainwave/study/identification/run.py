@@ -14,7 +14,6 @@ CANONICAL = {
 }  # fmt: skip
 FEWEST = 32
 STILL = 1e-9  # rad
-SMOOTHED = 0.05  # of the travel: over which a speed is a mean
 
 
 @dataclass(frozen=True, eq=False)

@@ -335,7 +335,7 @@ def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
         for nu in sorted({k * omega / q for k in orders for q in TURNS}):
             count = CLOSE if nu in driven else PHASES
             phases = 2.0 * np.pi * (np.arange(count) + 0.3) / count
-            for a in _crossings(free, nu):
+            for a in crossings(free, nu):
                 two.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))
         both = np.concatenate(two, axis=1)
         blocks.append(both)
@@ -385,7 +385,7 @@ def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floa
     return amplitude, np.sqrt(np.maximum(stiffness, 0.0) / equation.J)
 
 
-def _crossings(free: tuple[Floats, Floats], nu: float) -> list[float]:
+def crossings(free: tuple[Floats, Floats], nu: float) -> list[float]:
     """Amplitudes [rad] of the free vibration at a frequency [rad/s]."""
     amplitude, side = free[0], free[1] - nu
     at = np.flatnonzero(side[1:] * side[:-1] < 0.0)

@@ -23,11 +23,9 @@ from .result import JumpSpeed, Scatter, SpeedMap, load_text
 from .rules import Rules, Span, as_intervals, bands_of, beyond_ratings, common, holds, rules_of, vendor_rules
 from .under_load import CampbellLine, Case, case_of, is_searched, under_load
 
-CELLS, LOADS = 500, 9  # speeds of a range, and loads of one
+CELLS = 500  # speeds of a range
 QUANTILES = (0.05, 0.5, 0.95)
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to load
 SAME = 0.01  # relative difference of the oscillations of one motion
-NEAR = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
 
 Cells = tuple[Floats, Floats, Any, Any, Floats]  # oscillation, torque, motions, subharmonic, smallest of one load
 
