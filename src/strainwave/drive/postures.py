@@ -168,14 +168,11 @@ def cases_of(project: Project, torques: Sequence[float] | None = None) -> tuple[
     of_file = f"{OF_FILE}, " if project.postures else ""
     own = spread(project) if torques is None else torques
     rows = [LoadCase(f"{of_file}{torque:.4g} N*m", J, torque) for torque in own]
-    posed = [in_posture(project, i, row) for i, row in enumerate(project.postures, 1)]
+    posed = []
+    for i, row in enumerate(project.postures, 1):
+        torque = project.mean_load_torque if row.torque is None else row.torque
+        posed.append(LoadCase(titled(i, row.name), row.inertia, torque, row))
     return (*posed, *rows)
-
-
-def in_posture(project: Project, number: int, row: Posture) -> LoadCase:
-    """The load of a project in a posture."""
-    torque = project.mean_load_torque if row.torque is None else row.torque
-    return LoadCase(titled(number, row.name), row.inertia, torque, row)
 
 
 def spread(project: Project, count: int = LOADS) -> list[float]:

@@ -192,12 +192,10 @@ def _stiffness(train: DriveTrain, torque: float) -> tuple[float, ...]:
 
 def worst_margins(project: Any) -> WorstMargins | None:
     """Margins of the motor's loop of a project under its loads and in its postures; None without a loop."""
-    loads, sampling = [*loaded_trains(project)], project.sampling
-    for i, row in enumerate(project.postures, 1):
-        loads += loaded_trains(row.on(project), f"posture {i}" + (f" ({row.name})" if row.name else ""))
-    if not loads:
-        return None
-    return WorstMargins.of(loads, sampling)
+    loads = [*loaded_trains(project)]
+    for case in project.cases:
+        loads += loaded_trains(case.on(project), case.name) if case.posture else ()
+    return WorstMargins.of(loads, project.sampling) if loads else None
 
 
 def loop_fault(project: Any) -> str:

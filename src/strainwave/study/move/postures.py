@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ...base.facts import Fact, lines
-from ...drive.postures import Posture, titled
+from ...drive.postures import Posture, cases_of, titled
 from ...drive.project import Project
 from .move import move
 from .result import Move
@@ -96,8 +96,8 @@ def move_postures(
     rows = tuple(postures) or project.postures
     if not rows:
         raise ValueError("there are no postures; give Posture(inertia, torque), or `postures` in the project file")
-    moves, asked = [], project.move and project.move._replace(payload=None)
-    for i, row in enumerate(rows):
+    moves, asked = [], replace(project, move=project.move and project.move._replace(payload=None))
+    for i, case in enumerate(cases_of(replace(asked, postures=rows), ())):
         progress(i / len(rows))
-        moves.append(move(replace(row.on(project), move=asked), profile, **options))
+        moves.append(move(case.on(asked), profile, **options))
     return PostureMoves(rows, tuple(moves))

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from ...base.quantities import numbers, positive_count, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import silent
-from ...drive.postures import LoadCase, Posture, cases_of, in_posture, refuse_twice, spread
+from ...drive.postures import LoadCase, Posture, cases_of, refuse_twice, spread
 from ...drive.project import Project
 from .motions import OMEGA, OSCILLATION, UnderLoad
 from .rules import Bands, Rules, Span, bands_of, none, windows, with_ratings
@@ -175,7 +175,7 @@ def loads_of(
         raise ValueError(f"{' and '.join(given[:2])} are both given; give one of them")
     if postures:
         refuse_twice(postures)
-        rows = tuple(in_posture(project, i, row) for i, row in enumerate(postures, 1))
+        rows = cases_of(replace(project, postures=tuple(postures)), ())
         return np.arange(1.0, len(rows) + 1.0), POSTURE, rows
     if load_inertias is not None:
         values = np.unique(numbers("load_inertias [kg*m^2]", load_inertias))
@@ -185,11 +185,7 @@ def loads_of(
         return values, INERTIA, tuple(LoadCase(f"{J:.4g} kg*m^2", J, torque) for J in values.tolist())
     if loads is not None:
         values = np.unique(numbers("loads [N*m]", loads))
-        return (
-            values,
-            TORQUE,
-            tuple(LoadCase(f"{torque:.4g} N*m", project.subject.load.end().J, torque) for torque in values.tolist()),
-        )
+        return values, TORQUE, cases_of(replace(project, postures=()), values.tolist())
     rows = cases_of(project, with_ends_of_jumps(project, span))
     if project.postures:
         return np.arange(1.0, len(rows) + 1.0), POSTURE, rows
