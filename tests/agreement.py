@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from click.testing import CliRunner
+from matplotlib import pyplot as plt
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
@@ -67,6 +68,7 @@ def script(project: sw.Project, view: str, folder: Path, **more: Any) -> str:
     out = io.StringIO()
     with contextlib.chdir(folder), contextlib.redirect_stdout(out):
         exec(compile(text, f"{view}.py", "exec"), {"__name__": "__main__"})
+    plt.close("all")
     return out.getvalue()
 
 
