@@ -10,9 +10,7 @@ The bytecode says it, so that a function without source (a lambda in a line of m
 Names that are looked up by text (`globals()["K"]`, `getattr(module, name)`) are not seen.
 """
 
-import builtins
 import copyreg
-import dis
 import enum
 import functools
 import hashlib
@@ -21,8 +19,9 @@ import importlib.util
 import pickle
 import sys
 import types
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dis import EXTENDED_ARG, hasconst, opmap
 from functools import cache
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, NamedTuple
@@ -32,9 +31,10 @@ import numpy as np
 from .tree import shown
 
 OWN = __name__.partition(".")[0]
-READS = ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS")
-ATTRIBUTES = ("LOAD_ATTR", "LOAD_METHOD")
-PASSED = ("EXTENDED_ARG", "CACHE")
+CONSTANTS, LOAD_GLOBAL, IMPORT_NAME = frozenset(hasconst), opmap["LOAD_GLOBAL"], opmap["IMPORT_NAME"]
+BETWEEN = {opmap["CACHE"], EXTENDED_ARG}
+ATTRIBUTES = {opmap[name] for name in ("LOAD_ATTR", "LOAD_METHOD") if name in opmap}
+READS = {opmap[name] for name in ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS") if name in opmap}
 
 
 class Missing(NamedTuple):
@@ -78,41 +78,56 @@ def package_name(thing: Any) -> str | None:
     return f"{module}.{name}" if getattr(found, "__func__", found) is thing else None
 
 
-def codes(code: CodeType) -> Iterator[CodeType]:
-    """A code object and all those inside it."""
-    yield code
-    for constant in code.co_consts:
-        if isinstance(constant, CodeType):
-            yield from codes(constant)
+class Found:
+    """What code reads: global variables, names of attributes and texts, and what it imports as it runs.
+
+    `passed` are the variables of which it takes more than an attribute.
+    """
+
+    def __init__(self) -> None:
+        self.variables, self.names, self.passed = set[str](), set[str](), set[str]()
+        self.imports = dict[tuple[str, int, Any], None]()
 
 
-def reads(function: FunctionType) -> Iterator[tuple[str, Any]]:
-    """Name and value of each global variable that a function reads; of a module, of the item that it takes from it."""
-    scope = function.__globals__
-    names = set()
-    for code in codes(function.__code__):
-        steps = [step for step in dis.get_instructions(code) if step.opname not in PASSED]
-        for i, step in enumerate(steps):
-            if step.opname in READS:
-                value = scope.get(step.argval, getattr(builtins, step.argval, Missing()))
-                items = [_item(step.argval, value, steps[i + 1 :])]
-            elif step.opname == "IMPORT_NAME":
-                items = list(_imported(step.argval, steps[i - 2].argval, steps[i - 1].argval, scope))
-            else:
-                continue
-            for name, value in items:
-                if name not in names:
-                    names.add(name)
-                    yield name, value
+def code_text(code: CodeType, found: Found) -> bytes:
+    """Instructions with constants in place of their numbers, which a docstring moves; what they read is `found`."""
+    steps, constants, wide, read = bytearray(code.co_code), list[Any](), 0, ""
+    found.names.update(code.co_names)
+    for i in range(0, len(steps), 2):
+        number = wide | steps[i + 1]
+        if read and steps[i] not in BETWEEN:
+            found.passed.update([read] if steps[i] not in ATTRIBUTES else [])
+            read = ""
+        if steps[i] in CONSTANTS:
+            constants.append(code.co_consts[number])
+            steps[i + 1] = 0
+        elif steps[i] in READS:
+            read = code.co_names[number >> 1 if steps[i] == LOAD_GLOBAL else number]
+            found.variables.add(read)
+        elif steps[i] == IMPORT_NAME:
+            found.imports[code.co_names[number], *constants[-2:]] = None
+        wide = number << 8 if steps[i] == EXTENDED_ARG else 0
+    found.names.update(item for item in constants if isinstance(item, str) and item.isidentifier())
+    inner = [
+        code_text(item, found).hex() if isinstance(item, CodeType) else Identity().text(item) for item in constants
+    ]
+    counts = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags
+    known = code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
+    return bytes(steps) + repr((counts, known, code.co_exceptiontable, inner)).encode(errors="surrogatepass")
 
 
-def _item(name: str, value: Any, following: list[dis.Instruction]) -> tuple[str, Any]:
-    """Name and value after the attributes that are taken of a module of the user's."""
-    for step in following:
-        if not isinstance(value, ModuleType) or is_installed(value.__name__) or step.opname not in ATTRIBUTES:
-            break
-        name, value = f"{name}.{step.argval}", getattr(value, step.argval, Missing())
-    return name, value
+def taken(scope: dict[str, Any], found: Found, is_read: Callable[[Any], bool], above: Any = ()) -> dict[str, Any]:
+    """Values of the variables in a scope; in place of a module that is read, what is taken of it.
+
+    `above` are the scopes that this one was reached from.
+    """
+    names = found.names if above else found.variables
+    values = {name: scope[name] for name in sorted(names) if name in scope}
+    for name, value in [*values.items()]:
+        if isinstance(value, ModuleType) and is_read(value) and name not in found.passed:
+            known = any(vars(value) is other for other in above)
+            values[name] = {} if known else taken(vars(value), found, is_read, (*above, scope))
+    return values
 
 
 def _imported(name: str, level: int, items: tuple[str, ...] | None, scope: dict[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -210,30 +225,31 @@ class Identity:
 
     def _first(self, thing: Any) -> str:
         """A function, a class, a module or code that is met for the first time."""
-        if isinstance(thing, types.CodeType):
-            return self._code(thing)
+        if isinstance(thing, CodeType):
+            return self._code(thing, Found())
         with self._at(thing.__name__ if isinstance(thing, types.ModuleType) else thing.__qualname__):
             if isinstance(thing, types.FunctionType):
                 return self._function(thing)
             return self._class(thing) if isinstance(thing, type) else f"module({self._pairs(_own(vars(thing)))})"
 
-    def _code(self, code: types.CodeType) -> str:
+    def _code(self, code: CodeType, found: Found) -> str:
         self.has_code = True
-        counts = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags
-        names = code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
-        made = code.co_code.hex(), code.co_exceptiontable.hex()
-        return f"code({made}, {counts}, {names}, {self._listed(code.co_consts)})"
+        return hashlib.sha256(code_text(code, found)).hexdigest()
 
-    def _function(self, function: types.FunctionType) -> str:
+    def _function(self, function: FunctionType) -> str:
+        found, scope = Found(), function.__globals__
+        text = self._code(function.__code__, found)
+        held = taken(scope, found, lambda module: not is_installed(module.__name__))
+        imported = dict(item for each in found.imports for item in _imported(*each, scope))
         code, defaults = function.__code__, function.__defaults__ or ()
         last = code.co_varnames[: code.co_argcount][code.co_argcount - len(defaults) :]
         given = dict(zip(last, defaults, strict=True)) | (function.__kwdefaults__ or {})
         closed = dict(zip(code.co_freevars, map(_content, function.__closure__ or ()), strict=True))
         parts = [
             ("default of", given), ("closed-over variable", closed), ("attribute", _own(vars(function))),
-            ("global variable", dict(reads(function))),
+            ("global variable", held), ("import", imported),
         ]  # fmt: skip
-        return f"function({self.text(code)}; {'; '.join(self._pairs(some, what) for what, some in parts)})"
+        return f"function({text}; {'; '.join(self._pairs(some, what) for what, some in parts)})"
 
     def _class(self, cls: type) -> str:
         held = _own(vars(cls))

@@ -7,15 +7,13 @@ files, another installed package by its name.
 """
 
 import hashlib
-from dis import EXTENDED_ARG, hasconst, opmap
 from functools import cache
 from pathlib import Path
-from types import CodeType, FunctionType, ModuleType
+from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
 
-from .identity import OWN, Identity, is_installed, parts_of
+from .identity import OWN, Found, Identity, code_text, is_installed, parts_of, taken
 
-CONSTANTS, LOAD_GLOBAL = frozenset(hasconst), opmap["LOAD_GLOBAL"]
 HERE = __package__
 
 
@@ -100,40 +98,12 @@ def _attributes(cls: type) -> dict[str, Any]:
 def _function(function: FunctionType) -> Text:
     if hasattr(function, "loops"):  # which compiled code runs in its place (`jit.kernel_as`)
         return _function(function.loops)
-    globals_read, names = set[str](), set[str]()
-    text, scope = _code(function.__code__, globals_read, names), function.__globals__
-    values = {name: scope[name] for name in sorted(globals_read) if name in scope}
-    for name, value in [*values.items()]:
-        if isinstance(value, ModuleType) and _is_read(value):
-            values[name] = {inner: vars(value)[inner] for inner in sorted(names) if inner in vars(value)}
+    found = Found()
+    text = code_text(function.__code__, found)
+    values = taken(function.__globals__, found, _is_read)
     closed = [cell.cell_contents for cell in function.__closure__ or ()]
     more, _, read = _value((values, closed, function.__defaults__, function.__kwdefaults__))
-    return Text(f"{function.__module__}.{function.__qualname__}".encode() + text + more, frozenset(names), read)
-
-
-def _code(code: CodeType, globals_read: set[str], names: set[str]) -> bytes:
-    """Instructions with constants in place of their numbers, which a docstring moves.
-
-    The names of global variables are added to `globals_read`, those of attributes and texts to `names`.
-    """
-    steps, constants, wide = bytearray(code.co_code), [], 0
-    names.update(code.co_names)
-    for i in range(0, len(steps), 2):
-        number = wide | steps[i + 1]
-        if steps[i] in CONSTANTS:
-            constants.append(code.co_consts[number])
-            steps[i + 1] = 0
-        elif steps[i] == LOAD_GLOBAL:
-            globals_read.add(code.co_names[number >> 1])
-        wide = number << 8 if steps[i] == EXTENDED_ARG else 0
-    names.update(item for item in constants if isinstance(item, str) and item.isidentifier())
-    inner = [
-        _code(item, globals_read, names).hex() if isinstance(item, CodeType) else Identity().text(item)
-        for item in constants
-    ]
-    counts = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags
-    known = code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
-    return bytes(steps) + repr((counts, known, code.co_exceptiontable, inner)).encode()
+    return Text(f"{function.__module__}.{function.__qualname__}".encode() + text + more, frozenset(found.names), read)
 
 
 def _value(thing: Any) -> Text:
