@@ -168,7 +168,7 @@ def test_what_once_had_no_sentence_has_one_or_a_result(call, project, tmp_path, 
         (lambda _p, _t: sw.slow_flow(DUFFING, sw.PRIMARY).x([0.0, 1.0], (1e9, 0.0)), "to t = 1 s, only to 0 s; start closer to equilibrium, take an earlier end"),
         (lambda _p, _t: looped(PD, CLOSED._replace(sampling=C.Sampling(1e-3, seed=10**30))), "Sampling.seed is 10+; it must not exceed 9.0072e"),
         (lambda p, _t: list(sw.sample.scattered(p, 10**9)), "count is 1000000000; it must be at most 1000000"),
-        (lambda _p, _t: sw.sweep(lambda q: {"x": q.B}, STRONG, sw.sample.LatinHypercube(10**9, {"B": sw.Normal(0.05, 0.002)})), "1,000,000,000 points are more than 100,000,000; give the sweep a store"),
+        (lambda _p, _t: sw.sweep(lambda q: {"x": q.B}, STRONG, sw.sample.Sobol(2**30, {"B": sw.Normal(0.05, 0.002)})), "1,073,741,824 points are more than 100,000,000; give the sweep a store"),
     ],
 )  # fmt: skip
 def test_what_takes_too_many_steps_is_refused_before_it_begins(call, sentence, project, train, tmp_path, monkeypatch):

@@ -1,7 +1,7 @@
 """Where a sweep looks: a grid over parameters, or a sample of their distributions, made chunk by chunk.
 
-Nothing here ever holds all the points: a chunk's points follow from its place and the seed alone. Scrambled Sobol
-points are those of SciPy; a Latin hypercube is computed point by point, because SciPy's needs all of it in memory.
+A chunk's points follow from its place and the seed alone. Both samples are those of SciPy; of a Latin hypercube all
+points are in memory, of a Sobol sample those of a chunk.
 
 Source: A. B. Owen, Monte Carlo theory, methods and examples, chapters 10 and 17.
 """
@@ -9,11 +9,11 @@ Source: A. B. Owen, Monte Carlo theory, methods and examples, chapters 10 and 17
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
@@ -21,9 +21,8 @@ from ..base.quantities import number, numbers, parameters, positive_count, shown
 from ..base.results import Floats
 
 SOBOL_BITS = 30  # of SciPy's points: 2**30 of them are distinct
-LARGEST_SAMPLE = 2**40
+LARGEST_SAMPLE = 2**24  # of a Latin hypercube, which is in memory
 TOGETHER = " & "  # between the paths of parameters that share a factor, in the name of that factor
-ROUNDS = 6  # of the Feistel network that shuffles the strata of a Latin hypercube
 
 
 class Uniform(NamedTuple):
@@ -261,40 +260,19 @@ class _SobolShares:
 
 
 class _LatinShares:
-    """Strata shuffled by a Feistel network that walks until it is back in range, and a place inside each stratum."""
+    """A Latin hypercube of SciPy, made when its first points are asked for."""
 
     def __init__(self, count: int, dimensions: int, seed: int) -> None:
-        self.count = count
-        self.half = max(1, (max(count - 1, 1).bit_length() + 1) // 2)
-        self.keys = np.random.SeedSequence(seed).generate_state(dimensions * (ROUNDS + 1), np.uint64)
-        self.keys = self.keys.reshape(dimensions, ROUNDS + 1, 1)
+        self.count, self.engine = count, qmc.LatinHypercube(dimensions, rng=np.random.default_rng(seed))
+
+    @cached_property
+    def shares(self) -> Floats:
+        """Shares (dimensions, count), strictly between 0 and 1."""
+        return np.asarray(np.clip(self.engine.random(self.count).T, 0.5**53, 1.0 - 0.5**53))
 
     def stretch(self, first: int, count: int) -> Floats:
-        """Shares (dimensions, count) from point `first` on, strictly between 0 and 1."""
-        index = np.arange(first, first + count, dtype=np.uint64)
-        return np.array([self._shares(index, keys) for keys in self.keys])
-
-    def _shares(self, index: NDArray[np.uint64], keys: NDArray[np.uint64]) -> Floats:
-        place = self._shuffled(index, keys)
-        while (outside := place >= self.count).any():
-            place[outside] = self._shuffled(place[outside], keys)
-        inside = ((_mixed(index, keys[-1]) >> np.uint64(34)).astype(float) + 0.5) * 0.5**30
-        return np.minimum((place + inside) / self.count, 1.0 - 0.5**53)
-
-    def _shuffled(self, index: NDArray[np.uint64], keys: NDArray[np.uint64]) -> NDArray[np.uint64]:
-        half, mask = np.uint64(self.half), np.uint64((1 << self.half) - 1)
-        left, right = index >> half, index & mask
-        for key in keys[:-1]:
-            left, right = right, left ^ (_mixed(right, key) & mask)
-        return (left << half) | right
-
-
-def _mixed(x: NDArray[np.uint64], key: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """Scatter the bits of whole numbers (the finalizer of SplitMix64, Steele et al. 2014)."""
-    x = x + key
-    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return x ^ (x >> np.uint64(31))
+        """Shares (dimensions, count) from point `first` on."""
+        return self.shares[:, first : first + count]
 
 
 def points_of(grid: Grid) -> Points:
