@@ -7,6 +7,7 @@ of the motor's loop.
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -17,6 +18,7 @@ from numpy.typing import ArrayLike
 from ...base.quantities import numbers, positive_count, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import silent
+from ...drive.drive_response import DriveResponse
 from ...drive.postures import LoadCase, Posture, cases_of, refuse_twice, spread
 from ...drive.project import Project
 from .motions import OMEGA, OSCILLATION, UnderLoad
@@ -128,11 +130,12 @@ def decide(
     """
     span = project.speeds.limits if span is None else span
     rules = with_ratings(rules, project, span)
-    values, name, of_project = loads_of(project, span, loads, load_inertias, postures)
+    values, name, of_project, followed = loads_of(project, span, loads, load_inertias, postures)
     variants = under_each(project, name, values, of_project)
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [_case(*each, span) for each in zip(variants, values.tolist(), of_project, strict=True)]
-    computed, found = _all_motions(cases, span, search, count, rules, progress)
+    known = [followed.get(row.torque) if row.posture is None else None for row in of_project]
+    computed, found = _all_motions(cases, known, span, search, count, rules, progress)
     apart = _apart(len(cases))
     cases, variants = [cases[i] for i in computed], [variants[i] for i in computed]
     lines = [] if rules.margin is None else lines_of(cases, found, ())
@@ -167,8 +170,11 @@ def _bands(
 def loads_of(
     project: Project, span: Span, loads: ArrayLike | None = None, load_inertias: ArrayLike | None = None,
     postures: Sequence[Posture] = (),
-) -> tuple[Floats, str, tuple[LoadCase, ...]]:  # fmt: skip
-    """Loads (n,), what they are, and the same as load cases; of a project with postures they are numbers from 1 on."""
+) -> tuple[Floats, str, tuple[LoadCase, ...], dict[float, DriveResponse | None]]:  # fmt: skip
+    """Loads (n,), what they are, the same as load cases, and curves that are known of torques [N*m].
+
+    Of a project with postures the loads are numbers from 1 on.
+    """
     arguments = ("loads", loads), ("load_inertias", load_inertias), ("postures", postures or None)
     given = [name for name, value in arguments if value is not None]
     if given[1:]:
@@ -176,20 +182,21 @@ def loads_of(
     if postures:
         refuse_twice(postures)
         rows = cases_of(replace(project, postures=tuple(postures)), ())
-        return np.arange(1.0, len(rows) + 1.0), POSTURE, rows
+        return np.arange(1.0, len(rows) + 1.0), POSTURE, rows, {}
     if load_inertias is not None:
         values = np.unique(numbers("load_inertias [kg*m^2]", load_inertias))
         if not values[0] > 0.0:
             raise ValueError(f"load_inertias are {shown(load_inertias)}; inertias must be positive")
         torque = project.mean_load_torque
-        return values, INERTIA, tuple(LoadCase(f"{J:.4g} kg*m^2", J, torque) for J in values.tolist())
+        return values, INERTIA, tuple(LoadCase(f"{J:.4g} kg*m^2", J, torque) for J in values.tolist()), {}
     if loads is not None:
         values = np.unique(numbers("loads [N*m]", loads))
-        return values, TORQUE, cases_of(replace(project, postures=()), values.tolist())
-    rows = cases_of(project, with_ends_of_jumps(project, span))
+        return values, TORQUE, cases_of(replace(project, postures=()), values.tolist()), {}
+    curves = with_ends_of_jumps(project, span)
+    rows = cases_of(project, sorted(curves))
     if project.postures:
-        return np.arange(1.0, len(rows) + 1.0), POSTURE, rows
-    return np.array([row.torque for row in rows]), TORQUE, rows
+        return np.arange(1.0, len(rows) + 1.0), POSTURE, rows, curves
+    return np.array([row.torque for row in rows]), TORQUE, rows, curves
 
 
 def under_each(project: Project, name: str, values: Floats, rows: Sequence[LoadCase]) -> list[Project]:
@@ -200,34 +207,34 @@ def under_each(project: Project, name: str, values: Floats, rows: Sequence[LoadC
     return [row.on(project) for row in rows]
 
 
-def with_ends_of_jumps(project: Project, span: Span) -> list[float]:
-    """Torques of the load's range, and more of them where jumps of the curve begin or end between two.
+def with_ends_of_jumps(project: Project, span: Span) -> dict[float, DriveResponse | None]:
+    """Torques of the load's range, and more of them where jumps of the curve begin or end between two; their curves.
 
-    Curves with memory, and those beside which no other motions are looked for, take too long for it.
+    Curves with memory, and those beside which no other motions are looked for, take too long for it. Jumps come into
+    the span from beside it, torque by torque: those of the project's speeds count. A torque that the law cannot carry
+    has no curve, nor is one kept of wider speeds.
     """
     torques = spread(project)
     if len(torques) == 1 or project.has_memory or not is_searched(project.system(reduced=True)):
-        return torques
-    known = {torque: _jumps(project, span, torque) for torque in torques}
-    for _ in range(HALVINGS):
-        for a, b in pairwise(sorted(known)):
-            if known[a] != known[b]:
-                known[0.5 * (a + b)] = _jumps(project, span, 0.5 * (a + b))
-    return sorted(known)
-
-
-def _jumps(project: Project, span: Span, torque: float) -> bool:
-    """Whether the curve under a torque jumps, also beside the span: jumps come into it from there, torque by torque.
-
-    A torque that the law cannot carry has no curve.
-    """
+        return dict.fromkeys(torques)
     low, high = project.speeds.limits
     wide = min(low, span[0]), max(high, span[1])
-    try:
-        sweep = main_curve(case_of(project.under(torque), torque, wide), wide).sweep
-        return sweep is not None and bool(sweep.jumping)
-    except SolveError:
-        return False
+
+    def curve(torque: float) -> DriveResponse | None:
+        with suppress(SolveError):
+            return main_curve(case_of(project.under(torque), torque, wide), wide)
+        return None
+
+    known = {torque: curve(torque) for torque in torques}
+    for _ in range(HALVINGS):
+        for a, b in pairwise(sorted(known)):
+            if _jumps(known[a]) != _jumps(known[b]):
+                known[0.5 * (a + b)] = curve(0.5 * (a + b))
+    return known if wide == span else dict.fromkeys(known)
+
+
+def _jumps(curve: DriveResponse | None) -> bool:
+    return curve is not None and curve.sweep is not None and bool(curve.sweep.jumping)
 
 
 def _apart(loads: int) -> float:
@@ -236,18 +243,19 @@ def _apart(loads: int) -> float:
 
 
 def _all_motions(
-    cases: list[Case], span: Span, search: bool, threads: int, rules: Rules, progress: Callable[[float], None]
+    cases: list[Case], known: list[DriveResponse | None], span: Span, search: bool, threads: int, rules: Rules,
+    progress: Callable[[float], None],
 ) -> tuple[list[int], list[UnderLoad]]:  # fmt: skip
     """Motions under every load, or under those finished at Ctrl-C, with their numbers.
 
-    Motions apart from the main curve are tried under the neighbouring loads too.
+    Main curves may be `known`. Motions apart from them are tried under the neighbouring loads too.
     """
     apart = _apart(len(cases)) if search else None
     by_load: dict[int, UnderLoad] = {}
     seeds: dict[int, Any] = {}
 
     def one(i: int) -> None:
-        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0, rules)
+        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0, rules, known[i])
         by_load[i] = loaded
         progress(len(by_load) / len(cases))
 

@@ -134,17 +134,18 @@ def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
 
 
 def under_load(
-    case: Case, span: Span, apart: float | None = APART, shift: float = 0.0, rules: Rules = NO_RULES
-) -> tuple[UnderLoad, tuple[Settling, ...]]:
+    case: Case, span: Span, apart: float | None = APART, shift: float = 0.0, rules: Rules = NO_RULES,
+    known: DriveResponse | None = None,
+) -> tuple[UnderLoad, tuple[Settling, ...]]:  # fmt: skip
     """All stable motions under a load; and the states that led to those apart from the main curve.
 
     The speeds of the search are `apart`, relative to each; None leaves it out. `shift` moves them by a share of that
-    distance, so that those of many loads differ. The main curve of a beat has points at the level of the rules. Where
-    no motion is found there are no curves, and `remarks` says why.
+    distance, so that those of many loads differ. The main curve may be known; of a beat it has points at the level of
+    the rules. Where no motion is found there are no curves, and `remarks` says why.
     """
     slow = quasi_static(case.equation, case.point)
     try:
-        response = main_curve(case, span, rules.level(slow))
+        response = known or main_curve(case, span, rules.level(slow))
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     loaded = of_curve(response, slow, case.load, gcd(*active_orders(case.equation)) or 1 if case.searched else 1)
