@@ -11,7 +11,7 @@ from ..speed_map.avoid import Avoid, avoided
 from ..speed_map.bands import Motions, Speeds, merged
 from ..speed_map.decide import Decision
 from ..speed_map.motions import OMEGA, OSCILLATION, UnderLoad
-from ..speed_map.rules import complement, windows
+from ..speed_map.rules import complement
 
 
 class AtTorque(NamedTuple):
@@ -61,10 +61,8 @@ def over_all(
     `drive` is its curve under the mean torque; largest and peaks are those of all torques. `passed` are the motions of
     a run-up that has torques which the curve has not.
     """
-    own = decided.of_file
-    forbidden, found = [decided.moving[i].forbidden for i in own], [decided.found[i] for i in own]
-    free = windows(forbidden, decided.span, [True] * (len(own) - 1))
-    bands = merged(complement(free, decided.span).tolist())
+    found = [decided.found[i] for i in decided.of_file]
+    bands = merged(complement(decided.quiet, decided.span).tolist())
     alone = avoided(drive, found[0].quasi_static, limit, bands, passed)
     known = [avoid for avoid in (alone, *(case.avoid for case in cases)) if avoid is not None]
     if not known or not any(one.curves for one in found):

@@ -65,7 +65,8 @@ class Decision:
     bands, moving : tuple of Bands
         Forbidden and allowed speeds under each; and by the motions alone, without the limits of gear and motor.
     allowed, quiet : (k, 2) array
-        Speeds [rad/s] that are allowed under all loads and those between them; and by the motions alone.
+        Speeds [rad/s] that are allowed under all loads and those between them; and by the motions alone, postures left
+        out.
     faults : tuple of str
         That the motor's loop is unstable under a load.
     total : int
@@ -144,7 +145,9 @@ def decide(
                      for own in (rules, alone))  # fmt: skip
     rows = tuple(of_project[i] for i in computed)
     joined = [a.posture is None and b.posture is None for a, b in pairwise(rows)]
-    allowed, quiet = (windows([one.forbidden for one in some], span, joined) for some in (bands, moving))
+    allowed = windows([one.forbidden for one in bands], span, joined)
+    own = [one.forbidden for one, row in zip(moving, rows, strict=True) if row.posture is None]
+    quiet = windows(own, span, [True] * (len(own) - 1))
     faults = dict.fromkeys(one.loop_fault for one in variants if one.loop_fault)
     return Decision(
         span, rules, name, values[computed], rows, tuple(variants), tuple(cases),
