@@ -123,25 +123,6 @@ class DriveRun(Result):
         """Energy [J] that each element turned into heat from t = `after` [s] on."""
         return {name: self._since(name, after) for name in list(self.work)[INPUTS:]}
 
-    def speed_ripple(self, after: float = 0.0) -> float:
-        """Half the range of the motor's speed from t = `after` [s] on, relative to its mean there.
-
-        Raises
-        ------
-        ValueError
-            If the run has ended by then, or the mean speed is zero.
-        """
-        t, after = self.trajectory.t, number("after [s]", after)
-        speed = self.motor_speed[t >= after]
-        if not len(speed):
-            raise ValueError(f"the run goes from {t[0]:g} to {t[-1]:g} s; {after:g} s is not in it")
-        mean = abs(float(np.mean(speed)))
-        if not mean > 0.0:
-            raise ValueError(
-                f"the motor's mean speed after t = {after:g} s is zero; a ripple is relative to a mean speed"
-            )
-        return float(0.5 * np.ptp(speed)) / mean
-
     def largest(self) -> tuple[float, float, float]:
         """Largest |dynamic error| [rad], also between samples; time [s], motor speed [rad/s] of the largest sample."""
         at = int(np.argmax(np.abs(self.error)))

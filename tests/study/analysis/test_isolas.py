@@ -7,8 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.study.analysis.isola_seeds import speeds
-from strainwave.study.analysis.isolas import takes
+from strainwave.study.analysis.isolas import speeds, takes
 
 DUFFING = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0), 3.15)
 TWO_WELLS = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.2), 1.4)  # every stable motion is in a well

@@ -5,6 +5,9 @@ random starts settle, and free vibrations of the frequency in question (the back
 guess for harmonic balance with the period of the resonance; what converges and is new is followed both ways until it
 closes or leaves the range.
 
+They are looked for at the powers of 2^(1/8) rad/s inside the range (of 2^(1/16), 2^(1/32), ... where that makes fewer
+than eight), at both ends, and at the system's own speed. A wider range looks at them all, and at others.
+
 Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.3, 4.1.4; Krack & Gross 2019, sec. 4.4 (isolated branches).
 
 Which orbits are one motion: on a branch already, shifted by whole forcing periods, or mirrored.
@@ -19,26 +22,31 @@ import numpy as np
 
 from ...base.law import repeating, springs_only
 from ...base.protocols import CLOSED, END, FOLD, STEP, Balance, with_parts
-from ...base.quantities import interval, leaf_of
-from ...base.results import Branch, Floats
+from ...base.quantities import interval, leaf_of, replace
+from ...base.results import Branch, Floats, SolveError
 from ...numerics.attractors.attractors import Motion, Search, settled_motions
 from ...numerics.attractors.settle import SEEN
 from ...numerics.balance.fourier import stretched
-from ...numerics.balance.harmonics import MOST_HARMONICS, grown, starting_harmonics
+from ...numerics.balance.harmonics import MOST_HARMONICS, grown, highest_order, starting_harmonics
 from ...numerics.balance.rates import SAME
 from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import CURVE, Tail, tail_along
+from ...numerics.continuation.connected import connected
 from ...numerics.continuation.trace import Trace, describe, solve
+from ...numerics.curves.backbone import backbone
 from ...numerics.curves.parameter_response import apart_from_shorter, between, both_ways
 from ...numerics.curves.response import frequency_response
+from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import SUBHARMONIC, Resonance
-from .isola_seeds import free_seeds, slow_seeds, speeds, table_of
+from ..speed_map.search import crossings
 
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes
 ENOUGH = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
 FINER = (1.0, 0.5, 0.25)  # of a step, where a branch was followed back and forth
 WIDEST = 1e6  # times the first speed
 PROBES = (0.2, 0.5, 0.8)  # where along a new branch a known one is looked for
+PER_OCTAVE, FEWEST, FINEST = 8, 8, 4096
+PHASES = 8
 
 
 def takes(point: Floats, period: int) -> bool:
@@ -72,6 +80,72 @@ def are_copies(x: Floats, y: Floats, period: int) -> bool:
     halves = np.arange(2 * period)[:, None]
     shifted = b * np.exp(1j * np.pi * k * halves / period) * (-1.0) ** halves
     return bool(np.min(np.linalg.norm(shifted - a, axis=1)) < 1e-5 * np.linalg.norm(a))
+
+
+def speeds(speed: float, lo: float, hi: float) -> Floats:
+    """Speeds [rad/s] in a range at which orbits are looked for, rising."""
+    per_octave = PER_OCTAVE
+    while True:
+        first, last = np.ceil(per_octave * np.log2(lo)), np.floor(per_octave * np.log2(hi))
+        if last - first + 1 >= FEWEST or per_octave >= FINEST:
+            break
+        per_octave *= 2
+    grid = 2.0 ** (np.arange(first, last + 1) / per_octave)
+    inside = [speed] if lo <= speed <= hi else []
+    return np.unique(np.concatenate([[lo, hi], inside, grid[(grid > lo) & (grid < hi)]]))
+
+
+def slow_seeds(problem: Any, resonance: Resonance, grid: Floats) -> Iterator[tuple[Floats, str]]:
+    """Orbits at the ends of the range; steady states of the slow flow, stable and unstable."""
+    if resonance.q == 1:
+        for omega in (float(grid[0]), float(grid[-1])):
+            for table in connected(problem, omega, []).tables:
+                guess = problem.fitted(table, omega)
+                if guess is not None:
+                    yield guess, f"seeded by an orbit of the excitation at other strengths, omega = {omega:.6g} rad/s"
+    for omega in grid.tolist():
+        try:
+            states = slow_flow(replace(problem.system, {"omega": omega}), resonance).steady_states()
+        except (ValueError, SolveError):
+            continue
+        for s in states:
+            if s.amplitude > 0.0:
+                origin = (
+                    f"seeded by the slow flow of the {resonance.p}:{resonance.q} resonance at omega = {omega:.6g} "
+                    f"rad/s, a = {s.amplitude:.6g} ({'stable' if s.stable else 'unstable'})"
+                )
+                yield _with_component(problem, omega, resonance.p, s.amplitude, s.phase), origin
+
+
+def free_seeds(problem: Any, resonance: Resonance, grid: Floats) -> Iterator[tuple[Floats, str]]:
+    """Free vibrations of the frequency p omega/q, with phases all around."""
+    size = float(np.linalg.norm(problem.linear_response(np.sqrt(grid[0] * grid[-1]))[:-1])) or 1.0
+    curve = backbone(
+        problem.system, size * np.geomspace(1e-2, 1e2, 41), harmonics=max(7, highest_order(problem.system))
+    )
+    for omega in grid.tolist():
+        for a in crossings((curve.amplitude, curve.omega), resonance.p * omega / resonance.q):
+            for phase in 2.0 * np.pi * np.arange(PHASES) / PHASES:
+                origin = (
+                    f"seeded by the free vibration of {resonance.p}/{resonance.q} of omega = {omega:.6g} rad/s, "
+                    f"amplitude {a:.6g}, phase {phase:.3g}"
+                )
+                yield _with_component(problem, omega, resonance.p, a, float(phase)), origin
+
+
+def _with_component(problem: Any, omega: float, p: int, amplitude: float, phase: float) -> Floats:
+    """Linear response plus amplitude cos(p angle - phase), in coefficients of the orbit's own angle."""
+    z: Floats = problem.linear_response(omega)
+    z[p], z[problem.harmonics() + p] = amplitude * np.cos(phase), amplitude * np.sin(phase)
+    return z
+
+
+def table_of(motion: Motion) -> Floats:
+    """Table (2H+1, 1) of the first state of a settled motion: mean, cos 1, sin 1, ..."""
+    spectrum = np.fft.rfft(motion.samples[0]) * (2.0 / motion.samples.shape[1])
+    series = np.empty(2 * len(spectrum) - 3)  # the last of the spectrum belongs to a harmonic with no room for its sine
+    series[0], series[1::2], series[2::2] = 0.5 * spectrum[0].real, spectrum[1:-1].real, -spectrum[1:-1].imag
+    return series[:, None]
 
 
 class Isolas(list[Branch]):
