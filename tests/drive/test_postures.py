@@ -9,10 +9,10 @@ import pytest
 import sympy as sp
 
 import strainwave as sw
-from strainwave.app.report.verdict import posture_said
 from strainwave.drive.asked import WEIGHT
 from strainwave.study.analysis.analyze import decided_bands, worst_posture
 from strainwave.study.analysis.verdict import Answer, judged
+from strainwave.study.analysis.verdict_words import posture_said
 from strainwave.study.speed_map.decide import decide
 from strainwave.study.speed_map.rules import Rules
 
@@ -111,9 +111,7 @@ def test_the_verdict_counts_every_posture_and_names_the_worst(tmp_path):
     for case in arm.cases:
         end = case.on(arm).whole.load.end()
         assert (end.J, float(end.excitation.torque(0.3))) == pytest.approx((case.inertia, case.torque))
-    assert "postures the worst is posture 2 (out)" in posture_said(
-        SimpleNamespace(analysis=SimpleNamespace(posture=worst))
-    )
+    assert "postures the worst is posture 2 (out)" in posture_said(SimpleNamespace(posture=worst))
     assert worst_posture(decide(replace(arm, postures=()), Rules(arm.limit), search=False)) is None
 
 

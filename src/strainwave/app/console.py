@@ -33,6 +33,7 @@ from ..base.archive import refuse_inputs
 from ..base.facts import Fact, data, lines
 from ..base.results import Interrupted
 from ..base.sentences import number as number
+from ..base.sentences import percent as percent
 from ..compile import jit
 from ..compile.cache import cache_writable, compiling, is_empty
 
@@ -145,11 +146,6 @@ def duration(seconds: float) -> str:
         if seconds > 2.0 * size:
             return f"{math.ceil(seconds / size)} {unit}"
     return f"{math.ceil(seconds)} s"
-
-
-def percent(share: float, digits: int = 4) -> str:
-    """Write a share in percent, with its unit."""
-    return f"{number(100.0 * share, digits)} %"
 
 
 def plain(value: Any) -> Any:

@@ -9,14 +9,13 @@ from typing import Any, NamedTuple
 import click
 
 from ..base import units
-from ..base.sentences import Angle, Quantity, Sentence, Speed, number, rounded, told
+from ..base.sentences import Angle, Quantity, number, rounded, told
 from ..base.sentences import sign as sign
 from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
-from ..drive.train_curve import unfollowed
 from ..files.fields.kinds import number as number_in
 from ..plot.panels import Axis
-from ..study.analysis.analysis import Analysis, Largest
+from ..study.analysis.analysis import Analysis
 
 
 class AngleUnit(NamedTuple):
@@ -48,20 +47,6 @@ def place(speeds: Speeds, omega: float) -> dict[str, Any]:
 def sizes(rad: float | None, name: str = "peak") -> dict[str, Any]:
     """An angle [rad] in radians and in arcsec."""
     return {f"{name}_rad": rad, f"{name}_arcsec": None if rad is None else rad / ARCSEC}
-
-
-def under_load(torque: float | None) -> str:
-    """The torque [N*m] of the load that a result is for, where it has a range of them."""
-    return "" if torque is None else f" with {number(torque)} N·m on the load"
-
-
-def place_said(largest: Largest) -> Sentence:
-    """Speed and load of the largest oscillation; where it beats, its smallest turn and its period too."""
-    said = Speed(largest.omega, digits=5) + under_load(largest.torque)
-    if largest.smallest is None or largest.beat is None:
-        return said
-    text = " ({} in the smallest turn of a beat of {} s)"
-    return said + Sentence(text, Angle(largest.smallest), number(largest.beat, 3))
 
 
 def quantity(option: str, text: str, unit: str, sign: str = "any") -> float:
@@ -141,12 +126,3 @@ def writer(project: Project, angle: AngleUnit, speed: str, scale: float) -> Call
         return quantity.written(written, unit)
 
     return write
-
-
-def equation_alone(view: View) -> str:
-    """Whose steady motions are told where the whole drive has no stable one; "" where they are its own."""
-    study = view.analysis.train
-    if study is None or not unfollowed(study.train, view.analysis.train_curve):
-        return ""
-    motor = "driven by torque" if view.project.motor == "free" else "ideally held"
-    return f" in the error equation alone, with the motor {motor} and the load rigid"

@@ -177,6 +177,11 @@ def number(value: float | str | bool | None, digits: int = 4) -> str:
     return mantissa.replace("-", "−") + "×10" + str(int(exponent)).translate(RAISED)
 
 
+def percent(share: float, digits: int = 4) -> str:
+    """Write a share in percent, with its unit."""
+    return f"{number(100.0 * share, digits)} %"
+
+
 def counted(count: int, noun: str) -> str:
     """A number of things: "1 sample", "2 samples"."""
     return f"{count} {noun}{'' if count == 1 else 's'}"

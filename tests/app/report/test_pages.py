@@ -10,9 +10,9 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.app.report.verdict import _requirement
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import ARCSEC
+from strainwave.study.analysis.verdict_words import _requirement
 
 pytestmark = pytest.mark.slow
 
@@ -87,9 +87,10 @@ def test_how_sure_is_what_other_dampings_give(folder, results):
 @pytest.mark.parametrize(("sources", "ends"), [("", "at the motor."), ("limit: assumed", "The limit is assumed.")])
 def test_the_requirement_says_that_its_limit_is_assumed(tmp_path, sources, ends):
     (tmp_path / "axis.yaml").write_text(AXIS + f"sources: {{damping: assumed, {sources}}}\n")
-    analysis = SimpleNamespace(drive=SimpleNamespace(name="pointing error"), speeds=(50.0, 200.0), avoid=None)
-    view = View(sw.read_project(tmp_path / "axis.yaml"), analysis, AngleUnit("arcsec", ARCSEC))
-    assert view.told(_requirement(view)).endswith(ends)
+    project, drive = sw.read_project(tmp_path / "axis.yaml"), SimpleNamespace(name="pointing error")
+    analysis = SimpleNamespace(drive=drive, speeds=(50.0, 200.0), avoid=None, project=project)
+    view = View(project, analysis, AngleUnit("arcsec", ARCSEC))
+    assert view.told(_requirement(view.analysis)).endswith(ends)
 
 
 def test_margins_are_those_of_the_loop(folder, results):

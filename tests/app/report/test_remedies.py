@@ -5,7 +5,6 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from strainwave.app.report.remedies import words
 from strainwave.app.report.report import write
 from strainwave.files.reading import read_project
 from strainwave.study.analysis.remedies import Remedy
@@ -78,10 +77,10 @@ def test_where_the_load_has_a_range_of_torques_remedies_are_for_the_one_of_the_l
 
 
 def test_changes_are_named_as_engineers_do():
-    assert words(Remedy("bandwidth of the loop", -0.3, 0.0, 0.9, 1.0)) == "30 % less bandwidth of the loop"
-    assert words(Remedy("next size of the gear", 0.0, 0.0, 0.9, 1.0, gear="CSG-45-50")) == (
+    assert str(Remedy("bandwidth of the loop", -0.3, 0.0, 0.9, 1.0)) == "30 % less bandwidth of the loop"
+    assert str(Remedy("next size of the gear", 0.0, 0.0, 0.9, 1.0, gear="CSG-45-50")) == (
         "next size of the gear, CSG-45-50"
     )
-    assert words(Remedy("kinematic error of order 2", -1.0, 0.0, 0.1, 1.0)) == (
+    assert str(Remedy("kinematic error of order 2", -1.0, 0.0, 0.1, 1.0)) == (
         "kinematic error of order 2 cancelled by feed-forward"
     )

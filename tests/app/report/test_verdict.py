@@ -4,11 +4,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from strainwave.app.report.verdict import _headline, _remedy
 from strainwave.base.units import ARCSEC
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.verdict import Answer, Verdict, WorstPosture
+from strainwave.study.analysis.verdict_words import _headline, _remedy
 from strainwave.study.speed_map.avoid import Avoid
 
 AVOID = Avoid(((100.0, 120.0),), 80.0 * ARCSEC, 110.0, 5.0 * ARCSEC, limit=60.0 * ARCSEC)
@@ -17,8 +17,8 @@ VERDICT = Verdict(Answer.NOT, ((100.0, 120.0),), (), ())
 
 def words(ratio, exceeds):
     best = Remedy("damping of the loop", 0.3, 0.0, ratio, 110.0, 1.0, 1.3, "", exceeds=exceeds)
-    view = SimpleNamespace(analysis=SimpleNamespace(avoid=AVOID, remedies=(best,), verdict=VERDICT, moved=None))
-    return str(_remedy(view, VERDICT))
+    analysis = SimpleNamespace(avoid=AVOID, remedies=(best,), verdict=VERDICT, moved=None)
+    return str(_remedy(analysis, VERDICT))
 
 
 def test_a_remedy_that_serves_at_the_worst_torque_alone_is_not_said_to_miss_the_limit():
@@ -48,7 +48,7 @@ def headline(
         jumping=jumping,
         largest_oscillation=lambda: SimpleNamespace(peak=peak),
     )
-    return _headline(SimpleNamespace(analysis=analysis), Verdict(answer, unstable, (), exceeded))
+    return _headline(analysis, Verdict(answer, unstable, (), exceeded))
 
 
 TORQUE = Finding("repeated_peak_torque", 616.8, 523.0, "N*m", "")

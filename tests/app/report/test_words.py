@@ -14,7 +14,6 @@ from strainwave.app.report.sections.derived import certificates, facts
 from strainwave.app.report.sections.opening import Opening, warnings
 from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
 from strainwave.app.report.sections.whole_train import WholeTrain
-from strainwave.app.report.verdict import _worst
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import ARCSEC, RPM, Speeds
 from strainwave.drive.asked import MotorLimits
@@ -22,6 +21,7 @@ from strainwave.drive.drive_response import MotorUse, Usage, limit_findings
 from strainwave.study.analysis.analysis import Largest
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.verdict import Answer, Verdict
+from strainwave.study.analysis.verdict_words import _worst
 from strainwave.study.speed_map.avoid import Avoid
 from strainwave.study.speed_map.bands import merged
 from strainwave.study.speed_map.resonances import operating_point
@@ -31,11 +31,10 @@ SPEEDS = Speeds((60.0, 200.0))
 
 
 def view(analysis, **project):
-    return View(
-        SimpleNamespace(**{"speeds": SPEEDS, "limit": None, "loop": None, "digits": lambda most=4: most} | project),
-        analysis,
-        ARCSECONDS,
-    )
+    of = SimpleNamespace(**{"speeds": SPEEDS, "limit": None, "loop": None, "digits": lambda most=4: most} | project)
+    if analysis is not None:
+        analysis.project = of
+    return View(of, analysis, ARCSECONDS)
 
 
 def told(data):
@@ -109,7 +108,7 @@ def test_numbers_of_the_error_equation_say_so_where_the_whole_drive_has_no_stabl
     (_, oscillation, _), (_, error, _), *_ = key_numbers(shown)
     assert oscillation == f"largest oscillation of the pointing error{alone}, at 100 rpm at the motor"
     assert error == f"largest pointing error{alone}, mean included, at 100 rpm at the motor"
-    assert shown.told(_worst(shown)).endswith(f" arcsec at 100 rpm at the motor{alone}.")
+    assert shown.told(_worst(shown.analysis)).endswith(f" arcsec at 100 rpm at the motor{alone}.")
 
 
 def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_the_ratio_of_the_spring():

@@ -8,13 +8,11 @@ from typing import Any, NamedTuple
 from ...base.sentences import Sentence, Speed
 from ...plot.svg import FONT, INK, LETTER, WIDTH, text_at
 from ...study.analysis.load_cases import worst_of
-from ...study.analysis.remedies import Remedy
+from ...study.analysis.remedies import CANCELLED, NOTHING, Remedy
 from ...study.speed_map.avoid import Avoid
 from ..console import number
 from ..view import View, sizes
 
-CANCELLED = -1.0  # share of a line that nothing excites any more: it helps by definition, and is told apart
-NOTHING = 0.005  # relative change that is called none
 FEW = 6  # remedies of the sentence; the table has all
 ROW, LINE, THICK, TOP = 12.0, 16.0, 13.0, 40.0  # space between rows, of a line of text, of a bar, above them [px]
 NAME, GAP = 42, 7.0  # letters of a line of a name, and distance of texts [px]
@@ -42,8 +40,8 @@ def largest_of(view: View, avoid: Avoid) -> tuple[float, float]:
 
 def remedies_figure(view: View) -> str:
     """Change of the oscillation by every remedy that helps, the most helpful first; "" where none does."""
-    known = [remedy for remedy in view.analysis.remedies if remedy.share != CANCELLED and helps(remedy)]
-    rows = [Bar(words(one), one.ratio - 1.0, f"−{number(100.0 * (1.0 - one.ratio), 2)} %") for one in known]
+    known = [remedy for remedy in view.analysis.remedies if remedy.share != CANCELLED and remedy.helps]
+    rows = [Bar(str(one), one.ratio - 1.0, f"−{number(100.0 * (1.0 - one.ratio), 2)} %") for one in known]
     title = "change of the largest oscillation"
     return bars(rows, title, f"{title} by each remedy") if rows else ""
 
@@ -51,7 +49,7 @@ def remedies_figure(view: View) -> str:
 def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
     return {
         "what": remedy.what,
-        "change": _change(remedy),
+        "change": remedy.change,
         "from": remedy.before,
         "to": remedy.gear or remedy.after,
         "unit": remedy.unit,
@@ -60,7 +58,7 @@ def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
         "at_rad_per_s": remedy.at,
         "at_rpm": view.speeds.rpm(remedy.at),
         "above_limit": remedy.exceeds,
-        "helps": helps(remedy),
+        "helps": remedy.helps,
     }
 
 
@@ -75,55 +73,31 @@ def after_change(view: View, remedy: Remedy) -> dict[str, Any]:
     return sizes(None if avoid is None else remedy.ratio * largest_of(view, avoid)[0], "oscillation")
 
 
-def helps(remedy: Remedy) -> bool:
-    """Whether a change leaves less oscillation."""
-    return remedy.ratio < 1.0 - NOTHING
-
-
 def _no_help(remedies: tuple[Remedy, ...]) -> str:
     """Sentence on the changes that leave the oscillation as it is or make it larger; "" without one."""
-    useless = ", ".join(words(remedy) for remedy in remedies if not helps(remedy))
+    useless = ", ".join(str(remedy) for remedy in remedies if not remedy.helps)
     return f"These changes do not help: {useless}." if useless else ""
 
 
 def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
     """Sentence on the remedies of the peak at a speed [rad/s], the most helpful first, and those that do not help."""
     remedies = tuple(remedy for remedy in remedies if remedy.share != CANCELLED)
-    helpful, useless = [remedy for remedy in remedies if helps(remedy)], _no_help(remedies)
+    helpful, useless = [remedy for remedy in remedies if remedy.helps], _no_help(remedies)
     if not helpful:
         return useless
     worst = worst_of(view.analysis.load_cases)
     load = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
     effects = Sentence("; ").join(_effect(remedy, speed) for remedy in helpful[:FEW])
     others = f"; the table of the report has {len(helpful) - FEW} more" if len(helpful) > FEW else ""
-    said = f"Most helpful: {words(helpful[0])}. Computed again{load} with one thing changed at a time: " + effects
+    said = f"Most helpful: {helpful[0]}. Computed again{load} with one thing changed at a time: " + effects
     return said + others + "." + (f" {useless}" if useless else "")
-
-
-def _change(remedy: Remedy) -> str:
-    if remedy.gear:
-        return f"{remedy.gear} instead"
-    if remedy.by:
-        return f"{number(remedy.by, 3)} N·m more"
-    if remedy.share == CANCELLED:
-        return "cancelled by feed-forward"
-    return f"{number(100.0 * abs(remedy.share))} % {'more' if remedy.share > 0.0 else 'less'}"
-
-
-def words(remedy: Remedy) -> str:
-    """The change in words, "10 % more damping of the gear"."""
-    if remedy.gear:
-        return f"{remedy.what}, {remedy.gear}"
-    if remedy.share == CANCELLED:
-        return f"{remedy.what} cancelled by feed-forward"
-    return f"{_change(remedy)} {'mean torque' if remedy.by else remedy.what}"
 
 
 def _effect(remedy: Remedy, speed: float) -> str:
     shifted = abs(remedy.at / speed - 1.0) > NOTHING and remedy.ratio > NOTHING
     place = ", at " + _speed(remedy.at) + " instead of " + _speed(speed) if shifted else ""
     within = ", within the limit" if remedy.exceeds is False else ""
-    return f"{words(remedy)}: {number(100.0 * (1.0 - remedy.ratio), 2)} % less oscillation{within}" + place
+    return f"{remedy}: {number(100.0 * (1.0 - remedy.ratio), 2)} % less oscillation{within}" + place
 
 
 def _speed(omega: float) -> Speed:

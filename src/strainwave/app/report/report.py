@@ -23,8 +23,9 @@ from ...drive.project import Project
 from ...files.reading import read_project
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
+from ...study.analysis.words import equation_alone
 from ..console import WHAT_X_IS, number, percent, slug, staged, to_json, write_csv
-from ..view import View, equation_alone
+from ..view import View
 from .section import Part, Section, asked
 from .sections import SECTIONS
 from .sections.whole_train import about_appendix
@@ -204,7 +205,8 @@ def verdicts_page(reports: dict[str, Report]) -> str:
     passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
     panels = comparison_panels(
         [view.project.title for view in views], [view.analysis.loudest for view in views],
-        [view.project.limit for view in views], views[0].speeds, [bool(equation_alone(view)) for view in views],
+        [view.project.limit for view in views], views[0].speeds,
+        [bool(equation_alone(view.analysis)) for view in views],
     )  # fmt: skip
     figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
     said = f"{passed} of {len(reports)} drives pass at all their speeds."

@@ -9,11 +9,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from ...base.facts import Fact
 from ...base.law import depends
 from ...base.quantities import parameters
 from ...base.records import Labelled, Result
 from ...base.results import Branch, SolveError, Status
-from ...base.sentences import Sentence, Speed, on_screen
+from ...base.sentences import Sentence, Speed
 from ...drive.drive_response import DriveResponse, MotorUse, Usage
 from ...drive.jumps import HysteresisBand
 from ...drive.project import Project
@@ -30,14 +31,13 @@ from ..move.result import Move
 from ..speed_map.avoid import Avoid
 from ..speed_map.ramp import Ramp
 from ..speed_map.resonances import OperatingPoint, Regime
+from . import verdict_words
 from .in_time import Beat, RunUp
 from .load_cases import AtTorque
 from .remedies import Remedy
 from .time_case import TimeCase
 from .train_study import MotorCase, TrainStudy
-from .verdict import Verdict, WorstPosture
-
-LESS = 1.001  # relative difference of two largest errors below which the steady one is named
+from .verdict import LESS, Verdict, WorstPosture
 
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 
@@ -231,6 +231,8 @@ class Analysis(Result):
         The largest motion turn by turn, where motions beat.
     moved : Move or None
         The move that the file asks for; a limit that it passes counts in the verdict.
+    project : Project
+        What was analysed.
     """
 
     system: Oscillator | VaryingOscillator
@@ -261,6 +263,11 @@ class Analysis(Result):
     posture: WorstPosture | None = None
     beat: Beat | None = None
     moved: Move | None = None
+    project: Project | None = None
+
+    def facts(self) -> tuple[Fact, ...]:
+        """The verdict: told once for a terminal, as JSON and for the pages of the report."""
+        return verdict_words.facts(self)
 
     def coordinates(self) -> Labelled:
         """As of the response."""
@@ -269,18 +276,6 @@ class Analysis(Result):
     def variables(self) -> Labelled:
         """Those of the response that the drive's largest error is read from."""
         return self.response.variables()
-
-    def __str__(self) -> str:
-        worst, (low, high) = self.largest(), self.speeds
-        motor = f", of the motor {self.motor.torque:.6g} N*m" if self.motor is not None else ""
-        lines = [
-            f"Analysis: {low:.6g} .. {high:.6g} rad/s of the base angle, {len(self.regimes)} resonances",
-            f"  largest {self.drive.name} {worst.peak:.6g} rad at {worst.omega:.6g} rad/s ({worst.of}, {worst.method})",
-            f"  largest torque in the gear {self.usage.peak_torque:.6g} N*m at {self.usage.at_peak:.6g} rad/s{motor}",
-            f"  {len(self.remedies)} remedies, {len(self.warnings)} warnings; `exact`, `train`, `avoid` and the others "
-            "hold them",
-        ]
-        return on_screen("\n".join(lines))
 
     @property
     def warnings(self) -> tuple[str, ...]:

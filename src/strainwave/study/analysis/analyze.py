@@ -210,7 +210,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
         largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict,
         tuple(no_loop + not_searched + unmoved), tuple(implausible(project.gear, project.rated_torque, loop, largest)),
-        motor, damped, worst, beat_of(project, drive), moved,
+        motor, damped, worst, beat_of(project, drive), moved, project,
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from ...base.protocols import Law, lines_of
 from ...base.results import SolveError
-from ...base.sentences import listed, silent
+from ...base.sentences import listed, number, silent
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.error_spectrum import accuracy_spectrum
@@ -27,6 +27,8 @@ from ..speed_map.avoid import Avoid
 from .knobs import DAMPING, Knob, Subject, knobs
 from .load_cases import AtTorque, worst_of
 
+CANCELLED = -1.0  # share of a line that nothing excites any more: it helps by definition, and is told apart
+NOTHING = 0.005  # relative change that is called none
 LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
 NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
 MOST_DRIVES, WITH_MEMORY = 60, 12  # changed drives that are followed, and those whose law has memory, which take longer
@@ -162,6 +164,29 @@ class Remedy:
     unit: str = ""
     gear: str = ""
     exceeds: bool | None = None
+
+    @property
+    def helps(self) -> bool:
+        """Whether it leaves less oscillation."""
+        return self.ratio < 1.0 - NOTHING
+
+    @property
+    def change(self) -> str:
+        """How much is changed, in words."""
+        if self.gear:
+            return f"{self.gear} instead"
+        if self.by:
+            return f"{number(self.by, 3)} N·m more"
+        if self.share == CANCELLED:
+            return "cancelled by feed-forward"
+        return f"{number(100.0 * abs(self.share))} % {'more' if self.share > 0.0 else 'less'}"
+
+    def __str__(self) -> str:
+        if self.gear:
+            return f"{self.what}, {self.gear}"
+        if self.share == CANCELLED:
+            return f"{self.what} {self.change}"
+        return f"{self.change} {'mean torque' if self.by else self.what}"
 
 
 def with_other_damping(subject: Subject, drive: DriveResponse, avoid: Avoid) -> tuple[Remedy, ...]:

@@ -29,6 +29,8 @@ from ..speed_map.under_load import of_curve
 from .knobs import Knob, Subject
 from .remedies import MARGIN, Allowance, Remedy, Trial, every_knob
 
+LESS = 1.001  # relative difference of two largest errors below which the steady one is named
+
 
 class Answer(StrEnum):
     """What the verdict is."""

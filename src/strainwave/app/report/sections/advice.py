@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 from ....base.sentences import Angle, Sentence, Speed, listed
 from ....plot.svg import figure
+from ....study.analysis.verdict_words import apart_said, band_data
+from ....study.analysis.words import MOTOR, under_load
 from ....study.speed_map.avoid import Avoid
 from ....study.speed_map.bands import AMPLIFIED
 from ...console import number
-from ...view import View, place, sizes, under_load
-from ..limits import MOTOR
+from ...view import View, place, sizes
 from ..remedies import remedies_data, remedies_figure
-from ..verdict import apart_said, band_data
 
 if TYPE_CHECKING:
     from ....study.compensation.result import Compensation as Found
@@ -55,7 +55,7 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
     return {
         "rule": _rule(avoid) + (BEYOND if view.speeds.single else ""),
         "limit_rad": avoid.limit,
-        "bands": [band_data(view, *band) for band in avoid.bands],
+        "bands": [band_data(view.speeds, *band) for band in avoid.bands],
         **sizes(avoid.largest, "largest_oscillation"),
         "at_rad_per_s": avoid.at,
         **run_up,
@@ -63,10 +63,10 @@ def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
         "peaks": [view.place(at) | {"oscillation_rad": size} for at, size in avoid.peaks],
         "sentence": _avoid(view, avoid) + _limits(view, avoid),
         "by_load_torque": [
-            {"load_torque_Nm": case.torque, "bands": [band_data(view, *band) for band in case.bands]}
+            {"load_torque_Nm": case.torque, "bands": [band_data(view.speeds, *band) for band in case.bands]}
             for case in view.analysis.load_cases
         ],
-        "run_up_bands": [band_data(view, *band) for band in avoid.passed],
+        "run_up_bands": [band_data(view.speeds, *band) for band in avoid.passed],
         "about": _about(view, avoid),
         "nominal": NOMINAL if avoid.bands else "",
         **remedies_data(view, avoid),

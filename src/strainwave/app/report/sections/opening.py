@@ -15,11 +15,11 @@ from ....model.gears.limits import gravest
 from ....plot.svg import stacked
 from ....study.analysis.analysis import Analysis, Largest
 from ....study.analysis.verdict import Answer
+from ....study.analysis.verdict_words import how_sure, ranges
+from ....study.analysis.words import equation_alone, named, of_move, place_said, under_load
 from ...console import WHAT_X_IS, number, percent
-from ...view import View, equation_alone, place_said, sizes, under_load
-from ..limits import named, of_move
-from ..remedies import after_change, can_be_ordered, helps, words
-from ..verdict import answers, how_sure, ranges, verdict_data
+from ...view import View, sizes
+from ..remedies import after_change, can_be_ordered
 from .speed_range import drive_figure, figure_said
 from .whole_train import modes, parts, train_warning
 
@@ -49,7 +49,7 @@ class Opening:
             "project": project.text,
             "motor": project.motor,
             "base_angle": project.speeds.base_angle,
-            "verdict": verdict_data(view) | {"answers": answers(view)},
+            "verdict": told_once(view.analysis.facts())["verdict"],
             "conventions": CONVENTIONS,
             "speed_range_rad_per_s": list(view.analysis.speeds),
             "natural_frequencies": natural_frequencies(view),
@@ -62,7 +62,7 @@ class Opening:
             "loop_margins": None if project.loop is None else project.loop.data(),
             "how_sure": told_once(project.sureness.facts(project.limit))["how_sure"]
             | {
-                "sentence": how_sure(view),
+                "sentence": how_sure(view.analysis),
                 "ends": [
                     {"damping_Nms_per_rad": end.after, **after_change(view, end), "above_limit": end.exceeds}
                     for end in view.analysis.other_damping
@@ -88,10 +88,10 @@ class Opening:
 
     def orders(self, view: View) -> list[tuple[str, str, bool | None]]:
         """What can be ordered or set, the oscillation that it leaves, and whether that is above the limit."""
-        remedies = [remedy for remedy in view.analysis.remedies if can_be_ordered(remedy) and helps(remedy)]
+        remedies = [remedy for remedy in view.analysis.remedies if can_be_ordered(remedy) and remedy.helps]
         sizes_left = (after_change(view, remedy)["oscillation_rad"] for remedy in remedies)
         left = [view.angle.text(size, view.project.digits()) for size in sizes_left]
-        rows = [(words(remedy), size, remedy.exceeds) for remedy, size in zip(remedies, left, strict=True)][:FIRST]
+        rows = [(str(remedy), size, remedy.exceeds) for remedy, size in zip(remedies, left, strict=True)][:FIRST]
         verdict = view.analysis.verdict
         if verdict.answer is Answer.BUT:
             rows.append((str(view.told(Sentence("keep to {}", ranges(verdict.allowed, -1)))), "", None))
@@ -120,7 +120,7 @@ class Opening:
                 rows.append((f"{number(row['hertz'])} Hz", text, False))
         for name, mean in (("oscillation", ""), ("peak", ", mean included")):
             size = data["largest_error" if mean else "largest_oscillation"]
-            run = " in a run-up" if size["of"].startswith("run-up") else equation_alone(view)
+            run = " in a run-up" if size["of"].startswith("run-up") else equation_alone(view.analysis)
             error = data["error"] if mean else f"oscillation of the {data['error']}"
             speed = Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
             where = place_said(view.analysis.largest_oscillation()) if "beat_s" in size else speed
@@ -216,7 +216,7 @@ def _move_numbers(view: View) -> list[tuple[str, str, bool]]:
         return []
     rows = []
     for where, size in (("of the motor", moved.peak_motor_torque), ("through the gear", moved.peak_gear_torque)):
-        excess = "".join(f": above {named(one)}" for one in of_move(view) if one.value == size)
+        excess = "".join(f": above {named(one)}" for one in of_move(view.analysis) if one.value == size)
         text = f"largest torque {where} in the move of the file{excess}"
         rows.append((f"{number(size, view.project.digits())} N·m", text, bool(excess)))
     return rows

@@ -19,8 +19,9 @@ from ....plot.panels import BLACK, BLUE, Axis, Panel
 from ....plot.svg import figure, stacked
 from ....study.analysis.in_time import DriveMotion
 from ....study.analysis.time_case import TimeCase
+from ....study.analysis.words import under_load
 from ...console import number, percent
-from ...view import View, place, sizes, under_load
+from ...view import View, place, sizes
 from .resonances import time_figure
 
 

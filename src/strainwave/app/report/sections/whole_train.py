@@ -17,10 +17,11 @@ from ....model.train.shafts import NO_DRAG
 from ....plot.panels import BLACK, BLUE, DASHES, MOTOR, ORANGE, Panel
 from ....plot.svg import figure
 from ....study.analysis.train_study import TrainStudy, spread
+from ....study.analysis.words import under_load
 from ....study.speed_map.ramp import Ramp, turns
 from ....study.speed_map.resonances import equation_orders
 from ...console import number
-from ...view import View, sign, sizes, under_load
+from ...view import View, sign, sizes
 from .resonances import envelope, jump_speeds
 from .speed_range import curve_data
 

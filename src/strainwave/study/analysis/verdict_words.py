@@ -1,24 +1,17 @@
-"""The verdict: pass or fail of the drive at its speeds, and the smallest change that helps, as data and in words.
-
-Answers to the first questions of a reader: requirement, margin, worst speed, smallest change.
-"""
+"""The words of the verdict of an `Analysis`: pass or fail at its speeds, what helps, and the first answers."""
 
 import math
 from typing import Any
 
-from ...base.sentences import Angle, Sentence, Speed, listed
-from ...base.units import ARCSEC, RPM
+from ...base.facts import Fact
+from ...base.sentences import Angle, Sentence, Speed, listed, number, percent
+from ...base.units import ARCSEC, RPM, Speeds
 from ...drive.asked import BRAKE, RMS, MotorLimits
-from ...files.fields.groups import MEASURED
 from ...model.gears.limits import Finding, gravest
-from ...study.analysis.analysis import LESS
-from ...study.analysis.remedies import Remedy
-from ...study.analysis.verdict import Answer, Verdict
-from ...study.speed_map.avoid import Avoid, out_of_reach
-from ..console import number, percent
-from ..view import View, equation_alone, place_said, sizes, under_load
-from .limits import MOTOR, REST, above, move_said, named, of_move
-from .remedies import helps, words
+from ..speed_map.avoid import Avoid, out_of_reach
+from .remedies import Remedy
+from .verdict import LESS, Answer, Verdict
+from .words import MOTOR, REST, above, equation_alone, move_said, named, of_move, place_said, under_load
 
 ADD_LIMIT = (
     "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
@@ -36,25 +29,31 @@ LEAST = 0.01  # share of the motor's torque from which on the steady part is tol
 FEW = 6  # speeds of jumps that are listed; of more the ends
 
 
-def verdict_data(view: View) -> dict[str, Any]:
-    """The answer, its sentence, what to do, and the speeds and the change in numbers."""
-    verdict, change = view.analysis.verdict, view.analysis.verdict.change
+def facts(analysis: Any) -> tuple[Fact, ...]:
+    """The verdict on an `Analysis` for a terminal, as JSON and for a page: answer, sentences, speeds and change."""
+    verdict, change, speeds = analysis.verdict, analysis.verdict.change, analysis.project.speeds
     row = None
     if change is not None:
-        row = {"change": words(change), "from": change.before, "to": change.gear or change.after, "unit": change.unit}
-        row |= {**sizes(_after(view), "oscillation"), "at_rad_per_s": change.at}
-    return {
-        "answer": str(verdict.answer),
-        "headline": _headline(view, verdict),
-        "largest_over_limit": share(view),
-        "sentence": _sentence(view, verdict),
-        "what_to_do": _remedy(view, verdict),
-        "how_sure": how_sure(view),
-        "speeds_to_keep_out_of": [band_data(view, *band) for band in verdict.speeds],
-        "allowed_speeds": [band_data(view, *band) for band in verdict.allowed],
-        "run_up_adds": [band_data(view, *band) for band in (view.analysis.avoid.passed if view.analysis.avoid else ())],
-        "smallest_change": row,
-    }
+        size = _after(analysis)
+        row = {"change": str(change), "from": change.before, "to": change.gear or change.after, "unit": change.unit}
+        row |= {"oscillation_rad": size, "oscillation_arcsec": size / ARCSEC, "at_rad_per_s": change.at}
+    passed, sentences = analysis.avoid.passed if analysis.avoid else (), answers(analysis)
+    return (
+        Fact("", analysis.project.title, "{}"),
+        Fact("", _headline(analysis, verdict), "{}"),
+        Fact("verdict.answer", str(verdict.answer)),
+        Fact("verdict.headline", _headline(analysis, verdict)),
+        Fact("verdict.largest_over_limit", share(analysis)),
+        Fact("verdict.sentence", _sentence(analysis, verdict)),
+        Fact("verdict.what_to_do", _remedy(analysis, verdict)),
+        Fact("verdict.how_sure", how_sure(analysis)),
+        Fact("verdict.speeds_to_keep_out_of", [band_data(speeds, *band) for band in verdict.speeds]),
+        Fact("verdict.allowed_speeds", [band_data(speeds, *band) for band in verdict.allowed]),
+        Fact("verdict.run_up_adds", [band_data(speeds, *band) for band in passed]),
+        Fact("verdict.smallest_change", row),
+        Fact("verdict.answers", sentences),
+        Fact("", tuple(f"{what}: {said}" for what, said in sentences.items()), "{}"),
+    )
 
 
 def run_up_said(avoid: Avoid) -> Sentence:
@@ -62,25 +61,25 @@ def run_up_said(avoid: Avoid) -> Sentence:
     return Sentence("a run-up adds {}", ranges(avoid.passed))
 
 
-def share(view: View) -> float | None:
+def share(analysis: Any) -> float | None:
     """Largest oscillation over its limit; None without a limit."""
-    avoid = view.analysis.avoid
+    avoid = analysis.avoid
     limit = None if avoid is None else avoid.limit
-    return None if limit is None else view.analysis.largest_oscillation().peak / limit
+    return None if limit is None else analysis.largest_oscillation().peak / limit
 
 
-def _headline(view: View, verdict: Verdict) -> str:
+def _headline(analysis: Any, verdict: Verdict) -> str:
     """Pass or fail, by how much or why, and whether the drive hunts."""
-    resting = None if view.analysis.train is None else view.analysis.train.resting
+    resting = None if analysis.train is None else analysis.train.resting
     hunts = f"; it hunts at rest by ±{number(resting.size / ARCSEC, 3)} arcsec" if resting and resting.hunts else ""
-    return _passes(view, verdict) + hunts
+    return _passes(analysis, verdict) + hunts
 
 
-def _passes(view: View, verdict: Verdict) -> str:
+def _passes(analysis: Any, verdict: Verdict) -> str:
     """Pass or fail, by how much or why."""
     if verdict.fault:
         return f"Fail at every speed; {_begun(verdict.fault)}"
-    part, avoid, case = share(view), view.analysis.avoid, ""
+    part, avoid, case = share(analysis), analysis.avoid, ""
     if verdict.answer is Answer.ALL_RIGHT:
         below = "" if part is None else f"the oscillation is {percent(1.0 - part, 2)} below its limit"
         return f"Pass; {below or NO_LIMIT}" + (f"; but {run_up_said(avoid)}" if avoid and avoid.passed else "")
@@ -94,21 +93,21 @@ def _passes(view: View, verdict: Verdict) -> str:
     first = [finding for finding in passed if finding.limit not in MOTOR][:1]
     faults += map(above, [*first, *(finding for finding in passed if finding.limit in MOTOR)])
     if avoid is None:
-        faults.append(view.project.undamped.partition(":")[0] or NOTHING_STABLE)
+        faults.append(analysis.project.undamped.partition(":")[0] or NOTHING_STABLE)
     elif avoid.unstable:
         faults.append("at some speeds the motion is not stable")
-    if not faults and view.analysis.jumping:
+    if not faults and analysis.jumping:
         faults.append("the motion jumps")
-    if (worst := view.analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
+    if (worst := analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
         several = f"{worst.failing} of {worst.rows} postures fail, {worst.title} the most"
         faults.append(several if worst.failing > 1 else f"{worst.title} of {worst.rows} fails")
-    faults += [f"in the move of the file {above(one)}" for one in of_move(view)]
+    faults += [f"in the move of the file {above(one)}" for one in of_move(analysis)]
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
         return "; ".join(["Some speeds are to be avoided", *faults, NO_LIMIT])
     return "; ".join(["Fail at some speeds" if verdict.answer is Answer.BUT else "Fail", *(faults or [NO_LIMIT])])
 
 
-def _sentence(view: View, verdict: Verdict) -> Sentence:
+def _sentence(analysis: Any, verdict: Verdict) -> Sentence:
     """The answer, with the largest oscillation and torque against their limits."""
     if verdict.fault:
         text = "Not all right: {}, so that the drive reaches none of the motions that are computed here without it."
@@ -116,7 +115,9 @@ def _sentence(view: View, verdict: Verdict) -> Sentence:
     begin = "Not all right" if verdict.answer is Answer.NOT else "All right at all speeds"
     if verdict.answer is Answer.BUT:
         begin = "OK except " + ranges(verdict.speeds)
-    return Sentence("{}: {}; {}.", begin, _oscillation(view), torque_said(view, verdict)) + posture_said(view)
+    return Sentence("{}: {}; {}.", begin, _oscillation(analysis), torque_said(analysis, verdict)) + posture_said(
+        analysis
+    )
 
 
 def apart_said(apart: tuple[float, float]) -> tuple[Angle | str, Speed]:
@@ -124,9 +125,9 @@ def apart_said(apart: tuple[float, float]) -> tuple[Angle | str, Speed]:
     return Angle(apart[1]) if math.isfinite(apart[1]) else "no bound", Speed(apart[0], digits=5)
 
 
-def posture_said(view: View) -> Sentence:
+def posture_said(analysis: Any) -> Sentence:
     """The worst posture of the file, with its largest oscillation; empty where it has none."""
-    worst = view.analysis.posture
+    worst = analysis.posture
     if worst is None:
         return Sentence("")
     size = Sentence("oscillation {} at {}", Angle(worst.peak), Speed(worst.omega, digits=5))
@@ -134,11 +135,11 @@ def posture_said(view: View) -> Sentence:
     return Sentence(said, worst.rows, worst.title, worst.answer, NOTHING_STABLE if math.isnan(worst.peak) else size)
 
 
-def _oscillation(view: View) -> Sentence:
+def _oscillation(analysis: Any) -> Sentence:
     """The largest oscillation against its limit."""
-    analysis, avoid = view.analysis, view.analysis.avoid
+    analysis, avoid = analysis, analysis.avoid
     if avoid is None:
-        return Sentence(view.project.undamped or NOTHING_STABLE)
+        return Sentence(analysis.project.undamped or NOTHING_STABLE)
     largest = analysis.largest_oscillation()
     place = place_said(largest)
     against: str = "and the file has no limit of it"
@@ -151,18 +152,18 @@ def _oscillation(view: View) -> Sentence:
         text += Sentence(" (on a motion apart from the curve with up to {} at {})", *apart_said(avoid.apart))
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
         text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
-    if said := out_of_reach(avoid.limit, avoid.slow, view.project.train):
+    if said := out_of_reach(avoid.limit, avoid.slow, analysis.project.train):
         text += "; " + said
     text = text + ", and the motion jumps" if analysis.jumping else text
     return text + "; at some speeds the motion is not stable, and the drive leaves it" if avoid.unstable else text
 
 
-def torque_said(view: View, verdict: Verdict, with_motor: bool = True) -> str:
+def torque_said(analysis: Any, verdict: Verdict, with_motor: bool = True) -> str:
     """The largest torque against the rating, and every limit of the gear, and of the motor, that is passed."""
-    used = view.analysis.usage
+    used = analysis.usage
     exceeded = [one for one in gravest(verdict.exceeded) if with_motor or one.limit not in MOTOR]
-    size = f"the torque through the gear reaches {number(used.peak_torque, view.project.digits())} N·m"
-    torques = [finding for finding in view.analysis.limits if finding.limit not in REST]
+    size = f"the torque through the gear reaches {number(used.peak_torque, analysis.project.digits())} N·m"
+    torques = [finding for finding in analysis.limits if finding.limit not in REST]
     if not torques:
         against = "and its largest torques are not known"
     elif passed := [finding for finding in exceeded if finding.limit not in REST]:
@@ -172,45 +173,45 @@ def torque_said(view: View, verdict: Verdict, with_motor: bool = True) -> str:
     return "; ".join([f"{size}, {against}", *(above(finding) for finding in exceeded if finding.limit in REST)])
 
 
-def _remedy(view: View, verdict: Verdict) -> str:
+def _remedy(analysis: Any, verdict: Verdict) -> str:
     """The smallest change that suffices, or what the best one leaves; and the speeds that need none."""
     if verdict.fault:
         return LOOP_FIRST
-    avoid = view.analysis.avoid
+    avoid = analysis.avoid
     if verdict.answer is Answer.ALL_RIGHT:
         return "" if avoid is None or avoid.limit is not None else ADD_LIMIT
-    steps: list[str] = [*changes_said(view, verdict)]
+    steps: list[str] = [*changes_said(analysis, verdict)]
     if verdict.answer is Answer.BUT:
         keep = "Without a change: keep to {}." if steps else "Keep to {}."
         steps.append(Sentence(keep, ranges(verdict.allowed, -1)))
-    elif over_limit(view) and not verdict.allowed:
+    elif over_limit(analysis) and not verdict.allowed:
         steps.append("No speed of the range is without it.")
     return Sentence(" ").join([*steps, ADD_LIMIT] if avoid is not None and avoid.limit is None else steps)
 
 
-def over_limit(view: View) -> bool:
+def over_limit(analysis: Any) -> bool:
     """Whether a steady motion oscillates with more than the limit of the file."""
-    avoid = view.analysis.avoid
+    avoid = analysis.avoid
     return avoid is not None and avoid.limit is not None and avoid.largest > avoid.limit
 
 
 def changes_said(
-    view: View, verdict: Verdict, text: str = "Smallest change that meets the limit: {}; it leaves {}."
+    analysis: Any, verdict: Verdict, text: str = "Smallest change that meets the limit: {}; it leaves {}."
 ) -> list[Sentence]:  # fmt: skip
     """The smallest change that suffices, or what the best one leaves, and what a passed limit of the gear needs."""
-    avoid, sentences = view.analysis.avoid, []
+    avoid, sentences = analysis.avoid, []
     if verdict.change is not None:
-        sentences.append(Sentence(text, words(verdict.change) + _ends(verdict.change), _left(view, verdict.change)))
-    elif over_limit(view) and avoid is not None and any(map(helps, view.analysis.remedies[:1])):
-        best = view.analysis.remedies[0]
+        sentences.append(Sentence(text, str(verdict.change) + _ends(verdict.change), _left(analysis, verdict.change)))
+    elif over_limit(analysis) and avoid is not None and analysis.remedies and analysis.remedies[0].helps:
+        best = analysis.remedies[0]
         under = " under every load torque" if best.exceeds is False else ""
         text = "No change of one thing was found that brings the oscillation within its limit{}; the best, {}, "
         text += "leaves {}{}."
         there = " at the torque of the largest oscillation" if under else ""
-        sentences.append(Sentence(text, under, words(best), Angle(best.ratio * avoid.largest), there))
-    elif over_limit(view):
+        sentences.append(Sentence(text, under, str(best), Angle(best.ratio * avoid.largest), there))
+    elif over_limit(analysis):
         sentences.append(Sentence("No change that was tried brings the oscillation within its limit."))
-    of_motor = [finding.limit in MOTOR for finding in (*verdict.exceeded, *of_move(view))]
+    of_motor = [finding.limit in MOTOR for finding in (*verdict.exceeded, *of_move(analysis))]
     if not all(of_motor):
         sentences.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
     remedy = Sentence("Motor limit exceeded: reduce load or speed, or take another ratio or a stronger motor.")
@@ -224,19 +225,19 @@ def _ends(change: Remedy) -> str:
     return f" ({number(change.before)} to {number(change.after)} {change.unit})".replace(" )", ")")
 
 
-def _left(view: View, change: Remedy) -> Sentence:
+def _left(analysis: Any, change: Remedy) -> Sentence:
     """What a change leaves of the oscillation, and where."""
     if change.ratio < NONE:
         return Sentence("no oscillation")
-    return Sentence("{} at {}", Angle(_after(view)), Speed(change.at, digits=5))
+    return Sentence("{} at {}", Angle(_after(analysis)), Speed(change.at, digits=5))
 
 
-def _after(view: View) -> float:
+def _after(analysis: Any) -> float:
     """Largest oscillation [rad] after the smallest change."""
-    change, avoid = view.analysis.verdict.change, view.analysis.avoid
+    change, avoid = analysis.verdict.change, analysis.avoid
     assert change is not None
     assert avoid is not None
-    return change.ratio * avoid.largest
+    return float(change.ratio * avoid.largest)
 
 
 def ranges(bands: tuple[tuple[float, float], ...], outward: int = 1) -> Sentence:
@@ -245,57 +246,57 @@ def ranges(bands: tuple[tuple[float, float], ...], outward: int = 1) -> Sentence
     return listed(Sentence("{}", one) for one in some) + " " + Speed()
 
 
-def band_data(view: View, low: float, high: float) -> dict[str, Any]:
+def band_data(speeds: Speeds, low: float, high: float) -> dict[str, Any]:
     """Ends [rad/s] of a band of speeds as data."""
     ends = {"from_rad_per_s": low, "to_rad_per_s": high}
-    return ends | {"from_rpm": view.speeds.rpm(low), "to_rpm": view.speeds.rpm(high)}
+    return ends | {"from_rpm": speeds.rpm(low), "to_rpm": speeds.rpm(high)}
 
 
-def answers(view: View) -> dict[str, Any]:
+def answers(analysis: Any) -> dict[str, Any]:
     """Sentences by what they answer, in the order of the page; a question without an answer is left out."""
-    verdict, loop = view.analysis.verdict, view.project.loop
+    verdict, loop = analysis.verdict, analysis.project.loop
     if verdict.fault:
-        return {"requirement": _requirement(view), "loop": verdict.fault, "smallest change": LOOP_FIRST}
-    torque = torque_said(view, verdict, with_motor=False)
+        return {"requirement": _requirement(analysis), "loop": verdict.fault, "smallest change": LOOP_FIRST}
+    torque = torque_said(analysis, verdict, with_motor=False)
     sentences: dict[str, str] = {
-        "requirement": _requirement(view),
-        "largest oscillation": _worst(view),
-        "margin": _margin(view),
-        "jumps": _jumps(view),
+        "requirement": _requirement(analysis),
+        "largest oscillation": _worst(analysis),
+        "margin": _margin(analysis),
+        "jumps": _jumps(analysis),
         "torque": f"{torque[0].upper()}{torque[1:]}.",
-        "motor": _motor(view),
-        "move of the file": move_said(view),
+        "motor": _motor(analysis),
+        "move of the file": move_said(analysis),
         "loop": "" if loop is None else loop.sentence,
-        "how sure": how_sure(view),
-        "smallest change": _change(view),
+        "how sure": how_sure(analysis),
+        "smallest change": _change(analysis),
         "without a change": "",
     }
     if verdict.answer is Answer.BUT:
         sentences["without a change"] = Sentence("Keep to {}.", ranges(verdict.allowed, -1))
-    if (avoid := view.analysis.avoid) is not None and avoid.passed:
+    if (avoid := analysis.avoid) is not None and avoid.passed:
         sentences["run-up"] = Sentence("A run-up adds {}.", ranges(avoid.passed))
     return {what: said for what, said in sentences.items() if said}
 
 
-def _requirement(view: View) -> str:
+def _requirement(analysis: Any) -> str:
     """The limit of the file, or how to write one."""
-    if view.project.limit is None:
+    if analysis.project.limit is None:
         return "The project file has no limit of the oscillation. " + ADD_LIMIT
-    assumed = any((one.name, one.word) == ("limit.oscillation", "assumed") for one in view.project.sources)
+    assumed = any((one.name, one.word) == ("limit.oscillation", "assumed") for one in analysis.project.sources)
     text = "The oscillation of the {} must stay within {} at {}." + " The limit is assumed." * assumed
-    speeds = Speed(*view.analysis.speeds, digits=5, between=" to ")
-    said = Sentence(text, view.analysis.drive.name, Angle(view.project.limit), speeds)
-    below = "" if (avoid := view.analysis.avoid) is None else out_of_reach(avoid.limit, avoid.slow, view.project.train)
+    speeds = Speed(*analysis.speeds, digits=5, between=" to ")
+    said = Sentence(text, analysis.drive.name, Angle(analysis.project.limit), speeds)
+    below = "" if (avoid := analysis.avoid) is None else out_of_reach(avoid.limit, avoid.slow, analysis.project.train)
     return said + f" {below[0].upper()}{below[1:]}." if below else said
 
 
-def _motor(view: View) -> str:
+def _motor(analysis: Any) -> str:
     """The torque and the speed that the motor must have, and what it has."""
-    motor, limits = view.analysis.motor, view.project.motor_limits
+    motor, limits = analysis.motor, analysis.project.motor_limits
     if motor is None:
         return ""
-    study, run = view.analysis.train, " in the run-up, its acceleration left out" * motor.in_run_up
-    digits, where = view.project.digits(), Speed(motor.at, digits=5) + under_load(motor.load)
+    study, run = analysis.train, " in the run-up, its acceleration left out" * motor.in_run_up
+    digits, where = analysis.project.digits(), Speed(motor.at, digits=5) + under_load(motor.load)
     line = Sentence("It must give up to {} N·m{}, at {}", number(motor.torque, digits), run, where)
     if motor.holding > LEAST * motor.torque:
         line += f"; steady loads and friction alone take up to {number(motor.holding, digits)} N·m"
@@ -303,14 +304,14 @@ def _motor(view: View) -> str:
     torque, speed = sheet.most, sheet.fastest
     current = f" It takes a current of {number(motor.torque / sheet.K_t)} A." if math.isfinite(sheet.K_t) else ""
     line += f".{current}" + ("" if sheet.peak_torque else _has(motor.torque, torque, "N·m"))
-    if view.speeds.by_motor:
-        fastest = view.speeds.given[-1] / RPM
+    if analysis.project.speeds.by_motor:
+        fastest = analysis.project.speeds.given[-1] / RPM
         line += f" It must turn at up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
     if motor.run_up is not None and study is not None and study.ramp is not None:
         text = f" The run-up of {number(study.ramp.duration, 3)} s takes up to {number(motor.run_up, digits)} N·m with "
         slower = Finding("", motor.run_up, torque, "", "").exceeded
         line += text + "its acceleration" + (": run up more slowly." if slower else ".")
-    told = [f.sentence for f in view.analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]
+    told = [f.sentence for f in analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]
     line += "".join(" " + sentence.replace("*", "·") for sentence in told)
     return line if limits else line + " The project file gives no limits of the motor."
 
@@ -322,16 +323,16 @@ def _has(asked: float, bound: float, unit: str) -> str:
     return f" It has {number(bound)} {unit}" + (": too little." if Finding("", asked, bound, "", "").exceeded else ".")
 
 
-def how_sure(view: View) -> Sentence:
+def how_sure(analysis: Any) -> Sentence:
     """What assumed numbers together leave open, or the damping, which no catalogue prints; "" where it is measured."""
-    sure = view.project.sureness
+    sure = analysis.project.sureness
     if sure.doubts:
-        together = sure.sentences(view.project.limit)[len(sure.doubts)]
+        together = sure.sentences(analysis.project.limit)[len(sure.doubts)]
         return Sentence(f"{together[:1].upper()}{together[1:]}.")
-    ends, avoid = view.analysis.other_damping, view.analysis.avoid
-    if any(one.word == MEASURED and one.name.startswith("damping.") for one in view.project.sources):
+    ends, avoid = analysis.other_damping, analysis.avoid
+    if any(one.word == "measured" and one.name.startswith("damping.") for one in analysis.project.sources):
         return Sentence("")
-    ratio, B = view.project.damping_ratio, view.project.drive.B
+    ratio, B = analysis.project.damping_ratio, analysis.project.drive.B
     if len(ends) < 2 or avoid is None:
         return Sentence("")
     size, unit = (B, "N·m·s/rad") if ratio is None else (100.0 * ratio, "%")
@@ -349,28 +350,28 @@ def _begun(sentence: str) -> str:
     return sentence[0].lower() + sentence.removesuffix(".")[1:]
 
 
-def _worst(view: View) -> Sentence:
+def _worst(analysis: Any) -> Sentence:
     """The largest oscillation with its speed and load torque."""
-    largest = view.analysis.largest_oscillation()
-    return Sentence("{} at {}{}.", Angle(largest.peak), place_said(largest), equation_alone(view))
+    largest = analysis.largest_oscillation()
+    return Sentence("{} at {}{}.", Angle(largest.peak), place_said(largest), equation_alone(analysis))
 
 
-def _margin(view: View) -> Sentence:
+def _margin(analysis: Any) -> Sentence:
     """Margin of the oscillation to its limit; "" without a limit."""
-    part, limit = share(view), view.project.limit
+    part, limit = share(analysis), analysis.project.limit
     if part is None or limit is None:
         return Sentence("")
     where = "above" if part > 1.0 else "below"
     said = Sentence("{} ({}) {} the limit.", Angle(abs(part - 1.0) * limit), percent(abs(part - 1.0), 2), where)
-    avoid = view.analysis.avoid
+    avoid = analysis.avoid
     if avoid is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > limit:
         said += Sentence(RUN_UP, Angle(avoid.largest_passed[1]))
     return said
 
 
-def _jumps(view: View) -> Sentence:
+def _jumps(analysis: Any) -> Sentence:
     """The speeds at which a slow run-up or run-down jumps, under every load torque."""
-    sweeps = [drive.sweep for _, drive in view.analysis.curves]
+    sweeps = [drive.sweep for _, drive in analysis.curves]
     at = sorted({jump.value for sweep in filter(None, sweeps) for jump in (*sweep.on_run_up, *sweep.on_run_down)})
     if not at:
         return Sentence("No jump on a slow run-up or run-down." if None not in sweeps else "")
@@ -380,8 +381,8 @@ def _jumps(view: View) -> Sentence:
     return Sentence("On a slow run-up or run-down, at {}.", every)
 
 
-def _change(view: View) -> Sentence:
+def _change(analysis: Any) -> Sentence:
     """The smallest change that makes a failing drive pass."""
-    said = changes_said(view, view.analysis.verdict, "{}; it leaves {}.")
-    passes = view.analysis.verdict.answer is Answer.ALL_RIGHT and view.project.limit is not None
+    said = changes_said(analysis, analysis.verdict, "{}; it leaves {}.")
+    passes = analysis.verdict.answer is Answer.ALL_RIGHT and analysis.project.limit is not None
     return Sentence(" ").join(said) if said or not passes else Sentence("No change is needed.")

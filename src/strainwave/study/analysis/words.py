@@ -1,11 +1,12 @@
-"""Limits of gear and motor in words, and the move of the file against them."""
+"""Words that several parts of an `Analysis` share: limits of gear and motor, the move of the file, speeds and loads."""
 
-from ...base.sentences import Angle, Sentence
+from typing import Any
+
+from ...base.sentences import Angle, Sentence, Speed, number
 from ...base.units import RPM
 from ...drive.asked import BRAKE, PEAK, RMS
+from ...drive.train_curve import unfollowed
 from ...model.gears.limits import RATED, Finding, gravest
-from ..console import number
-from ..view import View
 
 MOTOR = (PEAK, "motor speed", RMS, RATED, BRAKE)
 REST = ("max_rpm", "average_rpm", "average_torque", *MOTOR)  # limits that are named only where they are passed
@@ -31,18 +32,18 @@ def _unit(finding: Finding) -> str:
     return finding.unit.replace("*", "·")
 
 
-def of_move(view: View) -> list[Finding]:
+def of_move(analysis: Any) -> list[Finding]:
     """Limits of gear and motor by which the move of the file fails."""
-    moved = view.analysis.moved
+    moved = analysis.moved
     return [] if moved is None else [finding for finding in gravest(moved.findings) if finding.fails]
 
 
-def move_said(view: View) -> str:
+def move_said(analysis: Any) -> str:
     """What the move of the file asks of gear and motor, and how far the load is off in it."""
-    moved = view.analysis.moved
+    moved = analysis.moved
     if moved is None:
         return ""
-    times, digits = [time for time in moved.settling_times if time is not None], view.project.digits()
+    times, digits = [time for time in moved.settling_times if time is not None], analysis.project.digits()
     still = f"it settles {number(max(times), 3)} s after its end" if times else "it does not settle in the run"
     still = still if len(times) in (0, len(moved.settling_times)) else "it does not settle after each motion"
     text = (
@@ -52,4 +53,27 @@ def move_said(view: View) -> str:
     torques = (moved.peak_motor_torque, moved.rms_motor_torque, moved.peak_gear_torque)
     peak, rms, gear = (number(torque, digits) for torque in torques)
     said = Sentence(text, peak, rms, number(moved.peak_speed / RPM), gear, Angle(moved.peak_error), still)
-    return said + "".join(" " + one.sentence.replace("*", "·") for one in of_move(view))
+    return said + "".join(" " + one.sentence.replace("*", "·") for one in of_move(analysis))
+
+
+def under_load(torque: float | None) -> str:
+    """The torque [N*m] of the load that a result is for, where it has a range of them."""
+    return "" if torque is None else f" with {number(torque)} N·m on the load"
+
+
+def place_said(largest: Any) -> Sentence:
+    """Speed and load of the largest oscillation; where it beats, its smallest turn and its period too."""
+    said = Speed(largest.omega, digits=5) + under_load(largest.torque)
+    if largest.smallest is None or largest.beat is None:
+        return said
+    text = " ({} in the smallest turn of a beat of {} s)"
+    return said + Sentence(text, Angle(largest.smallest), number(largest.beat, 3))
+
+
+def equation_alone(analysis: Any) -> str:
+    """Whose steady motions are told where the whole drive has no stable one; "" where they are its own."""
+    study = analysis.train
+    if study is None or not unfollowed(study.train, analysis.train_curve):
+        return ""
+    motor = "driven by torque" if analysis.project.motor == "free" else "ideally held"
+    return f" in the error equation alone, with the motor {motor} and the load rigid"
