@@ -260,6 +260,18 @@ def test_on_ctrl_c_chunks_under_way_are_given_up_and_not_waited_for(tmp_path, ca
     assert caplog.text == ""  # nor does a thread die of it
 
 
+def nothing(system):
+    CALLS.append(system.omega)
+    return {"some": system.omega, "none": float("nan")}
+
+
+def test_a_chunk_of_nan_is_a_result_and_not_a_damaged_one(tmp_path, caplog):
+    sw.sweep(nothing, SYSTEM, GRID, store=tmp_path / "s", chunk=10)
+    CALLS.clear()
+    assert np.isnan(sw.sweep(nothing, SYSTEM, GRID, store=tmp_path / "s", chunk=10)["none"]).all()
+    assert (CALLS, caplog.text) == ([], "")
+
+
 def damaged(path):
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1

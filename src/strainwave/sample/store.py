@@ -164,7 +164,7 @@ class SweepStore:
     ) -> None:
         self.group.create_array(
             name, shape=shape, chunks=chunks, dtype=dtype, fill_value=fill, attributes=attributes, dimension_names=dims,
-            compressors=[Crc32cCodec()], overwrite=True, config={"write_empty_chunks": True},
+            compressors=[Crc32cCodec()], overwrite=True,
         )  # fmt: skip
 
     def declare(self, variables: tuple[Variable, ...]) -> None:
@@ -221,7 +221,9 @@ class SweepStore:
 
     def _at(self, name: str) -> Any:
         if name not in self.arrays:
-            self.arrays[name] = self.group[name]
+            # A chunk of NaN, the fill value, is a file too: else it would look like one that is missing.
+            with zarr.config.set({"array.write_empty_chunks": True}):
+                self.arrays[name] = self.group[name]
         return self.arrays[name]
 
     def _restore(self, axes: Mapping[str, Floats]) -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from linear_drive import LINEAR, closed_form
+from linear_drive import LINEAR, SCATTERED, closed_form
 from scipy import stats
 from twelve_projects import PROJECTS
 
@@ -216,3 +216,22 @@ scatter: {load.inertia: 25 %%}
         assert one.train.motor.control == pytest.approx(other.train.motor.control, rel=1e-12)
     anew = next(iter(sw.sample.scattered(notation, 3, retune=True)))
     assert pytest.approx(B * math.sqrt(anew.drive.J_l / 5.0), rel=1e-12) == anew.drive.B
+
+
+@pytest.mark.slow
+@pytest.mark.interpreted
+def test_drives_in_a_store_and_in_processes_are_those_in_memory(tmp_path, monkeypatch):
+    monkeypatch.setenv("STRAINWAVE_JIT", "0")  # of the processes
+    (tmp_path / "drive.yaml").write_text(SCATTERED, encoding="utf-8")
+    project = sw.read_project(tmp_path / "drive.yaml")
+    plain = sw.exceedance(project, count=32, seed=4)
+    kept = {"store": tmp_path / "drives.zarr", "processes": True, "workers": 2}
+    first = sw.exceedance(project, count=32, seed=4, **kept)
+    told = []
+    again = sw.exceedance(project, count=32, seed=4, **kept, progress=lambda *done: told.append(done))
+    assert told == []  # all drives were there
+    for found in (first, again):
+        np.testing.assert_array_equal(found.oscillation, plain.oscillation)
+        assert str(found) == str(plain)
+    with pytest.raises(ValueError, match="holds another sweep"):
+        sw.exceedance(project, count=32, seed=5, **kept)
