@@ -73,19 +73,23 @@ def on_cluster(store, drives, kills, rng):
     def kill(cluster):
         while len(hits) < kills and not over.is_set():
             if finished(store) > len(hits) * drives // 5 // (kills + 2):
-                workers = [worker.pid for worker in cluster.workers.values() if worker.pid]
-                if workers:
-                    os.kill(rng.choice(workers), signal.SIGKILL)
+                # those that are connected: a nanny whose worker dies as it starts gives up
+                pids = [cluster.workers[worker.name].pid for worker in [*cluster.scheduler.workers.values()]]
+                if pids:
+                    os.kill(rng.choice(pids), signal.SIGKILL)
                     hits.append(1)
             time.sleep(0.2)
 
     how = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None, "silence_logs": 60}
-    with LocalCluster(**how) as cluster, Client(cluster) as client:
-        thread = threading.Thread(target=kill, args=(cluster,))
-        thread.start()
-        swept(store, drives, client=client)
-        over.set()
-        thread.join()
+    while not over.is_set():
+        with LocalCluster(**how) as cluster, Client(cluster) as client:
+            thread = threading.Thread(target=kill, args=(cluster,), daemon=True)
+            thread.start()
+            try:
+                swept(store, drives, client=client)
+                over.set()
+            except RuntimeError as error:  # no worker is left: the store goes on with another cluster
+                print(f"  {error}", flush=True)
     return len(hits)
 
 

@@ -6,7 +6,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.base.law import depends
-from strainwave.files.fields.rows import law_types
+from strainwave.files.fields.rows import law_types, rows_of
 from strainwave.theory.equilibria import landscape
 
 SLOPES = sw.PiecewiseLinear(2.0, 3.0, 4.0, 0.5, 1.5)
@@ -46,6 +46,11 @@ def test_a_torque_that_a_flat_end_cannot_carry_has_no_rest():
 def test_every_spring_of_a_project_file_says_where_its_torque_turns():
     silent = {name for name, cls in law_types().items() if depends(cls(*cls._fields)) == 1 and not says(cls)}
     assert silent == {"angle_torque"}  # a torque of a shaft's angle, not of a torsion
+
+
+def test_every_field_of_a_law_of_a_project_file_has_a_sentence():
+    silent = {f"{name}.{key}" for name, cls in law_types().items() for key, row in rows_of(cls).items() if not row.says}
+    assert silent == set()
 
 
 def says(cls):
