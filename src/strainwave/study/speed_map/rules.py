@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from math import inf, pi, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from ...base.results import Floats
 from ...base.sentences import number as written
 from ...base.units import BASES, RPM
 from ...base.units import Speeds as Axis
-from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits, Need, sheet_findings
+from ...drive.asked import BRAKE, PEAK, RMS, MotorLimits, Need
 from ...drive.drive_response import MotorUse, Usage, limit_findings
 from ...drive.project import Project
 from ...model.gears.limits import Finding, check_limits, gravest
@@ -328,49 +328,35 @@ def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
 
 
 def beyond_ratings(
-    project: Project,
-    speeds: Floats,
-    loads: Floats,
-    torque: Floats,
-    by_load: list[UnderLoad],
-    texts: dict[float, str],
-    resting: float,
+    project: Project, fastest: float, by_load: list[UnderLoad], texts: dict[float, str], resting: float
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Sentences about limits that the map passes: those by which the drive fails, and others.
+    """Sentences about limits that the motions pass: those by which the drive fails, and others.
 
-    Speeds (m,) [rad/s] and loads (n,) of cells, torques (n, m) [N*m] in the gear, the motions under each load, its name
-    by the load, and the torque [N*m, motor side] of the loads at rest.
+    The largest speed [rad/s], the motions under each load, its name by the load, and the torque [N*m, motor side] of
+    the loads at rest.
     """
-    known = np.where(np.isfinite(torque), torque, 0.0)
-    load, column = np.unravel_index(np.argmax(known), known.shape)
-    means = [float(np.max(run[:, MEAN])) for loaded in by_load for run, _ in loaded.runs]
-    usage = replace(NOTHING, peak_torque=float(known[load, column]), average_torque=max(means, default=0.0))
-    sheet, worst = project.motor_limits or MotorLimits(), dict[str, Any]()
+    worst = dict[str, tuple[Finding, str]]()
     for loaded in by_load:
-        for finding in sheet_findings(sheet, needs_of(loaded)):
-            row, limit = (finding, loaded.load), finding.limit
-            worst[limit] = max(worst.get(limit, row), row, key=lambda r: r[0].value - r[0].bound)
-    tops = [(run[np.argmax(run[:, MOTOR])], loaded.load) for loaded in by_load for run, _ in loaded.runs]
-    top, under = max(tops, key=lambda one: float(one[0][MOTOR]), default=(np.zeros(MOTOR + 1), 0.0))
-    motor = MotorUse(float(top[MOTOR]), float(top[OMEGA]), 0.0)
-    places = {PEAK: (motor.at, under)} | {limit: (row[0].omega, row[1]) for limit, row in worst.items()}
-
-    def said(finding: Finding) -> str:
-        omega, value = places.get(finding.limit, (speeds[column], loads[load]))
-        where = (
-            ""
-            if finding.unit == "rpm" or finding.limit == BRAKE
-            else f" (at {project.speeds.said(omega, 5)} under {texts[value]})"
-        )
-        return finding.sentence + where
-
-    simple = _findings(project, float(speeds[-1]), usage, None if PEAK in worst else motor, resting)
-    passed = gravest((*simple, *(row[0] for row in worst.values())))
-    return tuple(said(f) for f in passed if f.fails), tuple(said(f) for f in passed if not f.fails)
+        table = np.concatenate([np.zeros((1, MEAN + 1)), *(run for run, _ in loaded.runs)])
+        torque, mean, motor = (table[np.argmax(table[:, column])] for column in (TORQUE, MEAN, MOTOR))
+        loose = [(one.torque, one.omega) for one in loaded.loose if math.isfinite(one.torque)]
+        used = Usage(*max([(float(torque[TORQUE]), float(torque[OMEGA])), *loose]), float(mean[MEAN]), mean[OMEGA])
+        use = MotorUse(float(motor[MOTOR]), motor[OMEGA], 0.0)
+        places = {"average_torque": used.at_average, PEAK: use.at}
+        for finding in _findings(project, fastest, used, use, needs_of(loaded), resting):
+            at = places.get(finding.limit, used.at_peak) if finding.omega is None else finding.omega
+            where = f" (at {project.speeds.said(at, 5)} under {texts[loaded.load]})"
+            placed = finding.unit != "rpm" and finding.limit != BRAKE
+            row = finding, finding.sentence + where * placed
+            worst[finding.limit] = max(worst.get(finding.limit, row), row, key=lambda r: r[0].value - r[0].bound)
+    passed = gravest(tuple(finding for finding, _ in worst.values()))
+    said = [(f.fails, worst[f.limit][1]) for f in passed]
+    return tuple(text for fails, text in said if fails), tuple(text for fails, text in said if not fails)
 
 
 def _findings(
-    project: Project, fastest: float, used: Usage, motor: MotorUse | None = None, resting: float | None = None
+    project: Project, fastest: float, used: Usage, motor: MotorUse | None = None, needs: Iterable[Need] = (),
+    resting: float | None = None,
 ) -> tuple[Finding, ...]:  # fmt: skip
     speed = fastest if project.speeds.by_motor else None
-    return limit_findings(project.gear, used, speed, project.motor_limits, motor, (), resting)
+    return limit_findings(project.gear, used, speed, project.motor_limits, motor, needs, resting)

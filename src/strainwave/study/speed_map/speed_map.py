@@ -125,7 +125,7 @@ def speed_map(
     scatter = _scatter(drives if len(values) == decided.total else [], decided, cells, progress)
     resting = max(abs(torque) for variant in variants for torque in variant.load_torques) / project.drive.N
     texts = {value: load_text(value, name, said) for value, said in zip(values.tolist(), names, strict=True)}
-    failures, warnings = beyond_ratings(project, cells, values, torque, by_load, texts, resting)
+    failures, warnings = beyond_ratings(project, float(cells[-1]), by_load, texts, resting)
     result = SpeedMap(
         speeds=cells,
         loads=values,
