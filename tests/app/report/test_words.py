@@ -47,7 +47,7 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     limits = limit_findings(gear, used, 4500 * RPM)
     drive = gear.drive(load_inertia=1.3, B=20.0)
     response = SimpleNamespace(sweep=None)
-    analysis = SimpleNamespace(usage=used, limits=limits, warnings=("a warning",), response=response, train=None)
+    analysis = SimpleNamespace(usage=used, limits=limits, warnings=("a warning",), drive=response, train=None)
     said = told(warnings(view(analysis, gear=gear, drive=drive, notes=("a doubt",))))
     assert [sentence.split(",")[0] for sentence in said[:3]] == [
         "At 2400 rpm at the motor: The torque in the gear reaches 600 N·m",
@@ -164,7 +164,7 @@ def test_the_certificate_of_a_train_is_that_of_its_own_curve_beside_that_of_the_
         ),
         (None, ["response curve, 15", "response curve"]),
     ):
-        analysis = SimpleNamespace(train_curve=curve, response=curve or reduced, exact=reduced, **more)
+        analysis = SimpleNamespace(train_curve=curve, drive=curve or reduced, exact=reduced, **more)
         rows = certificates(view(analysis))
         assert [row["what"].removesuffix(" harmonics") for row in rows] == names
         sizes = [1e-4] * (curve is own) + [2e-3, 3e-3]
@@ -194,7 +194,7 @@ def advised(
     avoid = Avoid(bands, largest, 140.0, slow, peaks, limit, largest_passed=run_up and (100.0, run_up))
     response = SimpleNamespace(sweep=sweep)
     analysis = SimpleNamespace(
-        avoid=avoid, remedies=remedies, not_tried=(), response=response, speeds=(60.0, 200.0), load_cases=(),
+        avoid=avoid, remedies=remedies, not_tried=(), drive=response, speeds=(60.0, 200.0), load_cases=(),
         train_curve=None, verdict=Verdict(Answer.BUT, merged([*bands, *beyond]), (), exceeded), jumping=jumping,
         posture=None,
     )  # fmt: skip

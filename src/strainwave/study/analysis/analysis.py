@@ -270,12 +270,12 @@ class Analysis(Result):
         return verdict_words.facts(self)
 
     def coordinates(self) -> Labelled:
-        """As of the response."""
-        return self.response.coordinates()
+        """As of the steady motions."""
+        return self.drive.coordinates()
 
     def variables(self) -> Labelled:
-        """Those of the response that the drive's largest error is read from."""
-        return self.response.variables()
+        """Those of the steady motions that the drive's largest error is read from."""
+        return self.drive.variables()
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -291,11 +291,6 @@ class Analysis(Result):
     def run_alone(self) -> Ramp | None:
         """Run-up of the whole drive train, where it alone has all torques of it."""
         return None if self.train is None else self.train.run_alone
-
-    @property
-    def response(self) -> DriveResponse:
-        """What the drive's largest error is read from: `drive`."""
-        return self.drive
 
     @property
     def curves(self) -> tuple[tuple[float | None, DriveResponse], ...]:

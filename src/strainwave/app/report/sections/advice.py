@@ -129,7 +129,7 @@ def _rule(avoid: Avoid) -> str:
 
 
 def _avoid(view: View, avoid: Avoid) -> Sentence:
-    sweep = view.analysis.response.sweep
+    sweep = view.analysis.drive.sweep
     slow = Angle(avoid.slow) + " of quasi-static rotation"
     if not avoid.bands:
         passed = 0.0 if avoid.largest_passed is None else avoid.largest_passed[1]

@@ -257,7 +257,7 @@ def warnings(view: View) -> list[str]:
         sentences.append(HDC_40_050_WARNING)
     sentences += [project.loop.weak] if project.loop and project.loop.weak else []
     sentences += analysis.warnings
-    sweep = analysis.response.sweep
+    sweep = analysis.drive.sweep
     for band in () if sweep is None else sweep.bands:
         text = (
             "Run-up and run-down differ between {}: two stable motions exist there, and which one the drive is on "

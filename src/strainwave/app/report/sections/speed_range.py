@@ -41,7 +41,7 @@ class SpeedRange:
 
     def sentences(self, view: View) -> list[str]:
         """Jumps of a slow run-up and run-down, and what was looked for beside the curve."""
-        message = view.analysis.response.curve.message
+        message = view.analysis.drive.curve.message
         others = "The curve " + message + "." if message.startswith("reached both ends;") else ""
         return [*_sweeps(view), others]
 
@@ -55,7 +55,7 @@ class SpeedRange:
 
 
 def _sweeps(view: View) -> list[str]:
-    return [] if view.project.undamped else sweep_sentences(view.analysis.response)
+    return [] if view.project.undamped else sweep_sentences(view.analysis.drive)
 
 
 def figure_said(view: View) -> list[str]:
@@ -145,7 +145,7 @@ def sweep_sentences(exact: DriveResponse) -> list[str]:
 
 def _lines(view: View) -> str:
     """The lines of the figure; where a curve is rough or not complete, a warning says so."""
-    analysis, response = view.analysis, view.analysis.response
+    analysis, response = view.analysis, view.analysis.drive
     first, last = (analysis.load_cases[i].torque for i in (0, -1)) if analysis.load_cases else (0.0, 0.0)
     cases = f" Orange, thin: the same with other torques of the load, {number(first)} to {number(last)} N·m."
     shaded = analysis.avoid is not None and bool(analysis.avoid.bands)
