@@ -10,7 +10,7 @@ torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 """
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -290,7 +290,9 @@ def _natural_frequency(project: Project) -> Iterator[str]:
 
 def _speeds(project: Project, omega_0: float) -> Iterator[str]:
     """Speeds of the wrong shaft, or else far from every resonance."""
-    speeds, orders = project.speeds, sorted({one.order for some in exciting(project) for one in some if one.amplitude})
+    lines: Sequence[Any] = () if project.kinematic_error is None else project.kinematic_error.lines
+    terms = [term for torque in (project.motor_torque, project.load_torque) if torque for term in torque.terms]
+    speeds, orders = project.speeds, sorted({one.order for one in (*lines, *terms) if one.amplitude})
     if not orders:
         return
     (low, high), N = (speeds.given[0], speeds.given[-1]), project.drive.N
@@ -314,12 +316,6 @@ def _speeds(project: Project, omega_0: float) -> Iterator[str]:
             f"{orders[0] * low / (2.0 * math.pi):.3g} to {orders[-1] * high / (2.0 * math.pi):.3g} Hz; check "
             "stiffness, inertia and speeds."
         )
-
-
-def exciting(project: Project) -> tuple[Sequence[Any], Sequence[Any]]:
-    """Lines of the kinematic error, and terms of the torques."""
-    lines = () if project.kinematic_error is None else project.kinematic_error.lines
-    return lines, [term for torque in (project.motor_torque, project.load_torque) if torque for term in torque.terms]
 
 
 def _error(project: Project) -> Iterator[str]:
