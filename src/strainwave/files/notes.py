@@ -10,7 +10,7 @@ torsional trains (Wang, Feese & Pettinato, Turbomachinery Symposium 2012).
 """
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
