@@ -219,7 +219,6 @@ scatter: {load.inertia: 25 %%}
 
 
 @pytest.mark.slow
-@pytest.mark.interpreted
 def test_drives_in_a_store_and_in_processes_are_those_in_memory(tmp_path, monkeypatch):
     monkeypatch.setenv("STRAINWAVE_JIT", "0")  # of the processes
     (tmp_path / "drive.yaml").write_text(SCATTERED, encoding="utf-8")
