@@ -326,13 +326,10 @@ def _nominal(project: Project) -> tuple[Nominal, tuple[str, ...]]:
 
 def _texts(nominal: Nominal, added: tuple[str, ...], factors: Sequence[float]) -> dict[str, str]:
     """Texts of the numbers times their factors, or phases with them added."""
-
-    def changed(name: str, value: float, unit: str, factor: float) -> str:
-        if name in added:
-            return f"{parse(f'{value!r} {unit}', 'rad') + factor!r} rad"
-        return f"{value * factor!r} {unit}".rstrip()
-
-    return {name: changed(name, *number, float(f)) for (name, number), f in zip(nominal, factors, strict=True)}
+    return {
+        name: f"{parse(f'{value!r} {unit}', 'rad') + f!r} rad" if name in added else f"{value * f!r} {unit}".rstrip()
+        for (name, (value, unit)), f in zip(nominal, map(float, factors), strict=True)
+    }
 
 
 def drawn(scatter: tuple[tuple[str, float], ...], count: int, seed: int, correlation: Any = None) -> dict[str, Floats]:
