@@ -41,7 +41,7 @@ def test_the_derived_rates_are_the_closed_form_itself_run_on_symbols(derived, s,
     q = case.resonance.q
     fast = (q * s.omega_0 + s.sigma) / q if q else s.omega_0  # p omega/q
     forced = np.array([s.C if kind != "primary" else 0], dtype=object)
-    law = SimpleNamespace(alpha=s.alpha)
+    law = sw.Cubic(s.K, s.alpha)
     setting = SimpleNamespace(
         mu=s.mu, omega_0=s.omega_0, fast=fast, soft=s.soft, hard=forced, system=SimpleNamespace(law=law)
     )

@@ -175,7 +175,7 @@ def said(law: Any, name: str) -> Any:
 def polynomial_of(law: Any) -> tuple[float, ...] | None:
     """Coefficients c_0, c_1, ... of a law whose torque is the sum of c_k x^k [N*m/rad^k]; None of another."""
     coefficients = said(law, "polynomial")
-    return None if coefficients is None else tuple(map(float, coefficients))
+    return None if coefficients is None else tuple(coefficients)
 
 
 @chosen
