@@ -99,7 +99,7 @@ VALID = {
     "export": "axis.yaml --to c -o plant.c --step 1e-4s",
     "fit-bode": "axis.yaml bode.csv --free J_m,K --quantity plant",
     "fit-loop": "loop.csv --rated-torque 90N*m --ratio 50",
-    "identify": "axis.yaml log.csv -o out --free gear.K1 --between linear",
+    "identify": "axis.yaml log.csv -o out --load-inertia 1.3kg*m^2",
     "move": "axis.yaml 'trapezoid, angle: 0.01 rad, time: 0.01 s' -o out --start 0deg --window 1arcmin",
     "new": "--title axis --gear CSG-40-50 --load-inertia 1.3kg*m^2 -o new.yaml",
     "order-scan": "log.csv --channel torque --angle motor_angle --orders 2",

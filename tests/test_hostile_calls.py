@@ -125,7 +125,7 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         lambda _: looped(C.InverseDynamics(PD, TRAIN._replace(law=sw.Cubic(0.0, 0.1)))),
         lambda _: C.notch(C.SampledPD(10.0, np.nan, 1e-3), 100.0, 1e-3),
         lambda _: sw.small_signal(sw.Cubic(5e-324, 0.1), 0.1),
-        lambda p: sw.identify_drive(p, {"time": TIMES, LONG: TIMES}),
+        lambda p: sw.identify_log({"time": TIMES, LONG: TIMES}, project=p),
         lambda _: order_scan().amplitude_at(4.0, 5e-324),
         lambda _: sw.simulate(STRONG, (0.1, 0.0), 0.2, method=sw.Dopri5(1e-6, 5e-324)),
         lambda _: sw.numerics.loop_ensemble(LOOSE, {"controller.K_p": [10.0]}, 4e-3, settle=2e-3),

@@ -45,14 +45,14 @@ def main():
     with TemporaryDirectory() as folder:
         (path := Path(folder) / "axis.yaml").write_text(PROJECT, encoding="utf-8")
         project = sw.read_project(path)
-    found = sw.identify_drive(project, measured(project.train))
+    found = sw.identify_log(measured(project.train), project=project)
     print(found)
     for one, style, label in ((project, "0.6", "as guessed"), (found.project, "C0", "as identified")):
         curve = one.response()
         plt.plot(curve.omega, curve.oscillation / ARCSEC, style, label=label)
     plt.gca().set(xlabel="motor speed (rad/s)", ylabel="oscillation of the pointing error (arcsec)")
     plt.legend()
-    return found.value("damping.B")
+    return found.value("B")
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 from .files.scan_file import read_profile as read_profile
 from .files.scan_file import read_scan as read_scan
-from .files.variants.identify_drive import identify_drive as identify_drive
+from .files.variants.identify_log import identify_log as identify_log
 from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
 from .study.identification.bode.bode_fit import fit_bode as fit_bode
 from .study.identification.bode.measured_bode import bode_of_records as bode_of_records

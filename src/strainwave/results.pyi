@@ -17,7 +17,7 @@ from .drive.state_space import StateSpace as StateSpace
 from .files.export.export import Exported as Exported
 from .files.scan_file import ScanFile as ScanFile
 from .files.variants.comparison import ProjectComparison as ProjectComparison
-from .files.variants.identify_drive import IdentifiedDrive as IdentifiedDrive
+from .files.variants.identify_log import IdentifiedLog as IdentifiedLog
 from .files.variants.scatter import Exceedance as Exceedance
 from .numerics.attractors.attractors import Attractor as Attractor
 from .numerics.attractors.basins import Basins as Basins

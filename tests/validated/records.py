@@ -61,16 +61,6 @@ ROWS = (
         note="73 and 79 dB below the motion",
     ),
     Row(
-        "Run-up of an SHG-25-100, both encoders with noise",
-        "log made by this library from a known drive",
-        "jump speeds down and up [rad/s], from the fit",
-        ("98.6114", "103.2442"),
-        None,
-        "python benchmarks/identified_drive.py",
-        told=("98.6092 to 98.6127", "103.2438 to 103.2445"),
-        note="both, and all 8 numbers, lie in their 95 % intervals",
-    ),
-    Row(
         "95 % intervals of `order_scan`, 400 made sets for each of four kinds of noise",
         "the lines from which the sets were made",
         "share of the intervals that hold the true value [%]",

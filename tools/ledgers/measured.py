@@ -108,9 +108,9 @@ def identify():
     found = sw.fit.compare_laws(laws, log, between="linear")
     yield "compare_laws", [found.names, found.fitted, found.held_out], INTERVALS
     project = guessed()
-    one = sw.identify_drive(project, drive_record(project))
-    yield "drive", {name: one.value(name) for name in one.names}, FITTED
-    yield "drive/intervals", {name: one.interval(name) for name in one.names}, INTERVALS
+    one = sw.identify_log(drive_record(project), project=project)
+    yield "drive", one.values, FITTED
+    yield "drive/intervals", {name: one.interval(name) for name in one.values}, INTERVALS
     table = np.column_stack([np.cos(t), np.sin(t), np.cos(t) + 2.0 * np.sin(t)])
     yield "unidentifiable", sw.fit.unidentifiable(table, ["a", "b", "c"], [1.0, 2.0, 3.0]), EXACT
     left = np.random.default_rng(3).standard_normal(600)

@@ -5,13 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..base.results import Complexes, Floats
+from ..base.results import Complexes
 from ..base.sentences import number
 from ..base.units import ARCSEC
+from ..files.variants.identify_log import IdentifiedLog
 from ..study.identification.bode.bode_fit import BodeFit
 from ..study.identification.bode.measured_bode import MeasuredBode
 from ..study.identification.decay import DecayFit
 from ..study.identification.identified import Identified
+from ..study.identification.joint.answer import law_cloud, torsion_of
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_model import LoopFit
 from ..study.identification.orders.order_result import OrderScan
@@ -21,6 +23,7 @@ TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
 REACH = 1.96  # standard errors of an interval of 95 %
 # Light to dark also without colour; constant speed, of which there is most, is left white.
 SHADES = {"still": "#e8e8e8", "run-up": "#9ecae1", "run-down": "#fdae6b", "other": "#909090"}
+MOST_PIECES = 3  # of a log, that are drawn
 MOST_SAMPLES, SOME = 4000, 600  # samples of a loop and of its residual that are drawn
 KINDS = {"order": (BLUE, "stays with the angle"), "frequency": (ORANGE, "stays with the time")}
 
@@ -94,21 +97,30 @@ def identified_panels(fit: Identified) -> list[Panel]:
     return [panel]
 
 
-def torsion_panels(fit: Identified, measured: Sequence[Floats]) -> list[list[Panel]]:
-    """Rows of panels: every record of the torsion [rad] beside the computed one, and the residual below it."""
-    begin, columns = 0, []
-    for values in measured:
-        left = fit.residual[0][begin : begin + len(values)]
-        begin += len(values)
-        time = fit.step * np.arange(len(left), dtype=float)
+def identified_log_rows(fit: IdentifiedLog) -> list[list[Panel]]:
+    """Rows of panels: the torsion of each piece beside the predicted one, the residual, and the law with its cloud."""
+    joint, columns = fit.answer.joint, []
+    for i, (piece, left) in enumerate(zip(joint.pieces, joint.residuals(), strict=True)):
+        time, values = piece.time, torsion_of(joint, i)
+        some = np.linspace(0, len(time) - 1, min(len(time), MOST_SAMPLES)).astype(int)
         torsion = Panel("torsion", TIME, TORSION)
-        torsion.line(time, values, PALE, "measured", width=3.0)
-        torsion.line(time, values - left, BLUE, "computed", width=1.0)
-        rms = number(float(np.sqrt(np.nanmean(left * left))) / ARCSEC, 3)
-        residual = Panel(f"measured less computed, {rms} arcsec rms", TIME, Axis("residual", "arcsec", ARCSEC))
-        residual.line(time, left, ORANGE, width=0.7)
+        torsion.line(time[some], values[some], PALE, "measured", width=3.0)
+        torsion.line(time[some], (values + left)[some], BLUE, "predicted", width=1.0)
+        rms = number(float(np.sqrt(np.mean(left * left))) / ARCSEC, 3)
+        residual = Panel(f"measured less predicted, {rms} arcsec rms", TIME, Axis("residual", "arcsec", ARCSEC))
+        residual.line(time[some], left[some], ORANGE, width=0.7)
         columns.append((torsion, residual))
-    return [list(row) for row in zip(*columns, strict=True)]
+    twist, torque, curve = law_cloud(joint)
+    law = Panel("law of the gear", TORSION, Axis("torque", "N·m"))
+    law.points(twist, torque, PALE, "points of the log")
+    law.line(*curve, BLUE, "found")
+    return [*([list(row) for row in zip(*columns[:MOST_PIECES], strict=True)]), [law]]
+
+
+@panels_of.register
+def identified_log_panels(fit: IdentifiedLog) -> list[Panel]:
+    """The torsion of the first piece, its residual, and the law."""
+    return [row[0] for row in identified_log_rows(fit)]
 
 
 @panels_of.register

@@ -11,8 +11,6 @@ from measured_axis import PROJECT, RATE, measured
 import strainwave as sw
 from strainwave.app.commands.cli import cli
 
-LINE = "kinematic_error.0.amplitude", "kinematic_error.0.phase"
-
 
 def invoke(*arguments):
     return CliRunner().invoke(cli, [str(argument) for argument in arguments])
@@ -31,42 +29,38 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     file = write(
         tmp_path / "run.csv", header, log["time"], *(np.degrees(log[a]) for a in ("motor_angle", "load_angle"))
     )
-    given = ("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
-    given = (*given, "--column", "load_angle=pos", "--free", ", ".join(("gear.K1", "gear.K2", "damping", *LINE)))
-    run = invoke(*given)
+    run = invoke("identify", file, tmp_path / "axis.yaml", "-o", tmp_path / "out", "--column", "load_angle=pos")
     assert run.exit_code == 0, run.stderr
-    found = sw.identify_drive(sw.read_project(tmp_path / "axis.yaml"), log, ("gear.K1", "gear.K2", "damping.B", *LINE))
+    found = sw.identify_log(log, project=sw.read_project(tmp_path / "axis.yaml"))
     written = sw.read_project(tmp_path / "out" / "identified.yaml")
-    assert pytest.approx(found.project.drive.law.K1, rel=1e-6) == written.drive.law.K1  # twelve digits in the file
+    assert pytest.approx(found.project.subject.law.K1, rel=1e-6) == written.subject.law.K1  # twelve digits in the file
     table = json.loads((tmp_path / "out" / "identified.json").read_text(encoding="utf-8"))
-    assert table["numbers"]["damping"]["low"] == pytest.approx(found.interval("damping.B").low, rel=1e-5)
-    assert np.diag(table["correlation"]) == pytest.approx(1.0)
-    assert "measured less computed" in (tmp_path / "out" / "identified.svg").read_text(encoding="utf-8")
+    assert table["numbers"]["B"]["low"] == pytest.approx(found.interval("B").low, rel=1e-5)
+    assert "measured less predicted" in (tmp_path / "out" / "identified.svg").read_text(encoding="utf-8")
     assert "next: strainwave analyze" in run.stdout
-    assert run.stdout.startswith("The model explains 99.")
     assert (table["usable"], table["headline"]) == (True, run.stdout.splitlines()[0])
-    assert "inputs band-limited between samples" in run.stdout
+    assert "coulomb and gravity mean: it takes a reversal" in run.stdout
 
 
 @pytest.mark.slow
-def test_identify_writes_no_numbers_that_explain_little(tmp_path):
-    (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")
-    log = measured()
-    late = np.interp(log["time"] - 1.5e-3, log["time"], log["load_angle"])
+def test_identify_writes_no_project_of_a_motion_that_is_not_explained(tmp_path):
+    log = measured(line=(1.37, 3e-4))  # of an order that no such gear has
     header = "time [s];motor_angle [rad];load_angle [rad]"
-    file = write(tmp_path / "run.csv", header, log["time"], log["motor_angle"], late)
+    file = write(tmp_path / "run.csv", header, log["time"], log["motor_angle"], log["load_angle"])
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "identified.yaml").write_text("of another log", encoding="utf-8")
-    given = ("identify", tmp_path / "axis.yaml", file, "-o", tmp_path / "out", "--trim", "0")
-    run = invoke(*given, "--free", "gear.K1, gear.K2, gear.K3, damping, torsion.offset")
+    run = invoke("identify", file, "--gear", "SHG-25-100", "--load-inertia", "2.2 kg*m^2", "-o", tmp_path / "out")
     assert run.exit_code == 1
-    first = run.stdout.splitlines()[0]
-    assert first.startswith("The model explains only ")
-    assert first.endswith("% of the motion. Do not use these numbers yet.")
-    assert [f.name for f in (tmp_path / "out").iterdir()] == ["identified.svg"]
-    assert "strainwave: no project file is written, only" in run.stderr
-    assert "the model does not explain the motion" in run.stderr
+    assert run.stdout.startswith("The log shows a line of order 1.37 of the motor")
+    assert {f.name for f in (tmp_path / "out").iterdir()} == {"identified.json", "identified.svg"}
+    assert "strainwave: no project file is written" in run.stderr
     assert "next:" not in run.stdout
+
+
+def test_identify_asks_for_a_gear_and_a_log(tmp_path):
+    (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")
+    assert "give one project file (.yaml) or --gear NAME" in invoke("identify", "log.csv").stderr
+    assert "give at least one log" in invoke("identify", tmp_path / "axis.yaml").stderr
 
 
 def spin(speed, delay, seconds=6.0, growth=1.0):

@@ -16,8 +16,9 @@ from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
 from ...files.logs.names import canonical, named
 from ...files.logs.read import columns_of, read_log
-from ...files.variants.identify_drive import IdentifiedDrive, identify_drive, with_torsion
-from ...study.identification.identified import channels_of
+from ...files.variants.identify_log import IdentifiedLog, identify_log
+from ...study.identification.identified import with_torsion
+from ...study.identification.joint.answer import torsion_of
 from ...study.identification.log import Log
 from ...study.identification.orders.order_scan import order_scan
 from ...study.identification.run import CANONICAL
@@ -60,27 +61,28 @@ def identified(
     """Parameters of a drive identified from a log with both angles, and the project file with them (Refused)."""
     with _filed(name, content) as path:
         log = read_log(path, chosen.columns or None, chosen.units, rate=chosen.rate)
-    fit = identify_drive(project, log, progress=progress)
-    residual = fit.found.residual[0]
-    measured = with_torsion(channels_of(log), project.drive.N)["torsion"]
+    fit = identify_log(log, project=project, progress=progress)
+    joint = fit.answer.joint
+    residual = np.concatenate(joint.residuals())
+    measured = np.concatenate([torsion_of(joint, i) for i in range(len(joint.pieces))])
     step = max(1, len(residual) // MOST_SHOWN)
-    curves = {"measured": measured, "computed": measured - residual, "residual": residual}
+    curves = {"measured": measured, "computed": measured + residual, "residual": residual}
     return {
         "headline": fit.headline(),
         "usable": fit.usable,
-        "numbers": [_number(fit, name) for name in fit.names],
-        "time": fit.found.step * np.arange(len(residual))[::step],
+        "numbers": [_number(fit, name) for name in fit.values],
+        "time": np.concatenate([piece.time for piece in joint.pieces])[::step],
         **{f"{name}_arcsec": values[::step] / ARCSEC for name, values in curves.items()},
-        "rms_arcsec": fit.found.rms[0] / ARCSEC,
-        "project": yaml_of(fit.project) if fit.usable else None,
-        "remarks": fit.quality()[1:],
+        "rms_arcsec": fit.answer.residual / ARCSEC,
+        "project": None if fit.project is None else yaml_of(fit.project),
+        "remarks": fit.quality(),
     }
 
 
-def _number(fit: IdentifiedDrive, name: str) -> dict[str, Any]:
+def _number(fit: IdentifiedLog, name: str) -> dict[str, Any]:
     low, high = fit.interval(name)
     unit, size = sign(fit.unit(name)), 1.0
-    if name.endswith(("amplitude", "offset")) and unit == "rad":
+    if name.startswith("line"):
         unit, size = "arcsec", ARCSEC
     return {"name": name, "value": fit.value(name) / size, "low": low / size, "high": high / size, "unit": unit}
 

@@ -21,6 +21,8 @@ from .intervals import Interval, interval
 from .run import refuse_descending
 from .windows import fitted_start
 
+LARGEST, NO_MORE = 0.1, 0.02  # of the load's turn, and rad: what a gear may twist
+
 MOST_OF_START = 50  # samples that a start is fitted to
 
 FEWEST = 16  # samples of a record
@@ -77,6 +79,34 @@ def row_of(label: str, name: str, values: Any) -> Floats:
     if np.any(np.abs(row[np.isfinite(row)]) > LARGEST):
         raise ValueError(f"{label}: {name} has values beyond {LARGEST:g}; give it in SI")
     return row
+
+
+def with_torsion(channels: Mapping[str, Any], N: float) -> dict[str, Any]:
+    """Channels with the torsion theta_m/N - theta_l [rad]; a load that turns against the motor is counted with it.
+
+    Raises
+    ------
+    ValueError
+        If an angle is missing, or the angles are not those of a gear of this ratio.
+    """
+    for name in ("motor_angle", "load_angle"):
+        if name not in channels:
+            raise ValueError(f"log has no channel {name!r}; it has {joined(channels)}: name the column of it")
+    motor, load = [row_of("log", name, channels[name]) for name in ("motor_angle", "load_angle")]
+    if motor.shape != load.shape:
+        raise ValueError(f"log: motor_angle has {len(motor)} samples and load_angle {len(load)}; give equally many")
+    finite = np.isfinite(motor) & np.isfinite(load)
+    if np.count_nonzero(finite) < 2:
+        raise ValueError("log: motor_angle and load_angle have no two samples in common; give both at the same times")
+    sense = -1.0 if np.cov(motor[finite], load[finite])[0, 1] < 0.0 else 1.0
+    torsion = motor / N - sense * load
+    turned, twisted = float(np.ptp(load[finite])), float(np.ptp(torsion[finite]))
+    if twisted > max(LARGEST * turned, NO_MORE):
+        raise ValueError(
+            f"log: motor_angle turns {np.ptp(motor[finite]):.4g} rad and load_angle {turned:.4g} rad, which is no gear "
+            f"of ratio {N:g}; take the gear of the log, or give both angles on their own shafts"
+        )
+    return {**channels, "torsion": torsion}
 
 
 def input_row(where: str, name: str, values: Any) -> Floats:

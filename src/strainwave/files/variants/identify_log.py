@@ -1,0 +1,267 @@
+"""`identify_log`: the numbers of a joint from the logs of its two angles, and a project file with them."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...base.quantities import number, shown
+from ...base.results import Floats
+from ...base.sentences import listed, on_screen, silent
+from ...base.units import ARCSEC
+from ...drive.asked import Source
+from ...drive.project import Project
+from ...model.excitation import Harmonic, KinematicError, Line
+from ...model.gears.catalogue import gear as gear_of
+from ...model.laws import BoucWen, Coulomb, LoadFriction, Parallel, PiecewiseLinear, Viscous
+from ...model.train import AngleTorque
+from ...study.identification.fitted import Fit
+from ...study.identification.joint.answer import Answer, answered, residuals_of
+from ...study.identification.joint.known import Tie
+from ...study.identification.joint.model import line_names
+from ...study.identification.log import Log
+from ..fields.groups import MEASURED
+from ..logs.read import read_log
+from ..project_text import project_text
+from ..reading import from_text
+
+ENOUGH = 0.9  # of the motion: what the model must explain
+UNITS = {
+    "K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m", "B": "N*m*s/rad", "skew": "s",
+    "coulomb": "N*m", "viscous": "N*m*s/rad", "gravity": "N*m", "hysteresis": "N*m/rad", "yield_twist": "rad",
+    "load_friction": "",
+}  # fmt: skip
+SURE = 3.0  # standard deviations that an amplitude of a line in the project is away from 0
+HELD = 0.5  # share of a moving load's readings that are the ones before
+
+
+@dataclass(frozen=True, eq=False)
+class IdentifiedLog(Fit):
+    """A joint identified from its logs.
+
+    Attributes
+    ----------
+    values, covariance, freedom, unidentified
+        Of the numbers that the logs tell, as `value(name)` and `interval(name)` have them [SI]: K1, K2, K3, T1, T2, B,
+        skew (the stamp of the motor's encoder less that of the load's), coulomb, viscous, load_friction, gravity,
+        hysteresis (its stiffness) and yield_twist, line(j, k): an amplitude, j a turn of the motor and k of the load.
+    tied : list of (tuple of str, str)
+        Names that the logs do not part, and the move that would.
+    explained : float
+        Share of the torsion's motion that the model explains.
+    causes : tuple of str
+        What the logs show and the model lacks.
+    project : Project or None
+        The drive with the numbers found; None where they are not usable.
+    answer : Answer
+        The fit.
+    """
+
+    values: dict[str, float]
+    covariance: Floats
+    freedom: Floats
+    unidentified: dict[str, str]
+    tied: list[Tie]
+    explained: float
+    causes: tuple[str, ...]
+    project: Project | None
+    answer: Answer
+
+    by_logarithm: ClassVar[tuple[str, ...]] = ("K1", "K2", "K3", "T1", "T2", "B", "hysteresis", "yield_twist")
+
+    @property
+    def usable(self) -> bool:
+        """Whether the model explains the logs so well that its numbers may be used."""
+        return self.project is not None
+
+    def _name(self, path: str) -> str:
+        return super()._name(str(path).replace(",", ", ").replace("  ", " ").replace("( ", "("))
+
+    def unit(self, name: str) -> str:
+        """SI unit of a number."""
+        return UNITS.get(name, "rad")
+
+    def residuals(self, logs: Any) -> list[tuple[Floats, Floats]]:
+        """Stamps [s] and measured less predicted angles of the load [rad] in other logs, for each piece without gaps.
+
+        Only the start of each piece is fitted.
+        """
+        return residuals_of(self.answer, _logs(logs))
+
+    def headline(self) -> str:
+        """What the model explains, before any number."""
+        share = f"{100.0 * max(self.explained, 0.0):.{1 if self.explained < 0.99 else 2}f} % of the motion"
+        if self.causes:
+            return f"The log shows {listed(self.causes)}, which the model lacks: it explains {share}."
+        if self.explained < ENOUGH:
+            return f"The model explains only {share}. Do not use its numbers."
+        if not self.usable:
+            return f"Without the load's inertia or a torque no stiffness can be known; the model explains {share}."
+        return f"The model explains {share}."
+
+    def quality(self) -> list[str]:
+        """Sentences on what is left, and on what the logs do not tell."""
+        left = self.answer.residual / ARCSEC, self.answer.scatter / ARCSEC
+        told = [f"What is left is {left[0]:.3g} arcsec rms; the load's readings scatter by {left[1]:.3g} arcsec."]
+        return told + [f"The log does not part {listed(names)}: it takes {move}." for names, move in self.tied]
+
+    def __str__(self) -> str:
+        width = max(map(len, self.values), default=0)
+        lines = [f"IdentifiedLog: {len(self.values)} numbers", f"  {self.headline()}"]
+        for name, value in self.values.items():
+            low, high = self.interval(name)
+            lines.append(f"  {name:<{width}}  {value:.6g} {self.unit(name)}  (95 %: {low:.6g} to {high:.6g})")
+        return on_screen("\n".join([*lines, *(f"  {line}" for line in self.quality())]))
+
+    __repr__ = __str__
+
+
+def identify_log(
+    logs: Any,
+    gear: str | None = None,
+    project: Project | None = None,
+    load_inertia: float | None = None,
+    *,
+    progress: Callable[[str, float], None] = silent,
+) -> IdentifiedLog:
+    """Find the numbers of a joint in logs of its motor's and its load's angle, as they were recorded.
+
+    The motor is held on its measured angle and the load runs freely behind the gear: three slopes, damping, hysteresis,
+    gravity, friction that sticks, lines of both turns, and the skew of the two encoders' stamps are found together.
+    Stamps may be uneven, rows may be missing; the load's angles are compared at their own stamps.
+
+    Parameters
+    ----------
+    logs : path, Log, dict of str to array, or sequence of these
+        Channels "time" [s], "motor_angle" and "load_angle" [rad], each on its own shaft.
+    gear : str, optional
+        Name of a gear of the catalogue: its numbers are the first guess, and stay where the log does not tell them.
+    project : Project, optional
+        The drive as far as it is known, instead of the gear.
+    load_inertia : float, optional
+        Inertia behind the gear [kg*m^2]. Default: the project's. Without one no stiffness can be known.
+    progress : callable
+        Told what is done, and which share of all.
+
+    Returns
+    -------
+    IdentifiedLog
+        `value(name)`, `interval(name, 0.95)`, `tied`, `explained`, `usable`, `project`.
+
+    Raises
+    ------
+    ValueError
+        If a channel is missing, the angles are not those of the gear, or nothing moves.
+
+    References
+    ----------
+    Ljung 1999, System Identification, 2nd ed., ch. 7 (output error); Bouc 1967 and Wen 1976 (hysteresis).
+    """
+    if (gear is None) == (project is None):
+        raise ValueError("give the gear's name or a project, one of the two: gear='CSG-25-100'")
+    inertia = None if load_inertia is None else number("load_inertia [kg*m^2]", load_inertia, positive=True)
+    if project is not None:
+        law, ratio = _slopes(project), project.drive.N
+        inertia = project.subject.load.J if inertia is None else inertia
+    else:
+        record = gear_of(str(gear))
+        law, ratio = _slopes(record), record.ratio
+    records = _logs(logs)
+    answer = answered(records, ratio, law, inertia, progress)
+    causes = (*answer.causes, *(_held(records) if answer.explained < ENOUGH else ()))
+    found = answer.known
+    usable = not causes and answer.explained >= ENOUGH and inertia is not None
+    made = _project(answer, found.values, gear, project) if usable else None
+    progress("identified", 1.0)
+    return IdentifiedLog(
+        found.values, found.covariance, found.freedom, found.unidentified, found.tied, answer.explained, causes, made,
+        answer,
+    )  # fmt: skip
+
+
+def _logs(logs: Any) -> list[Any]:
+    """Logs, those that are paths read."""
+    several = list(logs) if isinstance(logs, list | tuple) else [logs]
+    if not several:
+        raise ValueError("logs is empty; give one log at least")
+    read = [read_log(one) if isinstance(one, str | os.PathLike) else one for one in several]
+    for one in read:
+        if not (isinstance(one, Log) or hasattr(one, "keys")):
+            raise TypeError(f"a log is a path, a Log or a dict of channels; this is {shown(one)}")
+        if not isinstance(one, Log) and "time" not in one:
+            raise ValueError(f"log has no channel 'time'; it has {', '.join(map(str, one))}")
+    return read
+
+
+def _slopes(of: Any) -> tuple[float, ...]:
+    """K1, K2, K3, T1, T2 of a gear or a project; one slope is three equal ones."""
+    law = of.law if not isinstance(of, Project) else of.subject.law
+    while isinstance(law, Parallel):
+        law = law.first
+    if isinstance(law, PiecewiseLinear):
+        return law.K1, law.K2, law.K3, law.T1, law.T2
+    K = float(law.stiffness(0.0))
+    return K, 1.2 * K, 1.4 * K, 4e-4 * K, 1.4e-3 * K
+
+
+def _held(logs: Sequence[Any]) -> list[str]:
+    """A load's angle that repeats its readings though the motor turns."""
+    causes = []
+    for i, log in enumerate(logs):
+        channels = log.channels if isinstance(log, Log) else log
+        motor, load = (np.diff(np.asarray(channels[name], float)) for name in ("motor_angle", "load_angle"))
+        moving = motor != 0.0
+        if np.any(moving) and np.mean(load[moving] == 0.0) > HELD:
+            causes.append(f"readings of load_angle in log {i + 1} that are held (most are those before)")
+    return causes
+
+
+def _project(answer: Answer, told: dict[str, float], gear: str | None, given: Project | None) -> Project:
+    """The project with the numbers found, and their scatter."""
+    joint = answer.joint
+    v, speeds = joint.values, np.abs(np.concatenate([piece.motor_rate for piece in joint.pieces]))
+    if given is None:
+        top = float(np.max(speeds))
+        given = from_text(
+            f"gear: {gear}\nmotor: {{mode: held}}\nload: {{inertia: {v['inertia']!r} kg*m^2}}\n"
+            "damping: {quality: 20}\n"
+            f"speed: {{from: {0.05 * top!r} rad/s, to: {top!r} rad/s, shaft: motor}}\n"
+            "excitation: {kinematic_error: [{order: 2, amplitude: 1 arcsec}]}\n",
+            Path("identified.yaml"),
+        )
+    law: Any = PiecewiseLinear(v["K1"], v["K2"], v["K3"], v["T1"], max(v["T2"], v["T1"]))
+    if v["hysteresis"]:
+        law = Parallel(law, BoucWen(v["hysteresis"], 0.0, v["yield_twist"]))
+    lines = [Line(j + k / joint.ratio, *_wave(v, line_names((j, k)))) for j, k in joint.lines]
+    sizes = {pair: line for pair, line in zip(joint.lines, lines, strict=True) if _certain(answer, pair)}
+    error = KinematicError(tuple(sizes.values())) if sizes else given.subject.error
+    size, phase = _wave(v, ("gravity_sin", "gravity_cos"))
+    drag: Any = AngleTorque(size, 1, -phase)
+    for name, part in (("coulomb", Coulomb(v["coulomb"])), ("viscous", Viscous(v["viscous"]))):
+        if name in told and told[name] > 0.0:
+            drag = Parallel(drag, part)
+    pulled = {"excitation": Harmonic(0.0, mean=-v["gravity_mean"])} if v["gravity_mean"] else {}
+    train = given.subject.with_load(J=v["inertia"], drag=drag, **pulled)._replace(law=law, B=v["B"], error=error)
+    if v["load_friction"] > 0.0:
+        train = train._replace(friction=LoadFriction(v["load_friction"]))
+    sources = (*given.sources, Source("gear", "", MEASURED), Source("damping", "", MEASURED))
+    better = replace(given, subject=train, sources=sources)
+    return from_text(project_text(better), given.path)
+
+
+def _wave(values: dict[str, float], names: Sequence[str]) -> tuple[float, float]:
+    """Amplitude and phase of a cosine and a sine: amplitude cos(angle + phase)."""
+    a, b = (values[name] for name in names)
+    return float(np.hypot(a, b)), float(np.arctan2(-b, a))
+
+
+def _certain(answer: Answer, pair: tuple[int, int]) -> bool:
+    """Whether a line stands out of its scatter."""
+    name = f"line({pair[0]}, {pair[1]})"
+    if name not in answer.known.values:
+        return False
+    at = list(answer.known.values).index(name)
+    return bool(answer.known.values[name] > SURE * np.sqrt(answer.known.covariance[at, at]))

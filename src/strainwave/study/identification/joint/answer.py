@@ -1,0 +1,184 @@
+"""A joint from its logs: the fit, what it explains, and why it does not explain more."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ....base.results import Floats
+from ....base.units import ARCSEC
+from .known import Known, known
+from .march import spring_torque
+from .model import Joint, scales
+from .pieces import pieces_of
+from .solve import BASIC, OUTSIDE, found, rms, scatter, settled, started
+
+RESOLVED = 0.06  # of 1/omega of the stiffest slope: a step of the grid
+CLOUD = 600  # points
+GUESSES = (6.0, 12.0, 24.0)  # Hz, resonances that are tried where no inertia is given
+LEFT = 1.2  # of the readings' scatter: a residual that needs another cause
+BETTER, NEEDED = 0.8, 1.02  # of the residual: what a cause leaves at most, and what is left without it at least
+PEAK, LOWEST, LOWEST_ORDER = 12.0, 0.5, 0.2  # of a residual's mean power: a peak; Hz, and per turn
+CAUSES = {
+    "gap": "a gap (backlash) of {:.3g} arcsec between the two sides of the gear",
+    "asymmetry": "a stiffness that differs by {:.3g} % of itself to either side (asymmetry)",
+    "drag": "a drag of {:.3g} N·m·s²/rad² that grows with the square of the speed (quadratic drag)",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """A joint that was fitted.
+
+    Attributes
+    ----------
+    joint : Joint
+        Its numbers.
+    known : Known
+        Which of them the logs tell.
+    explained : float
+        Share of the torsion's motion that the model explains: 1 - rms of the residual / rms of the torsion.
+    residual, scatter : float
+        Root mean square of the residual [rad], and the scatter of the load's readings.
+    causes : tuple of str
+        What the model lacks, a noun each.
+    """
+
+    joint: Joint
+    known: Known
+    explained: float
+    residual: float
+    scatter: float
+    causes: tuple[str, ...]
+
+
+def answered(
+    logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None,
+    progress: Callable[[str, float], None],
+) -> Answer:  # fmt: skip
+    """Fit a joint to its logs; law is the datasheet's K1, K2, K3, T1, T2.
+
+    Raises
+    ------
+    ValueError
+        If the angles are none of such a gear, or nothing moves.
+    """
+    joint = _best(logs, ratio, law, inertia, progress)
+    noise, causes = scatter(joint), list[str]()
+    if rms(joint) > LEFT * noise:
+        progress("causes", 0.8)
+        joint, causes = _caused(joint, logs, ratio, law, inertia)
+    progress("intervals", 0.95)
+    residual = float(np.sqrt(np.mean(np.concatenate(joint.residuals()) ** 2)))
+    torsion = np.concatenate([torsion_of(joint, i) for i in range(len(joint.pieces))])
+    explained = 1.0 - residual / max(float(np.sqrt(np.mean(torsion**2))), 1e-300)
+    return Answer(joint, known(joint, inertia is not None), explained, residual, noise, tuple(causes))
+
+
+def torsion_of(joint: Joint, i: int) -> Floats:
+    """Torsion about its mean (m,) in a piece."""
+    piece = joint.pieces[i]
+    at = piece.begin + 0.5 * piece.step * np.arange(len(piece.motor))
+    torsion = np.interp(piece.time, at, piece.motor) / joint.ratio - piece.value
+    return torsion - np.mean(torsion)
+
+
+def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float, free: tuple[str, ...]) -> Joint:
+    pieces, _ = pieces_of(logs, ratio, RESOLVED / float(np.sqrt(max(law[:3]) / inertia)))
+    of = scales(inertia, law, float(np.sqrt(law[0] / inertia)))
+    values = {name: scale.first for name, scale in of.items()} | {"hysteresis": 0.0}
+    empty = Joint(tuple(pieces), ratio, of, values, (), np.zeros((len(pieces), 2)), free, np.zeros(2))
+    values["offset"] = float(np.mean(pieces[0].value - np.interp(
+        pieces[0].time, pieces[0].begin + 0.5 * pieces[0].step * np.arange(len(pieces[0].motor)), pieces[0].motor
+    ) / ratio))  # fmt: skip
+    return replace(empty, values=values)
+
+
+def _best(
+    logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None,
+    progress: Callable[[str, float], None],
+) -> Joint:  # fmt: skip
+    """The fit; without an inertia the best of several resonances, with K1 as the datasheet has it."""
+    if inertia is not None:
+        return found(_first(logs, ratio, law, inertia, BASIC), float(np.sqrt(law[0] / inertia)), progress)
+    free, fits = ("inertia", *(name for name in BASIC if name != "K1")), []
+    for guess in GUESSES:
+        omega = 2.0 * np.pi * guess
+        fits.append(found(_first(logs, ratio, law, law[0] / omega**2, free), omega, progress))
+    return min(fits, key=rms)
+
+
+def _caused(
+    joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None
+) -> tuple[Joint, list[str]]:  # fmt: skip
+    """The fit with what a test supports beyond the model, and the names of it."""
+    given = joint.values["inertia"] if inertia is None else inertia
+    best, name = joint, ""
+    for cause in OUTSIDE:
+        first = _first(logs, ratio, law, given, (*BASIC, cause))
+        if cause == "gap":
+            first = replace(first, values=first.values | {"gap": 10.0 * first.scales["gap"].unit})
+        trial = found(first, float(np.sqrt(law[0] / given)), lambda *_: None)
+        if rms(trial) < (BETTER if not name else 0.98) * rms(best):
+            best, name = trial, cause
+    if name:
+        without = replace(best, values=best.values | {name: 0.0}, free=tuple(one for one in best.free if one != name))
+        if rms(without := settled(without)) < NEEDED * rms(best):  # it has but led out of a trap
+            return without, _peaks(without) if rms(without) > LEFT * scatter(without) else []
+        value = best.values[name]
+        size = {"gap": value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
+        return best, [CAUSES[name].format(size)]
+    return joint, _peaks(joint)
+
+
+def _peaks(joint: Joint) -> list[str]:
+    """What a residual repeats with, in the longest piece: a line of the motor's turn, or a frequency."""
+    i = int(np.argmax([len(piece.time) for piece in joint.pieces]))
+    piece, residual = joint.pieces[i], joint.residuals()[i]
+    at = piece.begin + 0.5 * piece.step * np.arange(len(piece.motor))
+    turned = np.interp(piece.time, at, piece.motor) / (2.0 * np.pi)
+    size = float(np.sqrt(np.mean(residual**2))) / ARCSEC
+    frequency, of_time = _peak(piece.time, residual, LOWEST)
+    if np.all(np.diff(turned) != 0.0) and len(set(np.sign(np.diff(turned)).tolist())) == 1:
+        order, of_turn = _peak(turned * np.sign(turned[-1] - turned[0]), residual, LOWEST_ORDER)
+        if of_turn > max(of_time, PEAK):
+            return [f"a line of order {order:.3g} of the motor's turn, {size:.3g} arcsec rms"]
+    if of_time > PEAK:
+        return [f"a motion that rings near {frequency:.3g} Hz (a second resonance?), {size:.3g} arcsec rms"]
+    return [f"a motion of {size:.3g} arcsec rms that no term of the model has"]
+
+
+def _peak(places: Floats, values: Floats, lowest: float) -> tuple[float, float]:
+    """Where the power of values is largest, per unit of their places, and how large, over its mean."""
+    even = np.linspace(places[0], places[-1], len(places))
+    power = np.abs(np.fft.rfft(np.interp(even, places, values - np.mean(values)) * np.hanning(len(even)))) ** 2
+    found = np.fft.rfftfreq(len(even), even[1] - even[0])
+    power[found < lowest] = 0.0
+    at = int(np.argmax(power))
+    return float(found[at]), float(power[at] / max(np.mean(power), 1e-300))
+
+
+def residuals_of(answer: Answer, logs: Sequence[Any]) -> list[tuple[Floats, Floats]]:
+    """Stamps and measured less predicted angles of the load in other logs, piece by piece; only starts are fitted."""
+    joint = answer.joint
+    pieces, _ = pieces_of(logs, joint.ratio, joint.pieces[0].step)
+    other = started(replace(joint, pieces=tuple(pieces), free=(), kept={}))
+    other = settled(other)
+    return [(piece.time, residual) for piece, residual in zip(pieces, other.residuals(), strict=True)]
+
+
+def law_cloud(joint: Joint) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
+    """Torsions and torques (n,) of the spring at readings of the logs, as they were measured, and the law's curve."""
+    p = joint.kernel_numbers(joint.values)
+    twists, torques = [], []
+    for i, (piece, left) in enumerate(zip(joint.pieces, joint.residuals(), strict=True)):
+        some = np.linspace(0, len(piece.time) - 1, CLOUD // len(joint.pieces)).astype(int)
+        at = (piece.time[some] + joint.values["skew"] - piece.begin) / (0.5 * piece.step)
+        rigid = np.interp(at, np.arange(len(piece.motor)), joint.drive(i, joint.values)[0])
+        twist = rigid - (piece.value - left - joint.values["offset"])[some]
+        twists.append(twist - left[some])
+        torques.append(np.array([spring_torque(float(x), p) for x in twist]))
+    reach = float(np.max(np.abs(np.concatenate(twists))))
+    x = np.linspace(-reach, reach, 200)
+    return np.concatenate(twists), np.concatenate(torques), (x, np.array([spring_torque(float(v), p) for v in x]))

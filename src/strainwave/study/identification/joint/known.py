@@ -1,0 +1,181 @@
+"""What logs tell of a joint: intervals of its numbers, and the numbers that they cannot part, with what would."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....base.results import Floats
+from ....base.sentences import listed
+from ..intervals import derived_freedom, spread
+from .model import Joint, line_names
+from .solve import reached, rms
+
+DRAWS = 40  # of what the motor's encoder may misread
+SEEN = 3.0  # of the residual: what a number may add at most, by what is known before, to be seen at all
+TELL = {  # largest standard deviation of a number that is told: of the logarithm, or in units of the datasheet's T2
+    "K1": 0.07, "K2": 0.07, "K3": 0.07, "T1": 0.07, "T2": 0.07, "B": 0.25, "hysteresis": 0.4, "yield_twist": 0.4,
+    "coulomb": 0.01, "viscous": 0.03, "gravity": 0.03,
+}  # fmt: skip
+TELL_SKEW, TELL_SHARE, TELL_LINE = 1e-4, 0.01, 5e-6  # s, of load friction, rad
+PARTNERS = 0.9  # correlation of numbers that are not parted
+TURNING, MOVING, ONE_SPEED = 0.02, 0.05, 0.15  # share of the time, of the largest speed, and about the usual speed
+MECHANICAL = ("K1", "K2", "K3", "T1", "T2", "B", "coulomb", "viscous", "gravity", "hysteresis")
+
+Tie = tuple[tuple[str, ...], str]
+
+
+class Known(NamedTuple):
+    """Values by name [SI] with covariance and degrees of freedom, sentences on what is not told, and ties."""
+
+    values: dict[str, float]
+    covariance: Floats
+    freedom: Floats
+    unidentified: dict[str, str]
+    tied: list[Tie]
+
+
+def known(joint: Joint, inertia_given: bool) -> Known:
+    """Numbers of a joint with their scatter, and what its logs cannot tell."""
+    weights = joint.weights
+    table = joint.jacobian() * weights[:, None]
+    residual = np.concatenate(joint.residuals()) * weights
+    priors = joint.away()[1]
+    seen = np.linalg.norm(table, axis=0) * priors > SEEN * rms(joint)
+    many = len(joint.free)
+    covariance, freedom = np.diag(priors**2), np.ones(len(priors))
+    scatter = spread(table[:, seen], residual, [len(piece.time) for piece in joint.pieces])
+    by_input = _of_input(joint, table[:, seen])
+    own, other = np.diag(scatter.covariance), np.diag(by_input)
+    covariance[np.ix_(seen, seen)] = scatter.covariance + by_input
+    freedom[seen] = (own + other) ** 2 / (own**2 / scatter.freedom + other**2 / DRAWS)
+    values, rates = _told(joint)
+    before = np.linalg.inv(table[:, :many].T @ table[:, :many] / rms(joint) ** 2 + np.diag(priors[:many] ** -2.0))
+    full = rates @ covariance[:many, :many] @ rates.T
+    deviation = np.sqrt(np.diag(full))
+    limits = np.array([_limit(joint, name, value) for name, value in values.items()])
+    lost = [name for name, sd, most in zip(values, deviation, limits, strict=True) if not sd <= most]
+    tied = _ties(joint, lost, inertia_given, rates @ before @ rates.T, list(values))
+    unidentified: dict[str, str] = {}
+    for group, move in tied:
+        for name in group:
+            others = [other for other in group if other != name]
+            apart = f" apart from {listed(others)}" if others else ""
+            unidentified.setdefault(name, f"the log does not tell {name}{apart}; it takes {move}")
+    told = [i for i, name in enumerate(values) if name not in unidentified]
+    return Known(
+        {name: value for name, value in values.items() if name not in unidentified}, full[np.ix_(told, told)],
+        derived_freedom(rates[told], covariance[:many, :many], freedom[:many]), unidentified, tied,
+    )  # fmt: skip
+
+
+def _of_input(joint: Joint, table: Floats) -> Floats:
+    """Covariance (p, p) of the numbers by what the motor's encoder may misread; table (rows, p) is weighted."""
+    rng, weights = np.random.default_rng(0), joint.weights
+    drives = [joint.drive(i, joint.values) for i in range(len(joint.pieces))]
+    before = np.concatenate([joint.predicted(i, joint.values, joint.starts[i], d) for i, d in enumerate(drives)])
+    changes = []
+    for _ in range(DRAWS):
+        moved = []
+        for i, drive in enumerate(drives):
+            other = drive.copy()
+            other[:2] += joint.pieces[i].misread(rng)
+            moved.append(joint.predicted(i, joint.values, joint.starts[i], other))
+        changes.append((np.concatenate(moved) - before) * weights)
+    size = np.linalg.norm(table, axis=0)
+    found = np.linalg.lstsq(table / size, np.array(changes).T, rcond=None)[0] / size[:, None]
+    return np.asarray(found @ found.T / DRAWS)
+
+
+def _told(joint: Joint) -> tuple[dict[str, float], Floats]:
+    """Values by their public names, and their derivatives by the free numbers, per unit."""
+    free, values, rows = list(joint.free), dict[str, float](), list[Floats]()
+
+    def add(name: str, value: float, parts: dict[str, float]) -> None:
+        row = np.zeros(len(free))
+        for part, rate in parts.items():
+            row[free.index(part)] = rate
+        values[name] = value
+        rows.append(row)
+
+    units = {name: joint.values[name] if joint.is_log(name) else joint.scales[name].unit for name in free}
+    for name in free:
+        if not name.startswith(("gravity", "line", "offset", "inertia")):
+            add(name, joint.values[name], {name: units[name]})
+    pairs = [("gravity", ("gravity_cos", "gravity_sin"))]
+    for name, parts in [*pairs, *((f"line({j}, {k})", line_names((j, k))) for j, k in joint.lines)]:
+        a, b = (joint.values[part] for part in parts)
+        size = float(np.hypot(a, b)) or 1e-300
+        add(name, size, {parts[0]: a / size * units[parts[0]], parts[1]: b / size * units[parts[1]]})
+    return values, np.array(rows)
+
+
+def _limit(joint: Joint, name: str, value: float) -> float:
+    """Largest standard deviation [SI] with which a number is told."""
+    if name == "skew":
+        return TELL_SKEW
+    if name.startswith("line"):
+        return max(TELL_LINE, 0.3 * value)
+    if name not in TELL:
+        return TELL_SHARE
+    return TELL[name] * (value if joint.is_log(name) else joint.scales["T2"].first)
+
+
+def one_way(joint: Joint) -> bool:
+    """Whether the load turns in one direction only."""
+    v = np.concatenate([piece.motor_rate for piece in joint.pieces])
+    least = MOVING * float(np.max(np.abs(v)))
+    return bool(min(np.mean(v > least), np.mean(v < -least)) < TURNING)
+
+
+def one_speed(joint: Joint) -> bool:
+    """Whether it turns at one speed nearly all the time that it turns."""
+    v = np.concatenate([piece.motor_rate for piece in joint.pieces])
+    v = v[np.abs(v) > MOVING * np.max(np.abs(v))]
+    usual = float(np.median(v))
+    return bool(np.mean(np.abs(v - usual) < ONE_SPEED * abs(usual)) > 0.8)
+
+
+def _ties(
+    joint: Joint, lost: list[str], inertia_given: bool, covariance: Floats, told: list[str]
+) -> list[Tie]:  # fmt: skip
+    """Groups of names that are not parted, and the move that would part them."""
+    found: list[Tie] = []
+    if not inertia_given:
+        found.append(
+            (
+                ("load inertia", *(name for name in MECHANICAL if name in told)),
+                "the load's inertia, or a torque measured at the load",
+            )
+        )
+    if one_way(joint):
+        found.append((("coulomb", "gravity mean"), "a reversal of the load: move it to and fro"))
+        many = "another speed and a reversal" if one_speed(joint) else "a reversal, and a jerk after which it rings"
+        found.append((("skew", "offset", "viscous"), many))
+    if "gravity_mean" in joint.free and "T1" in lost:
+        found.append((("T1", "gravity mean"), "torques beyond T1 to both sides"))
+    reach = reached(joint)
+    for corner, slope in (("T1", "K2"), ("T2", "K3")):
+        group = tuple(name for name in (slope, corner) if name in lost)
+        if group:
+            limit = joint.values[corner]
+            found.append((group, f"torques well beyond {corner} of {limit:.3g} N·m (this log reaches {reach:.3g} N·m)"))
+    done = {name for group, _ in found for name in group}
+    correlation = covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
+    for name in (name for name in lost if name not in done):
+        at = told.index(name)
+        group = tuple(other for i, other in enumerate(told) if i == at or abs(correlation[at, i]) > PARTNERS)
+        found.append((tuple(dict.fromkeys((name, *group))), _move(name, reach)))
+    return found
+
+
+def _move(name: str, reach: float) -> str:
+    """What a motion that tells a number would be."""
+    moves: dict[str, Any] = {
+        "K1": "torques of both signs: accelerate harder", "B": "a motion that makes the load ring: a jerk, or a pass",
+        "skew": "a jerk after which the load rings, or torques beyond T1",
+        "viscous": "a jerk after which the load rings, or torques beyond T1",
+        "coulomb": "slow reversals of the load", "gravity": "a longer travel of the load",
+    }  # fmt: skip
+    if name.startswith("line"):
+        return "more turns of the motor in one go"
+    return str(moves.get(name, f"larger torques than {reach:.3g} N·m"))

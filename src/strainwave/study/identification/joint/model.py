@@ -1,0 +1,256 @@
+"""Numbers of a joint, and the load's angles that they give in pieces of a log."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ....base.results import Floats
+from ....compile.jit import run
+from . import march as places
+from .march import march
+from .pieces import Piece
+
+OWN = (  # numbers besides lines and starts, in the order of the kernel, then those of the loads and encoders
+    "inertia", "K1", "K2", "K3", "T1", "T2", "B", "hysteresis", "yield_twist", "coulomb", "viscous", "load_friction",
+    "gap", "asymmetry", "drag", "gravity_cos", "gravity_sin", "gravity_mean", "offset", "skew",
+)  # fmt: skip
+OF_KERNEL = 15
+POSITIVE = 9  # the first of them, whose logarithms are free
+APART = 1.02  # of T1: the least T2
+DIFFERENCE = 1e-4  # of a number's scale
+
+Pair = tuple[int, int]
+
+
+class Scale(NamedTuple):
+    """First value (of a logarithm: factor), unit of the free number, and how far it may be from the first, in units."""
+
+    first: float
+    unit: float
+    prior: float
+
+
+def scales(inertia: float, law: Sequence[float], omega: float) -> dict[str, Scale]:
+    """Scales of the numbers, from the datasheet: law is K1, K2, K3, T1, T2."""
+    T2 = law[4]
+    slopes = {name: Scale(value, 1.0, 0.2) for name, value in zip(OWN[1:6], law, strict=True)}
+    return {"inertia": Scale(inertia, 1.0, 1.0), **slopes} | {
+        "B": Scale(inertia * omega / 20.0, 1.0, 2.0),
+        "hysteresis": Scale(0.02 * T2 / 8e-5, 1.0, 1.5),
+        "yield_twist": Scale(8e-5, 1.0, 0.7),
+        "coulomb": Scale(0.0, 0.01 * T2, 30.0),
+        "viscous": Scale(0.0, 0.01 * T2, 100.0),
+        "load_friction": Scale(0.0, 0.01, 30.0),
+        "gap": Scale(0.0, 1e-5, 30.0),
+        "asymmetry": Scale(0.0, 0.01, 30.0),
+        "drag": Scale(0.0, 0.01 * T2, 100.0),
+        "gravity_cos": Scale(0.0, 0.01 * T2, 300.0),
+        "gravity_sin": Scale(0.0, 0.01 * T2, 300.0),
+        "gravity_mean": Scale(0.0, 0.01 * T2, 300.0),
+        "offset": Scale(0.0, 1e-5, 1e6),
+        "skew": Scale(0.0, 1e-5, 1e3),
+    }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """Numbers of a joint in pieces of its logs, and how the load would move.
+
+    Attributes
+    ----------
+    pieces : tuple of Piece
+        The measured motion.
+    ratio : float
+        Of the gear.
+    scales : dict of str to Scale
+        Of every number.
+    values : dict of str to float
+        Numbers in SI by name; lines are "line(j, k) cos" and "line(j, k) sin".
+    lines : tuple of (int, int)
+        Lines of the kinematic error: so many times the motor's turn, and the load's.
+    starts : (pieces, 2) array
+        Angle and speed of the load at the begin of every piece.
+    free : tuple of str
+        Names of the free numbers, without the starts.
+    gains : (2,) array
+        By which the motion is drawn to the measured angle; 0: it runs freely, and starts are free too.
+    lead : float
+        Skew [s] with which gravity and lines are taken from the load's readings.
+    """
+
+    pieces: tuple[Piece, ...]
+    ratio: float
+    scales: dict[str, Scale]
+    values: dict[str, float]
+    lines: tuple[Pair, ...]
+    starts: Floats
+    free: tuple[str, ...]
+    gains: Floats
+    lead: float = 0.0
+    kept: dict[Pair, list[Floats]] = field(default_factory=dict)
+
+    @cached_property
+    def waves(self) -> list[dict[str, Floats]]:
+        """What a number adds to the drive [u, u', pull] (3, 2 n + 1) of each piece, for those that are linear in it."""
+        rows = []
+        for i, piece in enumerate(self.pieces):
+            zero = np.zeros(len(piece.motor))
+            load = self.turned(piece)
+            c, s = np.cos(load), np.sin(load)
+            made = {
+                "gravity_cos": np.array([zero, zero, c]), "gravity_sin": np.array([zero, zero, s]),
+                "gravity_mean": np.array([zero, zero, zero + 1.0]),
+            }  # fmt: skip
+            for pair in self.lines:
+                made |= dict(zip(line_names(pair), self.line_waves(pair)[i], strict=True))
+            rows.append(made)
+        return rows
+
+    def turned(self, piece: Piece) -> Floats:
+        """Angle of the load at the motor's stamps (2 n + 1,)."""
+        at = np.arange(len(piece.load)) * 0.5 * piece.step
+        return np.asarray(np.interp(at - self.lead, at, piece.load))
+
+    def aligned(self) -> "Joint":
+        """The joint whose gravity and lines are taken with the skew that was found."""
+        return replace(self, lead=self.values["skew"], kept={})
+
+    def line_waves(self, pair: Pair) -> list[Floats]:
+        """Drives (2, 3, 2 n + 1) of a line's cosine and sine in each piece."""
+        if pair not in self.kept:
+            self.kept[pair] = []
+            for piece in self.pieces:
+                angle, rate = pair[0] * piece.motor + pair[1] * self.turned(piece), pair[0] * piece.motor_rate
+                rate = rate + pair[1] * piece.load_rate
+                c, s, zero = np.cos(angle), np.sin(angle), np.zeros(len(angle))
+                self.kept[pair].append(-np.array([[c, -s * rate, zero], [s, c * rate, zero]]))
+        return self.kept[pair]
+
+    def with_lines(self, *pairs: Pair) -> "Joint":
+        """The joint with more lines, of amplitude 0 and free."""
+        names = [name for pair in pairs for name in line_names(pair)]
+        return replace(
+            self, lines=(*self.lines, *pairs), values=self.values | dict.fromkeys(names, 0.0),
+            scales=self.scales | {name: Scale(0.0, 1e-6, 1e3) for name in names}, free=(*self.free, *names),
+        )  # fmt: skip
+
+    def kernel_numbers(self, values: dict[str, float]) -> Floats:
+        """Numbers in the order of the kernel."""
+        p = np.array([values[name] for name in OWN[:OF_KERNEL]])
+        p[places.T2] = max(p[places.T2], APART * p[places.T1])
+        return p
+
+    def drive(self, i: int, values: dict[str, float]) -> Floats:
+        """Angle of the rigid gear, its rate, the load's pull and its measured angle (4, 2 n + 1) in a piece."""
+        piece, made = self.pieces[i], self.waves[i]
+        drive = np.zeros((4, len(piece.motor)))
+        np.divide(piece.motor, self.ratio, out=drive[0])
+        np.divide(piece.motor_rate, self.ratio, out=drive[1])
+        for name, wave in made.items():
+            if values[name]:
+                drive[:3] += values[name] * wave
+        if self.gains[0]:
+            drive[3] = piece.load - values["skew"] * piece.load_rate - values["offset"]
+        return drive
+
+    def predicted(self, i: int, values: dict[str, float], start: Floats, drive: Floats | None = None) -> Floats:
+        """Angles of the load at its own stamps in a piece (m,)."""
+        piece = self.pieces[i]
+        drive = self.drive(i, values) if drive is None else drive
+        at = (piece.time + values["skew"] - piece.begin) / piece.step
+        states, read = np.empty((len(piece) + 1, 2)), np.empty(len(at))
+        run(march, self.kernel_numbers(values), drive, piece.step, start, self.gains, at, states, read)
+        return read + values["offset"]
+
+    def residuals(self) -> list[Floats]:
+        """Measured less predicted angles [rad] in every piece."""
+        return [p.value - self.predicted(i, self.values, self.starts[i]) for i, p in enumerate(self.pieces)]
+
+    @property
+    def weights(self) -> Floats:
+        """Weights (rows,) of all angles."""
+        return np.concatenate([piece.weight for piece in self.pieces])
+
+    def changed(self, name: str, by: float) -> dict[str, float]:
+        """Values with one number changed by so many of its units."""
+        scale = self.scales[name]
+        value = self.values[name]
+        new = value * float(np.exp(by)) if self.is_log(name) else value + by * scale.unit
+        return {**self.values, name: new}
+
+    @staticmethod
+    def is_log(name: str) -> bool:
+        """Whether the logarithm of a number is what is free."""
+        return name in OWN[:POSITIVE]
+
+    def moved(self, change: Floats) -> "Joint":
+        """The joint after a change (free + 2 pieces,) of its free numbers and starts, in units."""
+        values = dict(self.values)
+        for name, by in zip(self.free, change[: len(self.free)].tolist(), strict=True):
+            values[name] = self.changed(name, float(np.clip(by, -1.0, 1.0)) if self.is_log(name) else by)[name]
+        starts = self.starts
+        if not self.gains[0]:
+            starts = starts + change[len(self.free) :].reshape(-1, 2) * START_UNITS
+        return replace(self, values=values, starts=starts)
+
+    def columns(self, names: Sequence[str]) -> list[Floats]:
+        """Derivatives (m, names) of the predicted angles by numbers, per unit, in every piece."""
+        found = []
+        for i in range(len(self.pieces)):
+            drive, start = self.drive(i, self.values), self.starts[i]
+            base, columns = self.predicted(i, self.values, start, drive), []
+            for name in names:
+                columns.append((self._turned(i, name, start, drive) - base) / DIFFERENCE)
+            found.append(np.stack(columns, axis=1) if columns else np.empty((len(base), 0)))
+        return found
+
+    def _turned(self, i: int, name: str, start: Floats, drive: Floats) -> Floats:
+        values = self.changed(name, DIFFERENCE)
+        if name in self.waves[i]:
+            other = drive.copy()
+            other[:3] += (values[name] - self.values[name]) * self.waves[i][name]
+        elif self.gains[0] and name in ("offset", "skew"):
+            other = None
+        else:
+            other = drive
+        return self.predicted(i, values, start, other)
+
+    def start_columns(self, i: int) -> Floats:
+        """Derivatives (m, 2) of a piece's angles by its start, per unit."""
+        drive, start = self.drive(i, self.values), self.starts[i]
+        base = self.predicted(i, self.values, start, drive)
+        turned = [start + DIFFERENCE * unit for unit in np.diag(START_UNITS)]
+        return np.stack([(self.predicted(i, self.values, s, drive) - base) / DIFFERENCE for s in turned], axis=1)
+
+    def jacobian(self) -> Floats:
+        """Derivatives (rows, free + 2 pieces) of all predicted angles [rad] by the free numbers and the starts."""
+        table = np.concatenate(self.columns(self.free))
+        if self.gains[0]:
+            return table
+        starts, row = np.zeros((len(table), 2 * len(self.pieces))), 0
+        for i, piece in enumerate(self.pieces):
+            starts[row : row + len(piece.time), 2 * i : 2 * i + 2] = self.start_columns(i)
+            row += len(piece.time)
+        return np.concatenate([table, starts], axis=1)
+
+    def away(self) -> tuple[Floats, Floats]:
+        """How far free numbers and starts are from the first ones, in priors, and one prior in units."""
+        far, priors = [], []
+        for name in self.free:
+            scale, value = self.scales[name], self.values[name]
+            off = np.log(value / scale.first) if self.is_log(name) else (value - scale.first) / scale.unit
+            far.append(off / scale.prior)
+            priors.append(scale.prior)
+        many = 0 if self.gains[0] else self.starts.size
+        return np.array([*far, *[0.0] * many]), np.array([*priors, *[1e4] * many])
+
+
+START_UNITS = np.array([1e-5, 1e-4])  # rad, rad/s
+
+
+def line_names(pair: Pair) -> tuple[str, str]:
+    """Names of a line's two numbers."""
+    return f"line({pair[0]}, {pair[1]}) cos", f"line({pair[0]}, {pair[1]}) sin"

@@ -1,0 +1,239 @@
+"""Pieces of logs without gaps: the motor's angle on a fine grid, and the load's angle at its own times."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline, make_interp_spline
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import savgol_filter
+
+from ....base.quantities import joined
+from ....base.results import Floats
+from ..log import Log
+
+GAP = 5.0  # usual steps: a longer one parts two pieces
+FEWEST = 40  # samples of a piece
+FAR = 0.05  # of a gear's ratio: what the angles may say otherwise
+MOST_STEPS = 240_000  # of the grid in all: of longer logs parts are taken
+PARTS = 8
+MARGIN = 0.004  # s, at both ends of a piece: how far two encoders' stamps may be apart, and more is asked for
+SMOOTH, LASTS = 9, 0.5  # samples over which speeds are averaged; s that one error of a reading lasts at most
+STILL = 1e-4  # rad of the load: nothing moves
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A stretch of a log.
+
+    Attributes
+    ----------
+    begin, step : float
+        Time of the first point of the grid, and its step [s].
+    motor, motor_rate : (2 n + 1,) arrays
+        Angle [rad] and speed [rad/s] of the motor at every half step.
+    read_time, read : (k,) arrays
+        Stamps [s] and readings [rad] of the motor.
+    load, load_rate : (2 n + 1,) arrays
+        The load's, by its own stamps.
+    time, value : (m,) arrays
+        Stamps [s] and angles [rad] of the load.
+    counts, lasting : (2,) and (2, m) arrays
+        Counts of the load's and the motor's encoder [rad of the load], 0 where readings are not counted; and for how
+        many samples a reading's error lasts where a shaft moves by less than a count from one to the next.
+    weight : (m,) array
+        Of the load's angles.
+    ratio : float
+        Of the gear.
+    log : int
+        Which log it is from.
+    """
+
+    begin: float
+    step: float
+    motor: Floats
+    motor_rate: Floats
+    read_time: Floats
+    read: Floats
+    load: Floats
+    load_rate: Floats
+    time: Floats
+    value: Floats
+    counts: Floats
+    lasting: Floats
+    weight: Floats
+    ratio: float
+    log: int
+
+    def __len__(self) -> int:
+        return (len(self.motor) - 1) // 2
+
+    def misread(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
+        """An error [rad of the load] that the motor's counts may have, and its rate, at every half step (2 n + 1,)."""
+        count, ratio = self.counts[1] * self.ratio, self.ratio
+        grid = self.begin + 0.5 * self.step * np.arange(len(self.motor))
+        if count == 0.0:
+            return np.zeros(len(grid)), np.zeros(len(grid))
+        path = savgol_filter(self.read, SMOOTH, 3) + count * rng.uniform()
+        error = np.interp(grid, self.read_time, np.round(path / count) * count - path) / ratio
+        return error, np.gradient(error, grid)
+
+    def weighed(self, white: float) -> "Piece":
+        """The piece weighed for readings that scatter so much [rad] from one to the next; noise blurs the counts."""
+        each = self.counts**2 / 12.0
+        blur = 4.0 * np.pi**2 * max(white**2 - each[0], 0.0) / (self.counts[0] ** 2 or 1.0)
+        error = each[0] * np.exp(-min(blur, 100.0)) * self.lasting[0] + each[1] * self.lasting[1]
+        return replace(self, weight=white / np.sqrt(white**2 + error)) if white > 0.0 else self
+
+
+def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Times and angles of the motor, and of the load, each as it was sampled.
+
+    Raises
+    ------
+    ValueError
+        If an angle is missing.
+    """
+    channels = log.channels if isinstance(log, Log) else {k: v for k, v in log.items() if k != "time"}
+    time = log.time if isinstance(log, Log) else np.asarray(log["time"], float)
+    own = getattr(log, "own", {})
+    found: list[Floats] = []
+    for name in ("motor_angle", "load_angle"):
+        if name not in channels:
+            raise ValueError(
+                f"log {which + 1} has no channel {name!r}; it has {joined(channels)}: name the column that is it"
+            )
+        t, values = own.get(name, (time, np.asarray(channels[name], float)))
+        good = np.isfinite(values) & np.isfinite(t)
+        found += [t[good], values[good]]
+    return found[0], found[1], found[2], found[3]
+
+
+def pieces_of(logs: Sequence[Any], ratio: float, step: float) -> tuple[list[Piece], float]:
+    """Pieces of all logs, and the direction of the load against the motor, 1 or -1.
+
+    Raises
+    ------
+    ValueError
+        If the angles are not those of a gear of this ratio, nothing moves, or too little is left.
+    """
+    raw = [angles_of(log, i) for i, log in enumerate(logs)]
+    sense = _sense(raw, ratio)
+    stretches = [(i, *part) for i, one in enumerate(raw) for part in _cut(*one)]
+    if not stretches:
+        raise ValueError(f"no stretch of the logs has {FEWEST} samples of both angles without a gap; log longer ones")
+    many = sum((end - begin) / step for _, begin, end in stretches)
+    if many > MOST_STEPS:
+        stretches = _parts(stretches, MOST_STEPS * step)
+    return [piece for i, a, b in stretches if (piece := _piece(raw[i], i, a, b, step, sense, ratio)) is not None], sense
+
+
+def _sense(raw: Sequence[tuple[Floats, ...]], ratio: float) -> float:
+    """Direction of the load against the motor, by the slope of one angle over the other."""
+    rows = []
+    for i, (tm, motor, tl, load) in enumerate(raw):
+        if len(tm) < FEWEST or len(tl) < FEWEST:
+            raise ValueError(f"log {i + 1} has {min(len(tm), len(tl))} samples of an angle; {FEWEST} are the least")
+        at = np.interp(tl, tm, motor)
+        rows.append((at - np.mean(at), load - np.mean(load)))
+    motor, load = np.concatenate([r[0] for r in rows]), np.concatenate([r[1] for r in rows])
+    for name, turned in (("motor_angle", np.ptp(motor) / ratio), ("load_angle", np.ptp(load))):
+        if turned < STILL:
+            raise ValueError(f"{name} stays within {turned:.2g} rad of the load: nothing moves; log a motion")
+    found = float(load @ motor / (load @ load))
+    if abs(abs(found) / ratio - 1.0) > FAR:
+        raise ValueError(f"the motor turns {abs(found):.4g} times as far as the load, {_why(abs(found), ratio)}")
+    return float(np.sign(found))
+
+
+def _why(found: float, ratio: float) -> str:
+    """What an unlike ratio is, and the remedy."""
+    fact = f"and the gear's ratio is {ratio:g}"
+    for factor, said in (
+        (1.0 / ratio**2, "the angles are swapped: motor_angle is the load's and load_angle the motor's"),
+        (1.0 / ratio, "both angles count on one shaft: give the motor's on its own"),
+        (np.pi / 180.0, "the motor's angle is read in rad and seems to be in another unit than the load's: give units"),
+        (180.0 / np.pi, "the motor's angle seems to be in deg and was read in rad: give units"),
+        (2.0 * np.pi, "the load's angle seems to be in rev and was read in rad: give units"),
+        (0.5 / np.pi, "the motor's angle seems to be in rev and was read in rad: give units"),
+    ):
+        if abs(found / (ratio * factor) - 1.0) < FAR:
+            return f"{fact}; {said}"
+    return f"{fact}; take the gear of the log, or give both angles on their own shafts"
+
+
+def _cut(tm: Floats, _motor: Floats, tl: Floats, _load: Floats) -> list[tuple[float, float]]:
+    """Begins and ends of the stretches in which neither channel has a gap."""
+    edges = [max(tm[0], tl[0]), min(tm[-1], tl[-1])]
+    holes: list[tuple[float, float]] = []
+    for t in (tm, tl):
+        steps = np.diff(t)
+        if np.min(steps) <= 0.0:
+            raise ValueError(f"stamps go back or repeat at {t[int(np.argmin(steps))]:.9g} s; sort the log")
+        at = np.flatnonzero(steps > max(GAP * float(np.median(steps)), 1e-9))
+        holes += [(float(t[i]), float(t[i + 1])) for i in at]
+    found, begin = [], edges[0]
+    for a, b in sorted(holes):
+        if a > begin:
+            found.append((begin, min(a, edges[1])))
+        begin = max(begin, b)
+    found.append((begin, edges[1]))
+    return [(a, b) for a, b in found if min(np.sum((t >= a) & (t <= b)) for t in (tm, tl)) >= FEWEST]
+
+
+def _parts(stretches: list[tuple[int, float, float]], seconds: float) -> list[tuple[int, float, float]]:
+    """Parts of the longest stretches, evenly spread, so many seconds in all."""
+    total = sum(b - a for _, a, b in stretches)
+    found = []
+    for i, a, b in stretches:
+        many = max(round(PARTS * (b - a) / total), 1)
+        each = seconds * (b - a) / total / many
+        found += [(i, begin, begin + each) for begin in np.linspace(a, b - each, many).tolist()]
+    return found
+
+
+def _piece(
+    raw: tuple[Floats, ...], log: int, begin: float, end: float, step: float, sense: float, ratio: float
+) -> Piece | None:  # fmt: skip
+    tm, motor, tl, load = raw
+    at, on = (tm >= begin) & (tm <= end), (tl >= begin) & (tl <= end)
+    tm, motor, tl, load = tm[at], motor[at], tl[on], sense * load[on]
+    n = int((tm[-1] - tm[0]) / step)
+    grid = tm[0] + 0.5 * step * np.arange(2 * n + 1)
+    turned = make_interp_spline(tm - tm[0], motor, k=5)
+    followed = CubicSpline(tl - tm[0], load)
+    inside = (tl >= grid[0] + MARGIN) & (tl <= grid[-1] - MARGIN)
+    if np.count_nonzero(inside) < FEWEST:
+        return None
+    s = grid - tm[0]
+    known = np.clip(s, tl[0] - tm[0], tl[-1] - tm[0])
+    speeds = turned(s, 1), followed(known, 1)
+    step_of = float(np.median(np.diff(tl)))
+    at = tl[inside]
+    counts = np.array([count_of(load), count_of(motor) / ratio])
+    shafts = load[inside], np.interp(at, tm, motor) / ratio
+    lasting = np.array([_lasting(at, values, count, step_of) for values, count in zip(shafts, counts, strict=True)])
+    return Piece(
+        float(tm[0]), step, turned(s), speeds[0], tm, motor, followed(known), speeds[1], at, load[inside], counts,
+        lasting, np.ones(len(at)), ratio, log,
+    )  # fmt: skip
+
+
+def count_of(values: Floats) -> float:
+    """Count of an encoder [rad], the least change of its readings; 0 where they are not counted."""
+    levels = np.unique(values)
+    steps = np.diff(levels)
+    if len(steps) < 2:
+        return 0.0
+    count = float(np.min(steps[steps > 1e-12], initial=np.inf))
+    whole = steps / count
+    return count if np.all(np.abs(whole - np.round(whole)) < 0.05) else 0.0
+
+
+def _lasting(time: Floats, values: Floats, count: float, step: float) -> Floats:
+    """For how many samples (m,) the error of a counted reading lasts beyond the first."""
+    if count == 0.0:
+        return np.zeros(len(values))
+    speed = np.abs(np.gradient(uniform_filter1d(values, SMOOTH), time))
+    return np.asarray(np.maximum(np.minimum(count / np.maximum(speed, 1e-300), LASTS) / step - 1.0, 0.0))

@@ -1,0 +1,259 @@
+"""The fit: least squares from a motion that is drawn to the log to one that runs freely, lines and terms one by one."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import lfilter
+
+from ....base.results import Floats
+from ..intervals import whitener
+from .march import spring_torque
+from .model import Joint, Pair, line_names
+
+FIRST_LINES: tuple[Pair, ...] = ((2, 0), (4, 0), (1, 0), (2, 2))
+BASIC = ("K1", "K2", "K3", "T1", "T2", "B", "coulomb", "viscous", "gravity_cos", "gravity_sin",
+         "offset", "skew")  # fmt: skip
+CONVERGED = 0.02  # of a standard deviation
+MOST = 25
+
+
+def normal(joint: Joint, sigma: float) -> tuple[Floats, Floats, float]:
+    """Matrix and right side of the normal equations with the priors, and the sum of squares."""
+    weights = joint.weights / sigma
+    table, residual = joint.jacobian() * weights[:, None], np.concatenate(joint.residuals()) * weights
+    far, prior = joint.away()
+    return (
+        table.T @ table + np.diag(prior**-2),
+        table.T @ residual - far / prior,
+        float(residual @ residual + far @ far),
+    )
+
+
+def cost(joint: Joint, sigma: float) -> float:
+    """Sum of squares of residuals and priors."""
+    with np.errstate(all="ignore"):
+        residual = np.concatenate(joint.residuals()) * joint.weights / sigma
+        total = float(residual @ residual) + float(np.sum(joint.away()[0] ** 2))
+    return total if np.isfinite(total) else np.inf
+
+
+def solved(joint: Joint, sigma: float, most: int = MOST, damping: float = 1e-3) -> Joint:
+    """Least squares by Levenberg's method, scaled by the columns."""
+    for _ in range(most):
+        matrix, side, before = normal(joint, sigma)
+        size = np.sqrt(np.diag(matrix))
+        scaled = matrix / np.outer(size, size)
+        while True:
+            change = np.linalg.solve(scaled + damping * np.eye(len(size)), side / size)
+            trial = joint.moved(change / size)
+            after = cost(trial, sigma)
+            if after < before:
+                break
+            damping *= 8.0
+            if damping > 1e6:
+                return joint
+        far, joint, damping = damping > 1e-2, trial, max(damping / 10.0, 1e-9)
+        if not far and before - after < CONVERGED:
+            break
+    return joint
+
+
+def rms(joint: Joint) -> float:
+    """Root mean square of the residual [rad], weighted."""
+    weights = joint.weights**2
+    return float(np.sqrt(np.sum(weights * np.concatenate(joint.residuals()) ** 2) / np.sum(weights)))
+
+
+DRAWN = np.array([0.5, 0.25])  # of omega and its square: by which a motion is drawn to the log
+BETTER, AT_FLOOR = 0.98, 1.05  # of another fit's residual, and of the readings' scatter
+SHAKEN, TRIES, RINGS = 0.3, 60, 80.0  # s that a start shows in; starts tried; speed for an angle [1/s]
+FEW, EARLY = 8, 0.025  # readings, and s, that a start is taken from
+HIGHEST, WIDEST = 8, 4  # lines looked for: so many times the motor's turn, and the load's beside it
+SURE = 40.0  # of whitened residuals: the fall of the sum of squares that a line or term must bring
+MOST_LINES = 6  # more than the first ones
+SMALL = 1e-3  # of its first value: the hysteresis that is looked for
+INSIDE, OUTSIDE = ("hysteresis", "load_friction", "gravity_mean"), ("gap", "asymmetry", "drag")
+CLOSE, TRIED, FROM = 0.97, 0.93, 0.6  # of the largest torque: a corner that is tried, and where; of the datasheet's
+POWER_OF_TERM = 0.003  # of the residual's power, that a term must take
+
+
+def found(joint: Joint, omega: float, progress: Callable[[str, float], None]) -> Joint:
+    """The joint with its numbers, terms and lines: the best of fits that begin without and with a hysteresis."""
+    fits: list[Joint] = []
+    for share, hysteresis in ((0.1, False), (0.4, True)):
+        progress("drawn to the log", share)
+        drawn = replace(started(joint), gains=DRAWN * np.array([omega, omega * omega])).with_lines(*FIRST_LINES)
+        if hysteresis:
+            drawn = _hysteretic(drawn)
+        for gains in (1.0, 1.0, 0.2):
+            drawn = solved(replace(drawn, gains=gains * drawn.gains), rms(drawn), 10).aligned()
+        progress("running freely", share + 0.1)
+        trial = settled(started(replace(drawn, gains=np.zeros(2))))
+        trial = with_terms(trial, INSIDE)
+        trial = with_corners(with_terms(with_more_lines(shaken(trial)), INSIDE))
+        if not fits or rms(trial) < BETTER * rms(fits[-1]):
+            fits.append(trial)
+        if rms(fits[-1]) < AT_FLOOR * scatter(fits[-1]):
+            break
+    return fits[-1]
+
+
+def scatter(joint: Joint) -> float:
+    """Scatter [rad] of the readings from one to the next, by the fourth differences of the residuals."""
+    parts = [np.diff(r, 4) for r in joint.residuals()]
+    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2) / 70.0))
+
+
+def shaken(joint: Joint) -> Joint:
+    """The joint with starts among many near its own that fit better: where a load sticks, its motion has kinks."""
+    rng, starts = np.random.default_rng(0), joint.starts.copy()
+    for i, piece in enumerate(joint.pieces):
+        left = _off(joint, i, starts[i])
+        least, size = float(left @ left), np.std(left[piece.time < piece.time[0] + SHAKEN])
+        for _ in range(TRIES):
+            trial = joint.starts[i] + rng.standard_normal(2) * size * np.array([1.0, RINGS])
+            left = _off(joint, i, trial)
+            if (now := float(left @ left)) < least:
+                starts[i], least = trial, now
+    return settled(replace(joint, starts=starts)) if np.any(starts != joint.starts) else joint
+
+
+def _off(joint: Joint, i: int, start: Floats) -> Floats:
+    """Weighted residual (m,) of a piece from another start."""
+    piece = joint.pieces[i]
+    return (piece.value - joint.predicted(i, joint.values, start)) * piece.weight
+
+
+def started(joint: Joint) -> Joint:
+    """The joint whose starts are the measured ones: a cubic through the first readings of each piece."""
+    starts = []
+    for piece in joint.pieces:
+        many = max(FEW, int(np.searchsorted(piece.time, piece.time[0] + EARLY)))
+        at = piece.time[:many] + joint.values["skew"] - piece.begin
+        rate, angle = np.polyfit(at, piece.value[:many] - joint.values["offset"], 3)[2:]
+        starts.append((angle, rate))
+    return replace(joint, starts=np.array(starts))
+
+
+def settled(joint: Joint, rounds: int = 3) -> Joint:
+    """Least squares, priors and readings weighed by the residual that is left."""
+    for _ in range(rounds):
+        white = scatter(joint)
+        joint = replace(joint, pieces=tuple(piece.weighed(white) for piece in joint.pieces))
+        before = rms(joint)
+        joint = solved(joint.aligned(), before)
+        if rms(joint) > 0.99 * before:
+            break
+    return joint
+
+
+class Score:
+    """Whitened residual of a joint, and what columns that it lacks would take of it."""
+
+    def __init__(self, joint: Joint) -> None:
+        self.joint = joint
+        residuals = joint.residuals()
+        edges = np.cumsum([0, *map(len, residuals)])
+        self.parts = [slice(a, b) for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
+        weights = joint.weights
+        self.weights, residual = weights[:, None], weights * np.concatenate(residuals)
+        self.filter = whitener(residual, self.parts)
+        self.residual = self._white(residual)
+        table = self._white(joint.jacobian() * self.weights)
+        sizes = np.linalg.norm(table, axis=0)
+        self.basis = np.linalg.qr(table[:, sizes > 0.0] / sizes[sizes > 0.0])[0]
+        self.residual = self.residual - self.basis @ (self.basis.T @ self.residual)
+        self.power = float(self.residual @ self.residual)
+
+    def _white(self, columns: Floats) -> Floats:
+        return np.concatenate([lfilter(np.append(1.0, -self.filter), [1.0], columns[p], axis=0) for p in self.parts])
+
+    def gains(self, columns: Floats, each: int) -> Floats:
+        """Fall of the whitened sum of squares over its mean, for each group of so many columns (rows, groups each)."""
+        own = self._white(columns * self.weights)
+        own = own - self.basis @ (self.basis.T @ own)
+        found = []
+        for i in range(0, own.shape[1], each):
+            some = own[:, i : i + each]
+            side, matrix = some.T @ self.residual, some.T @ some
+            if not np.all(np.diag(matrix) > 0.0):
+                found.append(0.0)
+                continue
+            found.append(float(side @ np.linalg.lstsq(matrix, side, rcond=1e-9)[0]))
+        return np.array(found) * len(self.residual) / max(self.power, 1e-300)
+
+
+def with_more_lines(joint: Joint, highest: int = HIGHEST) -> Joint:
+    """The joint with the lines that its residual shows, the strongest first."""
+    tried = [(j, k) for j in range(1, highest + 1) for k in range(-WIDEST, WIDEST + 1) if (j, k) not in joint.lines]
+    for _ in range(MOST_LINES):
+        score, wider = Score(joint), joint.with_lines(*tried)
+        names = [name for pair in tried for name in line_names(pair)]
+        gains = score.gains(np.concatenate(wider.columns(names)), 2)
+        best = int(np.argmax(gains))
+        if gains[best] < max(SURE, POWER_OF_TERM * len(score.residual)):
+            return joint
+        joint = settled(joint.with_lines(tried.pop(best)), 2)
+    return joint
+
+
+def with_terms(joint: Joint, names: tuple[str, ...]) -> Joint:
+    """The joint with those of the terms that its residual shows."""
+    lacking = [name for name in names if name not in joint.free]
+    while lacking:
+        score = Score(joint)
+        gains = score.gains(np.stack([_term_column(joint, name) for name in lacking], axis=1), 1)
+        best = int(np.argmax(gains))
+        if gains[best] < SURE:
+            return joint
+        trial = _with_term(joint, lacking[best])
+        if _fell(joint, trial):
+            joint = trial
+        lacking.pop(best)
+    return joint
+
+
+def _fell(joint: Joint, trial: Joint) -> bool:
+    """Whether another fit leaves so much less that it is no chance."""
+    return bool((rms(joint) / rms(trial)) ** 2 - 1.0 > max(POWER_OF_TERM, SURE / len(joint.weights)))
+
+
+def with_corners(joint: Joint) -> Joint:
+    """The joint whose corners are tried below the largest torque: from above it they are not seen."""
+    for corner in ("T1", "T2"):
+        reach = reached(joint)
+        if joint.values[corner] > CLOSE * reach and reach > FROM * joint.scales[corner].first:
+            trial = settled(replace(joint, values=joint.values | {corner: TRIED * reach}))
+            joint = trial if _fell(joint, trial) else joint
+    return joint
+
+
+def reached(joint: Joint) -> float:
+    """Largest torque [N*m] of the spring in the logs."""
+    most, p = 0.0, joint.kernel_numbers(joint.values)
+    for i, (piece, off) in enumerate(zip(joint.pieces, joint.residuals(), strict=True)):
+        at = (piece.time + joint.values["skew"] - piece.begin) / (0.5 * piece.step)
+        rigid = np.interp(at, np.arange(len(piece.motor)), joint.drive(i, joint.values)[0])
+        twist = np.abs(rigid - (piece.value - off - joint.values["offset"]))
+        most = max(most, spring_torque(float(np.max(twist)), p))
+    return most
+
+
+def _term_column(joint: Joint, name: str) -> Floats:
+    """Derivative (rows,) of the predicted angles by a term that the joint lacks, in any unit."""
+    if name != "hysteresis":
+        return np.concatenate(joint.columns([name]))[:, 0]
+    little = replace(joint, values=joint.values | {name: SMALL * joint.scales[name].first})
+    return np.concatenate([a - b for a, b in zip(joint.residuals(), little.residuals(), strict=True)]) / SMALL
+
+
+def _with_term(joint: Joint, name: str) -> Joint:
+    if name != "hysteresis":
+        return settled(replace(joint, free=(*joint.free, name)), 2)
+    return settled(_hysteretic(joint), 3)
+
+
+def _hysteretic(joint: Joint) -> Joint:
+    values = joint.values | {"hysteresis": joint.scales["hysteresis"].first}
+    return replace(joint, values=values, free=(*joint.free, "hysteresis", "yield_twist"))

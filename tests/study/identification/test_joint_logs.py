@@ -1,0 +1,145 @@
+"""`identify_log` on made logs: samples of benchmarks/joint_logs.py, whose integrator is its own, and of SciPy's."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from measured_axis import GRAVITY, J_L, K1, K2, T1, B, measured
+
+import strainwave as sw
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
+import joint_logs
+
+pytestmark = pytest.mark.slow
+
+
+def found(seed, motion=None, outside=None):
+    log, truth = joint_logs.made(seed, motion, outside)
+    return sw.identify_log(log, gear=truth["gear"], load_inertia=truth["J"]), truth, log
+
+
+def covers(fit, truth, name, level=0.9999):
+    low, high = fit.interval(name, level)
+    return low <= truth[name] <= high
+
+
+def test_a_log_with_skew_gravity_and_dry_friction_is_read_to_its_noise():
+    fit, truth, _ = found(4)
+    assert fit.usable
+    assert fit.answer.residual == pytest.approx(truth["floor"], rel=0.05)
+    assert fit.value("K1") == pytest.approx(truth["K1"], rel=2e-3)
+    assert fit.value("B") == pytest.approx(truth["B"], rel=0.03)
+    assert fit.value("skew") == pytest.approx(truth["skew"], abs=3e-6)
+    assert all(covers(fit, truth, name) for name in ("K1", "K2", "T1", "B", "skew", "coulomb", "viscous", "gravity"))
+    law = fit.project.subject.law
+    assert pytest.approx(fit.value("K1"), rel=1e-9) == law.K1
+    (tie,) = [move for names, move in fit.tied if "K3" in names]
+    assert "beyond T2" in tie
+    with pytest.raises(ValueError, match="does not tell K3"):
+        fit.value("K3")
+    with pytest.raises(ValueError, match="has no 'mass'"):
+        fit.value("mass")
+
+
+def test_one_direction_ties_friction_to_gravity_and_skew_to_friction():
+    log = measured()
+    fit = sw.identify_log(log, gear="SHG-25-100", load_inertia=J_L)
+    assert fit.usable
+    truth = {"K1": K1, "K2": K2, "T1": T1, "B": B, "gravity": GRAVITY}
+    for name in ("K1", "B"):
+        assert covers(fit, truth, name), name
+    names = {name for group, _ in fit.tied for name in group}
+    assert {"coulomb", "gravity mean", "skew", "viscous"} <= names
+    for name in ("coulomb", "skew", "viscous"):
+        with pytest.raises(ValueError, match="reversal"):
+            fit.interval(name)
+
+
+def test_without_an_inertia_no_stiffness_is_given_and_that_is_said_first():
+    log, truth = joint_logs.made(4)
+    fit = sw.identify_log(log, gear=truth["gear"])
+    assert not fit.usable
+    assert fit.project is None
+    assert fit.tied[0][0][:2] == ("load inertia", "K1")
+    assert fit.headline().startswith("Without the load's inertia or a torque no stiffness can be known")
+    for name in ("K1", "B", "coulomb", "gravity"):
+        with pytest.raises(ValueError, match="load's inertia"):
+            fit.value(name)
+    assert fit.value("skew") == pytest.approx(truth["skew"], abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda m, q: (q, m), "swapped"),
+        (lambda m, _: (m, m), "count on one shaft"),
+        (lambda m, q: (np.degrees(m), q), "in deg"),
+        (lambda m, q: (m, q / (2.0 * np.pi)), "in rev"),
+        (lambda m, q: (m / 0.62, q), "take the gear of the log"),
+        (lambda m, q: (0.0 * m, q), "nothing moves"),
+        (lambda m, q: (m[:1], q[:1]), "1 samples"),
+    ],
+)
+def test_angles_of_no_such_gear_are_named(change, said):
+    log, truth = joint_logs.made(2)
+    motor, load = change(log["motor_angle"], log["load_angle"])
+    wrong = {"time": log["time"][: len(motor)], "motor_angle": motor, "load_angle": load}
+    with pytest.raises(ValueError, match=said):
+        sw.identify_log(wrong, gear=truth["gear"], load_inertia=1.0)
+
+
+def test_arguments_are_checked():
+    log = joint_logs.made(2)[0]
+    with pytest.raises(ValueError, match="one of the two"):
+        sw.identify_log(log, load_inertia=1.0)
+    with pytest.raises(ValueError, match="no channel 'motor_angle'"):
+        sw.identify_log({"time": log["time"], "load_angle": log["load_angle"]}, gear="CSG-40-50", load_inertia=1.0)
+    back = log | {"time": log["time"][::-1]}
+    with pytest.raises(ValueError, match="stamps go back"):
+        sw.identify_log(back, gear="CSG-40-50", load_inertia=1.0)
+    with pytest.raises(ValueError, match="load_inertia"):
+        sw.identify_log(log, gear="CSG-40-50", load_inertia=-1.0)
+
+
+def test_a_load_that_turns_against_the_motor_and_a_gap_in_the_log_change_nothing():
+    log, truth = joint_logs.made(4)
+    keep = (log["time"] < 2.4) | (log["time"] > 2.6)
+    other = {name: values[keep] for name, values in log.items()}
+    other["load_angle"] = -other["load_angle"]
+    fit = sw.identify_log([other], gear=truth["gear"], load_inertia=truth["J"])
+    assert len(fit.answer.joint.pieces) == 2
+    assert fit.usable
+    assert all(covers(fit, truth, name) for name in ("K1", "B", "skew", "gravity"))
+
+
+@pytest.mark.slow
+def test_twelve_logs_with_reversals_are_answered():
+    answered = within = 0
+    covered = []
+    for seed in range(1, 13):
+        fit, truth, _ = found(seed)
+        answered += fit.usable
+        rows = joint_logs.errors(fit, truth)
+        within += rows["K1"][0] < 0.01
+        covered += [inside for _, inside in rows.values()]
+    assert answered >= 10
+    assert within >= 10
+    assert np.mean(covered) > 0.85
+
+
+@pytest.mark.slow
+def test_twelve_logs_of_one_direction_name_what_they_cannot_tell():
+    for seed in range(1001, 1013):
+        fit, _, _ = found(seed, "runup" if seed % 2 else "constant")
+        names = {name for group, _ in fit.tied for name in group}
+        assert {"coulomb", "skew"} <= names
+        assert not {"coulomb", "skew", "viscous"} & set(fit.values)
+
+
+@pytest.mark.slow
+def test_twelve_machines_outside_the_class_are_refused():
+    kinds = ("gap", "asymmetry", "drag", "resonance")
+    refused = [not found(seed, outside=kinds[seed % 4])[0].usable for seed in range(2001, 2013)]
+    assert sum(refused) >= 11
