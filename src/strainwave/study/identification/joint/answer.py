@@ -12,7 +12,7 @@ from .known import Known, known
 from .march import spring_torque
 from .model import Joint, scales
 from .pieces import pieces_of
-from .solve import BASIC, OUTSIDE, found, rms, scatter, settled, started
+from .solve import BASIC, OUTSIDE, completed, found, rms, running, scatter, settled, started
 
 RESOLVED = 0.06  # of 1/omega of the stiffest slope: a step of the grid
 CLOUD = 600  # points
@@ -114,15 +114,15 @@ def _caused(
 ) -> tuple[Joint, list[str]]:  # fmt: skip
     """The fit with what a test supports beyond the model, and the names of it."""
     given = joint.values["inertia"] if inertia is None else inertia
-    best, name = joint, ""
+    omega, trials = float(np.sqrt(law[0] / given)), dict[str, Joint]()
     for cause in OUTSIDE:
         first = _first(logs, ratio, law, given, (*BASIC, cause))
         if cause == "gap":
             first = replace(first, values=first.values | {"gap": 10.0 * first.scales["gap"].unit})
-        trial = found(first, float(np.sqrt(law[0] / given)), lambda *_: None)
-        if rms(trial) < (BETTER if not name else 0.98) * rms(best):
-            best, name = trial, cause
-    if name:
+        trials[cause] = running(first, omega, joint.lines, "hysteresis" in joint.free)
+    name = min(trials, key=lambda cause: rms(trials[cause]))
+    best = completed(trials[name])
+    if rms(best) < BETTER * rms(joint):
         without = replace(best, values=best.values | {name: 0.0}, free=tuple(one for one in best.free if one != name))
         if rms(without := settled(without)) < NEEDED * rms(best):  # it has but led out of a trap
             return without, _peaks(without) if rms(without) > LEFT * scatter(without) else []

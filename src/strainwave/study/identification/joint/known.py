@@ -9,8 +9,9 @@ from ....base.sentences import listed
 from ..intervals import derived_freedom, spread
 from .model import Joint, line_names
 from .solve import reached, rms
+from .solve import scatter as scatter_of
 
-DRAWS = 40  # of what the motor's encoder may misread
+DRAWS, READINGS = 30, 100  # of what the motor's encoder, and the load's, may misread
 SEEN = 3.0  # of the residual: what a number may add at most, by what is known before, to be seen at all
 TELL = {  # largest standard deviation of a number that is told: of the logarithm, or in units of the datasheet's T2
     "K1": 0.07, "K2": 0.07, "K3": 0.07, "T1": 0.07, "T2": 0.07, "B": 0.25, "hysteresis": 0.4, "yield_twist": 0.4,
@@ -44,9 +45,10 @@ def known(joint: Joint, inertia_given: bool) -> Known:
     many = len(joint.free)
     covariance, freedom = np.diag(priors**2), np.ones(len(priors))
     scatter = spread(table[:, seen], residual, [len(piece.time) for piece in joint.pieces])
-    by_input = _of_input(joint, table[:, seen])
-    own, other = np.diag(scatter.covariance), np.diag(by_input)
-    covariance[np.ix_(seen, seen)] = scatter.covariance + by_input
+    own, other = np.diag(scatter.covariance), np.diag(by_input := _of_input(joint, table[:, seen]))
+    wider = np.sqrt(np.maximum(np.diag(_of_counts(joint, table[:, seen])) / own, 1.0))
+    own = own * wider**2
+    covariance[np.ix_(seen, seen)] = scatter.covariance * np.outer(wider, wider) + by_input
     freedom[seen] = (own + other) ** 2 / (own**2 / scatter.freedom + other**2 / DRAWS)
     values, rates = _told(joint)
     before = np.linalg.inv(table[:, :many].T @ table[:, :many] / rms(joint) ** 2 + np.diag(priors[:many] ** -2.0))
@@ -81,9 +83,27 @@ def _of_input(joint: Joint, table: Floats) -> Floats:
             other[:2] += joint.pieces[i].misread(rng)
             moved.append(joint.predicted(i, joint.values, joint.starts[i], other))
         changes.append((np.concatenate(moved) - before) * weights)
+    return _of_changes(table, np.array(changes).T)
+
+
+def _of_counts(joint: Joint, table: Floats) -> Floats:
+    """Covariance (p, p) of the numbers by what the counts and the noise of the load's encoder make of its angle."""
+    rng, white, columns = np.random.default_rng(0), scatter_of(joint), []
+    for piece, residual in zip(joint.pieces, joint.residuals(), strict=True):
+        count, path = float(piece.counts[0]), (piece.value - residual)[:, None]
+        noise = np.sqrt(max(white**2 - count**2 / 12.0, 0.0)) * rng.standard_normal((len(path), READINGS))
+        if count:
+            dithered = path + noise + count * rng.uniform(size=READINGS)
+            noise = np.round(dithered / count) * count - dithered + noise
+        columns.append(noise * piece.weight[:, None])
+    return _of_changes(table, np.concatenate(columns))
+
+
+def _of_changes(table: Floats, changes: Floats) -> Floats:
+    """Covariance (p, p) of least squares by changes (rows, draws) of their data."""
     size = np.linalg.norm(table, axis=0)
-    found = np.linalg.lstsq(table / size, np.array(changes).T, rcond=None)[0] / size[:, None]
-    return np.asarray(found @ found.T / DRAWS)
+    found = np.linalg.lstsq(table / size, changes, rcond=None)[0] / size[:, None]
+    return np.asarray(found @ found.T / changes.shape[1])
 
 
 def _told(joint: Joint) -> tuple[dict[str, float], Floats]:

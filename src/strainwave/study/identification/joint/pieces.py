@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline, make_interp_spline
+from scipy.interpolate import BSpline, CubicSpline, make_interp_spline, make_lsq_spline
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import savgol_filter
 
@@ -18,6 +18,7 @@ FEWEST = 40  # samples of a piece
 FAR = 0.05  # of a gear's ratio: what the angles may say otherwise
 MOST_STEPS = 240_000  # of the grid in all: of longer logs parts are taken
 PARTS = 8
+KNOTS = 0.0025  # s, between knots of the motor's angle
 MARGIN = 0.004  # s, at both ends of a piece: how far two encoders' stamps may be apart, and more is asked for
 SMOOTH, LASTS = 9, 0.5  # samples over which speeds are averaged; s that one error of a reading lasts at most
 STILL = 1e-4  # rad of the load: nothing moves
@@ -76,8 +77,8 @@ class Piece:
         if count == 0.0:
             return np.zeros(len(grid)), np.zeros(len(grid))
         path = savgol_filter(self.read, SMOOTH, 3) + count * rng.uniform()
-        error = np.interp(grid, self.read_time, np.round(path / count) * count - path) / ratio
-        return error, np.gradient(error, grid)
+        error = through(self.read_time, (np.round(path / count) * count - path) / ratio)
+        return error(grid), error(grid, 1)
 
     def weighed(self, white: float) -> "Piece":
         """The piece weighed for readings that scatter so much [rad] from one to the next; noise blurs the counts."""
@@ -106,7 +107,11 @@ def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats,
             )
         t, values = own.get(name, (time, np.asarray(channels[name], float)))
         good = np.isfinite(values) & np.isfinite(t)
-        found += [t[good], values[good]]
+        t, values = t[good], values[good]
+        if len(t) > 1 and np.min(steps := np.diff(t)) <= 0.0:
+            at = float(t[int(np.argmin(steps))])
+            raise ValueError(f"log {which + 1}: stamps go back or repeat at {at:.9g} s; sort it")
+        found += [t, values]
     return found[0], found[1], found[2], found[3]
 
 
@@ -169,8 +174,6 @@ def _cut(tm: Floats, _motor: Floats, tl: Floats, _load: Floats) -> list[tuple[fl
     holes: list[tuple[float, float]] = []
     for t in (tm, tl):
         steps = np.diff(t)
-        if np.min(steps) <= 0.0:
-            raise ValueError(f"stamps go back or repeat at {t[int(np.argmin(steps))]:.9g} s; sort the log")
         at = np.flatnonzero(steps > max(GAP * float(np.median(steps)), 1e-9))
         holes += [(float(t[i]), float(t[i + 1])) for i in at]
     found, begin = [], edges[0]
@@ -201,7 +204,7 @@ def _piece(
     tm, motor, tl, load = tm[at], motor[at], tl[on], sense * load[on]
     n = int((tm[-1] - tm[0]) / step)
     grid = tm[0] + 0.5 * step * np.arange(2 * n + 1)
-    turned = make_interp_spline(tm - tm[0], motor, k=5)
+    turned = through(tm - tm[0], motor)
     followed = CubicSpline(tl - tm[0], load)
     inside = (tl >= grid[0] + MARGIN) & (tl <= grid[-1] - MARGIN)
     if np.count_nonzero(inside) < FEWEST:
@@ -218,6 +221,15 @@ def _piece(
         float(tm[0]), step, turned(s), speeds[0], tm, motor, followed(known), speeds[1], at, load[inside], counts,
         lasting, np.ones(len(at)), ratio, log,
     )  # fmt: skip
+
+
+def through(time: Floats, values: Floats) -> BSpline:
+    """Fifth-degree spline through readings, or nearest to them where they are closer than `KNOTS`."""
+    many = round(KNOTS / float(np.median(np.diff(time))))
+    if many < 2:
+        return make_interp_spline(time, values, k=5)
+    inner = time[3 * many : -3 * many : many]
+    return make_lsq_spline(time, values, np.concatenate([[time[0]] * 6, inner, [time[-1]] * 6]), k=5)
 
 
 def count_of(values: Floats) -> float:

@@ -1,6 +1,6 @@
 """The fit: least squares from a motion that is drawn to the log to one that runs freely, lines and terms one by one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -75,6 +75,7 @@ MOST_LINES = 6  # more than the first ones
 SMALL = 1e-3  # of its first value: the hysteresis that is looked for
 INSIDE, OUTSIDE = ("hysteresis", "load_friction", "gravity_mean"), ("gap", "asymmetry", "drag")
 CLOSE, TRIED, FROM = 0.97, 0.93, 0.6  # of the largest torque: a corner that is tried, and where; of the datasheet's
+FAR_OFF, MUCH = 2.0, 0.1  # readings' scatters of a residual with other causes, of which a line takes so much
 POWER_OF_TERM = 0.003  # of the residual's power, that a term must take
 
 
@@ -83,20 +84,28 @@ def found(joint: Joint, omega: float, progress: Callable[[str, float], None]) ->
     fits: list[Joint] = []
     for share, hysteresis in ((0.1, False), (0.4, True)):
         progress("drawn to the log", share)
-        drawn = replace(started(joint), gains=DRAWN * np.array([omega, omega * omega])).with_lines(*FIRST_LINES)
-        if hysteresis:
-            drawn = _hysteretic(drawn)
-        for gains in (1.0, 1.0, 0.2):
-            drawn = solved(replace(drawn, gains=gains * drawn.gains), rms(drawn), 10).aligned()
-        progress("running freely", share + 0.1)
-        trial = settled(started(replace(drawn, gains=np.zeros(2))))
-        trial = with_terms(trial, INSIDE)
-        trial = with_corners(with_terms(with_more_lines(shaken(trial)), INSIDE))
+        trial = completed(running(joint, omega, FIRST_LINES, hysteresis))
         if not fits or rms(trial) < BETTER * rms(fits[-1]):
             fits.append(trial)
         if rms(fits[-1]) < AT_FLOOR * scatter(fits[-1]):
             break
     return fits[-1]
+
+
+def running(joint: Joint, omega: float, lines: Sequence[Pair], hysteresis: bool) -> Joint:
+    """The joint with its first numbers: drawn to the log by less and less, then running freely."""
+    drawn = replace(started(joint), gains=DRAWN * np.array([omega, omega * omega])).with_lines(*lines)
+    if hysteresis:
+        drawn = _hysteretic(drawn)
+    for gains in (1.0, 1.0, 0.2):
+        drawn = solved(replace(drawn, gains=gains * drawn.gains), rms(drawn), 10).aligned()
+    return settled(started(replace(drawn, gains=np.zeros(2))))
+
+
+def completed(joint: Joint) -> Joint:
+    """The joint with the terms, lines and corners that its residual shows."""
+    joint = with_terms(joint, INSIDE)
+    return with_corners(with_terms(with_more_lines(shaken(joint)), INSIDE))
 
 
 def scatter(joint: Joint) -> float:
@@ -191,8 +200,8 @@ def with_more_lines(joint: Joint, highest: int = HIGHEST) -> Joint:
         score, wider = Score(joint), joint.with_lines(*tried)
         names = [name for pair in tried for name in line_names(pair)]
         gains = score.gains(np.concatenate(wider.columns(names)), 2)
-        best = int(np.argmax(gains))
-        if gains[best] < max(SURE, POWER_OF_TERM * len(score.residual)):
+        best, least = int(np.argmax(gains)), POWER_OF_TERM if rms(joint) < FAR_OFF * scatter(joint) else MUCH
+        if gains[best] < max(SURE, least * len(score.residual)):
             return joint
         joint = settled(joint.with_lines(tried.pop(best)), 2)
     return joint
