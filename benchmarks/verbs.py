@@ -73,22 +73,15 @@ def logged(train):
     return {"time": t, "motor_angle": motor, "load_angle": load}
 
 
-def free_decay():
-    """Time and torsion of a load that is let go."""
-    t = np.arange(0.0, 1.0, 1.0 / 4000.0)
-    return t, sw.simulate(SYSTEM._replace(error=sw.NoError(), omega=1.0), (2e-3, 0.0), t).y[0]
-
-
 def questions(folder):
     """Rows: question, verb, command, and what is timed."""
     (path := folder / "axis.yaml").write_text(AXIS, encoding="utf-8")
     project = sw.read_project(path)
     elbow = sw.read_specification(Path(__file__).parent.parent / "examples" / "projects" / "elbow.yaml")
-    loop, scan, runs, decay, log = bench_loop(), slow_scan(), two_runs(), free_decay(), logged(project.train)
+    loop, scan, runs, log = bench_loop(), slow_scan(), two_runs(), logged(project.train)
     counts = np.linspace(0.0, 9.0 * 2**24, 5000)
     omega = np.geomspace(20.0, 1500.0, 80)
     bode = sw.fit.measured_bode(omega, 1.1 * sw.bode(DRIVE.train(), omega).motor * np.exp(-4e-4j * omega))
-    decaying = SYSTEM._replace(error=sw.NoError(), omega=1.0)
     measure = sw.EnsembleMeasure((0.0, 0.0), periods=1, settle=40, measures=(sw.Peak(),))
     lanes = {"omega": np.linspace(*BAND, 10_000)}
     train = DRIVE.train(kinematic_error=ERROR, control=LOOP)
@@ -138,8 +131,6 @@ def questions(folder):
          lambda: sw.ensemble(SMOOTH, lanes, (0.0, 0.0), periods=50)),
         ("What is the stiffness of my gear, from a loop on a bench?", "sw.fit_loop(torsion, torque)", "fit-loop",
          lambda: sw.fit_loop(*loop)),
-        ("What is the stiffness of my gear, from a free vibration?", "sw.fit_decay(time, torsion, system)", "",
-         lambda: sw.fit_decay(*decay, decaying, free=("B", "law.K1", "law.T1"))),
         ("What are inertias, stiffness, damping and delay, from a Bode plot?", "sw.fit.fit_bode(measured, project)",
          "fit-bode", lambda: sw.fit.fit_bode(bode, train)),
         ("What are stiffness, damping and error of my drive, from a log?", "sw.identify_log(logs, gear=...)",

@@ -70,12 +70,6 @@ def axis():
 
 
 @cache
-def decay():
-    t = 0.1 * np.arange(600)
-    return sw.fit_decay(t, np.exp(-0.01 * t) * np.cos(t), DUFFING._replace(law=sw.Linear(1.1)))
-
-
-@cache
 def measured_bode():
     omega = np.geomspace(10.0, 1000.0, 20)
     return sw.fit.measured_bode(omega, 1.0 / (1j * omega * 5e-4), deviation=0.1 / omega, amplitude=1.0)
@@ -198,7 +192,6 @@ RESULTS = {
             NUMBERS < 1.02,
             ("Assumed.",),
         ),
-        "DecayFit": decay,
         "Identified": identified,
         "LawComparison": lambda: sw.results.LawComparison(
             ("linear",), np.array([2.0]), np.array([1e-3]), np.array([1.1e-3]), (identified(),)

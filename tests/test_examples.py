@@ -200,12 +200,6 @@ def test_example_move():
 
 
 @pytest.mark.slow
-def test_example_free_decay():
-    # The gear simulated has 54 N m; the standard deviation of the corner is 0.2 N m.
-    assert example("free_decay").main() == pytest.approx(54.0, abs=0.6)
-
-
-@pytest.mark.slow
 def test_example_my_own_law():
     module = example("my_own_law")
     system = module.system(module.LAWS["RoundedGap"], 1250)

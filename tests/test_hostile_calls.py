@@ -100,8 +100,6 @@ def test_texts_dates_masked_and_huge_numbers_are_no_numbers(values):
         lambda _: sw.fit_loop(1e-300 * np.sin(TURN), np.sin(TURN)),
         lambda _: sw.fit_loop(TWISTS, SPRING.torque(TWISTS) + 1e16 * (np.arange(120) == 0)),
         lambda _: sw.fit_loop(TWISTS - 1.0, SPRING.torque(TWISTS)),
-        lambda _: sw.fit_decay(TIMES, 1e-300 * np.cos(TIMES), LIGHT._replace(law=sw.Linear(1.1))),
-        lambda _: sw.fit_decay(TIMES, np.cos(10.0 * TIMES), LIGHT._replace(B=-1e60, law=sw.Linear(1.1))),
         lambda _: sw.Log(1e-302 * TIMES, {}),
         lambda _: sw.Log(TIMES, {"motor_angle": 1e299 * TIMES}).segments(),
         lambda _: sw.Log(TIMES, {"load_angle": TIMES}).run(LONG),

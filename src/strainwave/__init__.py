@@ -14,7 +14,7 @@ gains), `lyapunov` (does every motion decay), `basins` (where it comes to rest),
 `ensemble` (many variants, drives of one type).
 Of a train: `margins` and `bode` (the motor's loop), `state_space`, `drive_run` (a run in time).
 From measurements: `identify_log` (stiffness, damping, error from a log), `fit_loop` (stiffness from a loop on a
-bench), `fit_decay` (from a free vibration), `fit.fit_bode` (from a Bode plot), `error_scan` and `order_scan` (orders),
+bench), `fit.fit_bode` (from a Bode plot), `error_scan` and `order_scan` (orders),
 `fit.arrangement` (ratio and arrangement from both encoders).
 For a joint to be built: `design` (gears of the catalogue that do what is asked), `catalogue.gear`.
 

@@ -119,7 +119,6 @@ from .files.scan_file import read_scan as read_scan
 from .study.identification.orders.order_scan import order_scan as order_scan
 from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
-from .study.identification.decay import fit_decay as fit_decay
 from .study.identification.identify import identify as identify
 from .files.variants.identify_log import identify_log as identify_log
 from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop

@@ -7,7 +7,6 @@ from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
 from .study.identification.bode.bode_fit import fit_bode as fit_bode
 from .study.identification.bode.measured_bode import bode_of_records as bode_of_records
 from .study.identification.bode.measured_bode import measured_bode as measured_bode
-from .study.identification.decay import fit_decay as fit_decay
 from .study.identification.discrepancy import discrepancy as discrepancy
 from .study.identification.fitted import unidentifiable as unidentifiable
 from .study.identification.identify import identify as identify

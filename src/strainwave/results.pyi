@@ -46,7 +46,6 @@ from .study.gear.hysteresis import HysteresisFit as HysteresisFit
 from .study.gear.hysteresis import HysteresisLoop as HysteresisLoop
 from .study.identification.bode.bode_fit import BodeFit as BodeFit
 from .study.identification.bode.measured_bode import MeasuredBode as MeasuredBode
-from .study.identification.decay import DecayFit as DecayFit
 from .study.identification.discrepancy import Discrepancy as Discrepancy
 from .study.identification.discrepancy import MissingTerm as MissingTerm
 from .study.identification.identified import Identified as Identified

@@ -77,19 +77,6 @@ def fit_loop():
     yield "yaml", found.yaml.splitlines()[0] if isinstance(found.yaml, str) else "", EXACT
 
 
-def fit_decay():
-    """Stiffness and damping from a free vibration."""
-    gear = sw.Parallel(sw.Cubic(7160.0, 1e5), sw.laws.Coulomb(0.1, 1e-3))
-    joint = sw.Oscillator(0.5, 1.0, gear, sw.Harmonic(0.0), omega=1.0)
-    time = np.arange(0.0, 1.0, 2e-3)
-    angle = sw.simulate(joint, (3e-3, 0.0), time).y[0] + 2e-5 * np.random.default_rng(4).standard_normal(len(time))
-    guess = sw.Parallel(sw.Cubic(6000.0, 5e4), sw.laws.Coulomb(0.2, 1e-3))
-    names = ("B", "law.first.K", "law.first.alpha", "law.second.T_c")
-    values, intervals = fitted(sw.fit_decay(time, angle, joint._replace(B=2.0, law=guess), free=names), names)
-    yield "values", values, FITTED
-    yield "intervals", intervals, INTERVALS
-
-
 def identify():
     """Numbers of a system and of a drive from logs; laws compared; what a log cannot tell."""
     t = 0.02 * np.arange(600)

@@ -11,13 +11,12 @@ from ..base.units import ARCSEC
 from ..files.variants.identify_log import IdentifiedLog
 from ..study.identification.bode.bode_fit import BodeFit
 from ..study.identification.bode.measured_bode import MeasuredBode
-from ..study.identification.decay import DecayFit
 from ..study.identification.identified import Identified
 from ..study.identification.joint.answer import law_cloud, torsion_of
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_model import LoopFit
 from ..study.identification.orders.order_result import OrderScan
-from .panels import BLUE, DASHES, GREY, HERTZ, ORANGE, PALE, TIME, Axis, Panel, angle, panels_of
+from .panels import BLUE, DASHES, GREY, HERTZ, ORANGE, PALE, TIME, Axis, Panel, panels_of
 
 TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
 REACH = 1.96  # standard errors of an interval of 95 %
@@ -51,24 +50,6 @@ def _channel(log: Log, name: str, segments: Sequence[LogSegment]) -> Panel:
     for rows in log.unbroken():
         panel.line(log.time[rows], values[rows], width=1.2)
     return panel
-
-
-@panels_of.register
-def decay_panels(fit: DecayFit) -> list[Panel]:
-    """Frequency and damping ratio of a free decay against its amplitude, with 95 % bars, and those of the fit."""
-    order = np.argsort(fit.amplitude)
-    x = angle("amplitude of the first harmonic", fit.amplitude)
-    frequency, damping = Panel("", x, Axis("frequency", "rad/s")), Panel("", x, Axis("damping ratio", "%", 0.01))
-    ratio, fitted = fit.rate / fit.omega, fit.fitted_rate / fit.fitted_omega
-    for panel, values, error, curve, colour, dash in (
-        (frequency, fit.omega, fit.omega_deviation, fit.fitted_omega, BLUE, ""),
-        (damping, ratio, fit.rate_deviation / fit.omega, fitted, ORANGE, DASHES),
-    ):
-        panel.bars(fit.amplitude, values - REACH * error, values + REACH * error, colour)
-        panel.points(fit.amplitude, values, colour, panel.y.name, "o" if panel is frequency else "s")
-        panel.line(fit.amplitude[order], curve[order], colour, "fitted", dash)
-    damping.ylim = (0.0, 2.0 * float(np.max(fitted)))
-    return [frequency, damping]
 
 
 @panels_of.register

@@ -15,7 +15,7 @@ from ...base.quantities import array_of, number, shown
 from ...base.records import Result
 from ...base.results import Floats
 from ...base.sentences import listed
-from ...compile.tree import leaf_of, numbers, with_leaf
+from ...compile.tree import numbers
 from .discrepancy import Discrepancy
 from .intervals import Interval, interval
 
@@ -180,32 +180,6 @@ class Fitted(Fit):
             f"  {name} = {value:.6g} ({low:.6g} .. {high:.6g})"
             for name, value, (low, high) in zip(self.names, self.values, bounds, strict=True)
         ]
-
-
-def free_leaves(system: Any, free: Sequence[str]) -> list[int]:
-    """Places of the free parameters among the leaves of a system.
-
-    Raises
-    ------
-    ValueError
-        If a path names no float of the system, or is there twice.
-    """
-    if len(set(free)) < len(free):
-        raise ValueError(f"free is {shown(tuple(free))}; name every parameter once")
-    return [leaf_of(system, path) for path in free]
-
-
-def with_values(system: Any, leaves: Sequence[int], values: Any) -> Any:
-    """The system with other numbers at these leaves."""
-    for leaf, value in zip(leaves, values, strict=True):
-        system = with_leaf(system, leaf, float(value))
-    return system
-
-
-def scales(system: Any, free: Sequence[str]) -> Floats:
-    """Sizes (p,) by which free parameters are measured: their start values, or 1 where these are 0."""
-    start = {path: value for path, _, _, value in numbers(system)}
-    return np.array([abs(start[path]) or 1.0 for path in free])
 
 
 def bounds(system: Any, free: Sequence[str]) -> tuple[Floats, Floats]:

@@ -163,7 +163,7 @@ def _ties(
     if not inertia_given:
         found.append(
             (
-                ("load inertia", *(name for name in MECHANICAL if name in told)),
+                ("load inertia", *(name for name in MECHANICAL if name in told or name == "K1")),
                 "the load's inertia, or a torque measured at the load",
             )
         )
@@ -178,7 +178,9 @@ def _ties(
         group = tuple(name for name in (slope, corner) if name in lost)
         if group:
             limit = joint.values[corner]
-            found.append((group, f"torques well beyond {corner} of {limit:.3g} N·m (this log reaches {reach:.3g} N·m)"))
+            beyond = "well beyond" if reach < 1.2 * limit else "to both sides of"
+            move = f"torques {beyond} {corner} of {limit:.3g} N·m, with a reversal (this log reaches {reach:.3g} N·m)"
+            found.append((group, move))
     done = {name for group, _ in found for name in group}
     correlation = covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
     for name in (name for name in lost if name not in done):

@@ -102,8 +102,10 @@ def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats,
     found: list[Floats] = []
     for name in ("motor_angle", "load_angle"):
         if name not in channels:
+            tie = "no torsion is seen, and the stiffness and the load's inertia are tied"
             raise ValueError(
-                f"log {which + 1} has no channel {name!r}; it has {joined(channels)}: name the column that is it"
+                f"log {which + 1} has no channel {name!r}; it has {joined(channels)}: name its column. Without both "
+                f"angles {tie}; order_scan reads lines of a torque"
             )
         t, values = own.get(name, (time, np.asarray(channels[name], float)))
         good = np.isfinite(values) & np.isfinite(t)
