@@ -291,7 +291,7 @@ def test_a_dropped_log_identifies_its_drive(client):
     job = waited(client, client.post("/api/identify?name=run.csv", content=body).json()["id"])
     assert job["state"] == "done", job["error"]
     found = {number["name"]: number for number in job["result"]["numbers"]}
-    for name, true in (("gear.K1", measured_axis.K1), ("gear.K2", measured_axis.K2), ("damping.B", measured_axis.B)):
+    for name, true in (("K1", measured_axis.K1), ("K2", measured_axis.K2), ("B", measured_axis.B)):
         assert found[name]["low"] < true < found[name]["high"]
     assert job["result"]["usable"]
     assert job["result"]["headline"].startswith("The model explains 99.")

@@ -69,8 +69,8 @@ def test_a_log_that_the_model_does_not_explain_says_so_first(blank):
     blank.wait_for_selector("#plot-log-load_angle[data-drawn]")
     assert blank.locator(".plot").first.get_attribute("id") == "plot-log-dynamic_error"
     blank.locator("#begin").click()
-    said(blank, "Do not use these numbers yet.")
-    assert blank.locator("#answer").inner_text().startswith("The model explains only ")
+    said(blank, "which the model lacks")
+    assert blank.locator("#answer").inner_text().startswith("The log shows a line of order 1.37 of the motor's turn")
     assert blank.locator("#answer").get_attribute("class") == "bad"
     assert blank.locator("#use").is_disabled()
     assert blank.evaluate("() => document.getElementById('plots').firstElementChild.id") == "identified-drive"

@@ -114,6 +114,18 @@ def test_a_load_that_turns_against_the_motor_and_a_gap_in_the_log_change_nothing
     assert all(covers(fit, truth, name) for name in ("K1", "B", "skew", "gravity"))
 
 
+def test_angles_with_times_of_their_own_are_compared_at_these(tmp_path):
+    log, truth = joint_logs.made(4)
+    np.savez(
+        tmp_path / "run.npz", motor_angle=log["motor_angle"], motor_angle_time=log["time"],
+        load_angle=log["load_angle"][::3], load_angle_time=log["time"][::3],
+    )  # fmt: skip
+    fit = sw.identify_log(tmp_path / "run.npz", gear=truth["gear"], load_inertia=truth["J"])
+    assert sum(len(piece.time) for piece in fit.answer.joint.pieces) == pytest.approx(len(log["time"]) / 3, abs=20)
+    assert fit.answer.residual == pytest.approx(truth["floor"], rel=0.05)
+    assert all(covers(fit, truth, name) for name in ("K1", "B", "skew", "gravity"))
+
+
 @pytest.mark.slow
 def test_twelve_logs_with_reversals_are_answered():
     answered = within = 0

@@ -60,7 +60,7 @@ def identified(
 ) -> dict[str, Any]:
     """Parameters of a drive identified from a log with both angles, and the project file with them (Refused)."""
     with _filed(name, content) as path:
-        log = read_log(path, chosen.columns or None, chosen.units, rate=chosen.rate)
+        log = read_log(path, chosen.columns or None, chosen.units, rate=chosen.rate, trim=0.0)
     fit = identify_log(log, project=project, progress=progress)
     joint = fit.answer.joint
     residual = np.concatenate(joint.residuals())

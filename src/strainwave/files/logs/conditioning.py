@@ -167,8 +167,12 @@ TRANSIENT = 0.2  # share of a log that may come before the constant speed with w
 Channels = dict[str, Floats]
 
 
-def aligned(path: Path, columns: dict[str, Column], rate: float | None, notes: list[str]) -> tuple[Floats, Channels]:
+def aligned(
+    path: Path, columns: dict[str, Column], rate: float | None, notes: list[str]
+) -> tuple[Floats, Channels, dict[str, tuple[Floats, Floats]]]:  # fmt: skip
     """Time and channels of one length, finite: rows with missing values dropped, other times interpolated.
+
+    Channels that were interpolated are there a third time, with times and values of their own.
 
     Raises
     ------
@@ -197,7 +201,7 @@ def aligned(path: Path, columns: dict[str, Column], rate: float | None, notes: l
     else:
         raise refuse(path, "has no channel with finite values beside the time; is it the right file?")
     _ascends(path, "time", time)
-    return _interpolated(path, time, together, apart, notes)
+    return *_interpolated(path, time, together, apart, notes), apart
 
 
 def _time(path: Path, columns: dict[str, Column], rate: float | None) -> Floats:

@@ -287,7 +287,7 @@ def read_log(
         _check_ratio(path, log, number("ratio", ratio, positive=True), notes)
     log = trimmed(log, trim, notes)
     regular(log, notes)
-    return Log(log.time, log.channels, log.units, tuple(notes), doubts(log))
+    return replace(log, notes=tuple(notes), doubts=doubts(log))
 
 
 def columns_of(
@@ -306,11 +306,12 @@ def _log(
     notes: list[str],
 ) -> Log:  # fmt: skip
     picked, si = in_si(path, chosen(path, file, columns, notes), units, notes)
-    time, channels = aligned(path, picked, rate, notes)
+    time, channels, apart = aligned(path, picked, rate, notes)
     if unwrap:
         channels = unwrapped(channels, si, notes)
+        apart = {n: (t, unwrapped({n: v}, si, [])[n]) for n, (t, v) in apart.items()}
     time, channels = averaged(time, channels, notes)
-    return Log(time, channels, {name: si[name] for name in channels})
+    return Log(time, channels, {name: si[name] for name in channels}, own=apart)
 
 
 def _check_ratio(path: Path, log: Log, ratio: float, notes: list[str]) -> None:

@@ -155,6 +155,8 @@ def identify_log(
     ------
     ValueError
         If a channel is missing, the angles are not those of the gear, or nothing moves.
+    SolveError
+        If the motion leaves every bound from the first numbers.
 
     References
     ----------
@@ -187,7 +189,7 @@ def _logs(logs: Any) -> list[Any]:
     several = list(logs) if isinstance(logs, list | tuple) else [logs]
     if not several:
         raise ValueError("logs is empty; give one log at least")
-    read = [read_log(one) if isinstance(one, str | os.PathLike) else one for one in several]
+    read = [read_log(one, trim=0.0) if isinstance(one, str | os.PathLike) else one for one in several]
     for one in read:
         if not (isinstance(one, Log) or hasattr(one, "keys")):
             raise TypeError(f"a log is a path, a Log or a dict of channels; this is {shown(one)}")

@@ -170,6 +170,8 @@ class Log(Result):
         What reading has guessed and changed, a sentence each.
     doubts : tuple of str
         What is not plausible in the channels, a sentence each.
+    own : dict of str to ((m,) array, (m,) array)
+        Times [s] and values of channels as they were sampled, where these were not the times of the log.
     """
 
     time: Floats
@@ -177,6 +179,7 @@ class Log(Result):
     units: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    own: dict[str, tuple[Floats, Floats]] = field(default_factory=dict)
 
     rows: ClassVar[str] = "time"
     places: ClassVar[Along] = {"time": {"time": "s"}}
@@ -280,7 +283,9 @@ class Log(Result):
         if np.count_nonzero(keep) < 2:
             ends = f"{self.time[0]:.6g} .. {self.time[-1]:.6g} s"
             raise ValueError(f"fewer than two samples are within {start:.6g} .. {stop:.6g} s; the log has {ends}")
-        return replace(self, time=self.time[keep], channels={n: v[keep] for n, v in self.channels.items()})
+        inside = {n: (t >= start) & (t <= stop) for n, (t, _) in self.own.items()}
+        own = {n: (t[inside[n]], v[inside[n]]) for n, (t, v) in self.own.items()}
+        return replace(self, time=self.time[keep], channels={n: v[keep] for n, v in self.channels.items()}, own=own)
 
     @cached_property
     def _motion(self) -> tuple[Floats, Floats | None]:

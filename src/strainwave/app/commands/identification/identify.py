@@ -45,6 +45,7 @@ def identify(
         raise click.UsageError("give one project file (.yaml) or --gear NAME, and the logs")
     inertia = None if load_inertia is None else parse(load_inertia, "kg*m**2")
     guess = read_project(projects[0]) if projects else None
+    reading |= {"trim": reading["trim"] or 0.0}  # what comes before a constant speed tells most
     logs = [log_of(file, **reading) for file in files if file not in projects]
     if not logs:
         raise click.UsageError("give at least one log of the joint")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ....base.results import Floats
+from ....base.results import Floats, SolveError
 from ....base.units import ARCSEC
 from .known import Known, known
 from .march import spring_torque
@@ -53,6 +53,7 @@ class Answer:
     causes: tuple[str, ...]
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound
 def answered(
     logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None,
     progress: Callable[[str, float], None],
@@ -63,8 +64,12 @@ def answered(
     ------
     ValueError
         If the angles are none of such a gear, or nothing moves.
+    SolveError
+        If the motion leaves every bound.
     """
     joint = _best(logs, ratio, law, inertia, progress)
+    if not np.isfinite(rms(joint)):
+        raise SolveError("the motion leaves every bound; check that gear, load inertia and log are of one joint")
     noise, causes = scatter(joint), list[str]()
     if rms(joint) > LEFT * noise:
         progress("causes", 0.8)
@@ -76,12 +81,12 @@ def answered(
     return Answer(joint, known(joint, inertia is not None), explained, residual, noise, tuple(causes))
 
 
-def torsion_of(joint: Joint, i: int) -> Floats:
-    """Torsion about its mean (m,) in a piece."""
+def torsion_of(joint: Joint, i: int, about: float = 1.0) -> Floats:
+    """Torsion about its mean (m,) in a piece, or from 0."""
     piece = joint.pieces[i]
     at = piece.begin + 0.5 * piece.step * np.arange(len(piece.motor))
     torsion = np.interp(piece.time, at, piece.motor) / joint.ratio - piece.value
-    return torsion - np.mean(torsion)
+    return torsion - about * np.mean(torsion)
 
 
 def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float, free: tuple[str, ...]) -> Joint:
@@ -89,10 +94,11 @@ def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: flo
     of = scales(inertia, law, float(np.sqrt(law[0] / inertia)))
     values = {name: scale.first for name, scale in of.items()} | {"hysteresis": 0.0}
     empty = Joint(tuple(pieces), ratio, of, values, (), np.zeros((len(pieces), 2)), free, np.zeros(2))
-    values["offset"] = float(np.mean(pieces[0].value - np.interp(
-        pieces[0].time, pieces[0].begin + 0.5 * pieces[0].step * np.arange(len(pieces[0].motor)), pieces[0].motor
-    ) / ratio))  # fmt: skip
-    return replace(empty, values=values)
+    means = {piece.log: -float(np.mean(torsion_of(empty, i, 0.0))) for i, piece in enumerate(pieces)}
+    values["offset"] = means[pieces[0].log]
+    more = {f"offset {log + 1}": mean - values["offset"] for log, mean in means.items() if log != pieces[0].log}
+    of |= dict.fromkeys(more, of["offset"])
+    return replace(empty, values=values | more, scales=of, free=(*free, *more))
 
 
 def _best(
@@ -176,7 +182,7 @@ def law_cloud(joint: Joint) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
         some = np.linspace(0, len(piece.time) - 1, CLOUD // len(joint.pieces)).astype(int)
         at = (piece.time[some] + joint.values["skew"] - piece.begin) / (0.5 * piece.step)
         rigid = np.interp(at, np.arange(len(piece.motor)), joint.drive(i, joint.values)[0])
-        twist = rigid - (piece.value - left - joint.values["offset"])[some]
+        twist = rigid - (piece.value - left - joint.offset(i))[some]
         twists.append(twist - left[some])
         torques.append(np.array([spring_torque(float(x), p) for x in twist]))
     reach = float(np.max(np.abs(np.concatenate(twists))))

@@ -153,7 +153,7 @@ class Joint:
             if values[name]:
                 drive[:3] += values[name] * wave
         if self.gains[0]:
-            drive[3] = piece.load - values["skew"] * piece.load_rate - values["offset"]
+            drive[3] = piece.load - values["skew"] * piece.load_rate - self.offset(i, values)
         return drive
 
     def predicted(self, i: int, values: dict[str, float], start: Floats, drive: Floats | None = None) -> Floats:
@@ -163,7 +163,12 @@ class Joint:
         at = (piece.time + values["skew"] - piece.begin) / piece.step
         states, read = np.empty((len(piece) + 1, 2)), np.empty(len(at))
         run(march, self.kernel_numbers(values), drive, piece.step, start, self.gains, at, states, read)
-        return read + values["offset"]
+        return read + self.offset(i, values)
+
+    def offset(self, i: int, values: dict[str, float] | None = None) -> float:
+        """Reading of the load where motor and load are at 0, in a piece: each log after the first has its own."""
+        values = self.values if values is None else values
+        return values["offset"] + values.get(f"offset {self.pieces[i].log + 1}", 0.0)
 
     def residuals(self) -> list[Floats]:
         """Measured less predicted angles [rad] in every piece."""
@@ -212,7 +217,7 @@ class Joint:
         if name in self.waves[i]:
             other = drive.copy()
             other[:3] += (values[name] - self.values[name]) * self.waves[i][name]
-        elif self.gains[0] and name in ("offset", "skew"):
+        elif self.gains[0] and name.startswith(("offset", "skew")):
             other = None
         else:
             other = drive

@@ -98,7 +98,7 @@ def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats,
     """
     channels = log.channels if isinstance(log, Log) else {k: v for k, v in log.items() if k != "time"}
     time = log.time if isinstance(log, Log) else np.asarray(log["time"], float)
-    own = getattr(log, "own", {})
+    own = log.own if isinstance(log, Log) else {}
     found: list[Floats] = []
     for name in ("motor_angle", "load_angle"):
         if name not in channels:

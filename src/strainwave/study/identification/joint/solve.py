@@ -105,6 +105,8 @@ def running(joint: Joint, omega: float, lines: Sequence[Pair], hysteresis: bool)
 
 def completed(joint: Joint) -> Joint:
     """The joint with the terms, lines and corners that its residual shows."""
+    if not np.isfinite(rms(joint)):
+        return joint
     joint = with_terms(joint, INSIDE)
     return nudged(with_corners(with_terms(with_more_lines(shaken(joint)), INSIDE)))
 
@@ -151,10 +153,10 @@ def _off(joint: Joint, i: int, start: Floats) -> Floats:
 def started(joint: Joint) -> Joint:
     """The joint whose starts are the measured ones: a cubic through the first readings of each piece."""
     starts = []
-    for piece in joint.pieces:
+    for i, piece in enumerate(joint.pieces):
         many = max(FEW, int(np.searchsorted(piece.time, piece.time[0] + EARLY)))
         at = piece.time[:many] + joint.values["skew"] - piece.begin
-        rate, angle = np.polyfit(at, piece.value[:many] - joint.values["offset"], 3)[2:]
+        rate, angle = np.polyfit(at, piece.value[:many] - joint.offset(i), 3)[2:]
         starts.append((angle, rate))
     return replace(joint, starts=np.array(starts))
 
@@ -258,7 +260,7 @@ def reached(joint: Joint) -> float:
     for i, (piece, off) in enumerate(zip(joint.pieces, joint.residuals(), strict=True)):
         at = (piece.time + joint.values["skew"] - piece.begin) / (0.5 * piece.step)
         rigid = np.interp(at, np.arange(len(piece.motor)), joint.drive(i, joint.values)[0])
-        twist = np.abs(rigid - (piece.value - off - joint.values["offset"]))
+        twist = np.abs(rigid - (piece.value - off - joint.offset(i)))
         most = max(most, spring_torque(float(np.max(twist)), p))
     return most
 
