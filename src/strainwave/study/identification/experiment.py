@@ -3,14 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple, get_args
+from typing import Any, get_args
 
 import numpy as np
 
 from ...base.protocols import System, names_of, omega_of
-from ...base.quantities import Angle, Ratio, checked, choice, shown
+from ...base.quantities import checked, choice, shown
 from ...base.results import Floats
-from ...compile.maths import cos, sin
 from ...compile.tree import leaf_of, numbers, part, replaced, with_leaf
 from .driven import Between, Lanes, Signal, lanes_of, pieces, places_of, resampled
 from .fitted import bounds
@@ -19,47 +18,6 @@ OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the f
 SIGNED = ("phase", "mean", "offset", "delay")  # numbers that have no sign of their own
 CLOSER, LEAST = 0.2, 0.1  # of its value now, and of the first one: how near zero a number comes at once, and ever
 NEAR_START = 7  # samples that the first rate of a measured state is taken from
-
-
-class OrderLine(NamedTuple):
-    """A line of any order, cosine cos(order angle) + sine sin(order angle)."""
-
-    order: Ratio
-    cosine: Angle
-    sine: Angle
-
-
-class MoreLines(NamedTuple):
-    """A kinematic error with lines of any order beside its own."""
-
-    error: Any
-    lines: tuple[OrderLine, ...]
-
-    def value(self, angle: Any) -> Any:
-        """Error [rad] at the base angle [rad]."""
-        total = self.error.value(angle)
-        for i in range(len(self.lines)):
-            line = self.lines[i]
-            total = total + line.cosine * cos(line.order * angle) + line.sine * sin(line.order * angle)
-        return total
-
-    def slope(self, angle: Any) -> Any:
-        """Derivative de/dangle [rad/rad] at the base angle [rad]."""
-        total = self.error.slope(angle)
-        for i in range(len(self.lines)):
-            line = self.lines[i]
-            a = line.order * angle
-            total = total + line.order * (line.sine * cos(a) - line.cosine * sin(a))
-        return total
-
-    def curvature(self, angle: Any) -> Any:
-        """Second derivative of e [rad/rad^2] at the base angle [rad]."""
-        total = self.error.curvature(angle)
-        for i in range(len(self.lines)):
-            line = self.lines[i]
-            a = line.order * angle
-            total = total - line.order * line.order * (line.cosine * cos(a) + line.sine * sin(a))
-        return total
 
 
 @dataclass(frozen=True)
