@@ -18,6 +18,7 @@ RESOLVED = 0.06  # of 1/omega of the stiffest slope: a step of the grid
 CLOUD = 600  # points
 GUESSES = (6.0, 12.0, 24.0)  # Hz, resonances that are tried where no inertia is given
 LEFT = 1.2  # of the readings' scatter: a residual that needs another cause
+NEAR = 3.0  # of the readings' scatter: what a named cause leaves at most
 BETTER, NEEDED = 0.8, 1.02  # of the residual: what a cause leaves at most, and what is left without it at least
 PEAK, LOWEST, LOWEST_ORDER = 12.0, 0.5, 0.2  # of a residual's mean power: a peak; Hz, and per turn
 CAUSES = {
@@ -128,7 +129,7 @@ def _caused(
         trials[cause] = running(first, omega, joint.lines, "hysteresis" in joint.free)
     name = min(trials, key=lambda cause: rms(trials[cause]))
     best = completed(trials[name])
-    if rms(best) < BETTER * rms(joint):
+    if rms(best) < min(BETTER * rms(joint), NEAR * scatter(best)):
         without = replace(best, values=best.values | {name: 0.0}, free=tuple(one for one in best.free if one != name))
         if rms(without := settled(without)) < NEEDED * rms(best):  # it has but led out of a trap
             return without, _peaks(without) if rms(without) > LEFT * scatter(without) else []
