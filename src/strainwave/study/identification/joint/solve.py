@@ -14,7 +14,7 @@ from .model import Joint, Pair, line_names
 FIRST_LINES: tuple[Pair, ...] = ((2, 0), (4, 0), (1, 0), (2, 2))
 BASIC = ("K1", "K2", "K3", "T1", "T2", "B", "coulomb", "viscous", "gravity_cos", "gravity_sin",
          "offset", "skew")  # fmt: skip
-CONVERGED = 0.02  # of a standard deviation
+CONVERGED, UNDAMPED = 0.02, 1e-7  # fall of the sum of squares; damping at which numbers that are alike are parted
 MOST = 25
 
 
@@ -53,7 +53,7 @@ def solved(joint: Joint, sigma: float, most: int = MOST, damping: float = 1e-3) 
             damping *= 8.0
             if damping > 1e6:
                 return joint
-        far, joint, damping = damping > 1e-2, trial, max(damping / 10.0, 1e-9)
+        far, joint, damping = damping > UNDAMPED, trial, max(damping / 30.0, 1e-10)
         if not far and before - after < CONVERGED:
             break
     return joint
