@@ -8,7 +8,7 @@ import numpy as np
 
 from ....base.results import Floats, SolveError
 from ....base.units import ARCSEC
-from .known import Known, known
+from .known import Known, known, one_way
 from .march import spring_torque
 from .model import Joint, scales
 from .pieces import pieces_of
@@ -99,6 +99,8 @@ def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: flo
     values["offset"] = means[pieces[0].log]
     more = {f"offset {log + 1}": mean - values["offset"] for log, mean in means.items() if log != pieces[0].log}
     of |= dict.fromkeys(more, of["offset"])
+    if one_way(empty):  # dry friction is then a part of gravity's mean
+        free = tuple(name for name in free if name != "coulomb")
     return replace(empty, values=values | more, scales=of, free=(*free, *more))
 
 

@@ -38,8 +38,9 @@ def cost(joint: Joint, sigma: float) -> float:
     return total if np.isfinite(total) else np.inf
 
 
-def solved(joint: Joint, sigma: float, most: int = MOST, damping: float = 1e-3) -> Joint:
-    """Least squares by Levenberg's method, scaled by the columns."""
+def solved(joint: Joint, sigma: float, most: int = MOST, undamped: float = 1e-2) -> Joint:
+    """Least squares by Levenberg's method, scaled by the columns; it goes on until the damping is small."""
+    damping = 1e-3
     for _ in range(most):
         matrix, side, before = normal(joint, sigma)
         size = np.sqrt(np.diag(matrix))
@@ -53,7 +54,7 @@ def solved(joint: Joint, sigma: float, most: int = MOST, damping: float = 1e-3) 
             damping *= 8.0
             if damping > 1e6:
                 return joint
-        far, joint, damping = damping > UNDAMPED, trial, max(damping / 30.0, 1e-10)
+        far, joint, damping = damping > undamped, trial, max(damping / 10.0, 1e-10)
         if not far and before - after < CONVERGED:
             break
     return joint
@@ -167,7 +168,8 @@ def settled(joint: Joint, rounds: int = 3) -> Joint:
         white = scatter(joint)
         joint = replace(joint, pieces=tuple(piece.weighed(white) for piece in joint.pieces))
         before = rms(joint)
-        joint = solved(joint.aligned(), before)
+        close = before < FAR_OFF * white
+        joint = solved(joint.aligned(), before, undamped=UNDAMPED if close else 1e-2)
         if rms(joint) > 0.99 * before:
             break
     return joint
