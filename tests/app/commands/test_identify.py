@@ -31,7 +31,8 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     )
     run = invoke("identify", file, tmp_path / "axis.yaml", "-o", tmp_path / "out", "--column", "load_angle=pos")
     assert run.exit_code == 0, run.stderr
-    found = sw.identify_log(log, project=sw.read_project(tmp_path / "axis.yaml"))
+    same = sw.read_log(file, {"load_angle": "pos"}, trim=0.0)
+    found = sw.identify_log(same, project=sw.read_project(tmp_path / "axis.yaml"))
     written = sw.read_project(tmp_path / "out" / "identified.yaml")
     assert pytest.approx(found.project.subject.law.K1, rel=1e-6) == written.subject.law.K1  # twelve digits in the file
     table = json.loads((tmp_path / "out" / "identified.json").read_text(encoding="utf-8"))

@@ -100,7 +100,7 @@ def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: flo
     more = {f"offset {log + 1}": mean - values["offset"] for log, mean in means.items() if log != pieces[0].log}
     of |= dict.fromkeys(more, of["offset"])
     if one_way(empty):  # dry friction is then a part of gravity's mean
-        free = tuple(name for name in free if name != "coulomb")
+        free = tuple("gravity_mean" if name == "coulomb" else name for name in free)
     return replace(empty, values=values | more, scales=of, free=(*free, *more))
 
 
