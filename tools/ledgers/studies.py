@@ -100,7 +100,7 @@ def drive_run():
     }.items():
         run = sw.drive_run(train, t=np.linspace(0.0, 0.5, 6), gear=GEAR)
         yield name, [run.largest(), run.lost(), run.efficiency, run.findings, run.warnings], INTEGRATED
-        yield f"{name}/ripple", [run.speed_ripple, run.pointing, run.torque], INTEGRATED
+        yield f"{name}/ripple", [run.pointing, run.torque], INTEGRATED
 
 
 def run_up():
