@@ -53,7 +53,7 @@ def test_a_german_table_is_read_whether_it_is_said_to_be_one_or_not(tmp_path):
     scan = read_scan(path, angle="Winkel [deg]", error="Fehler [arcsec]", delimiter=";", decimal=",")
     assert np.allclose(scan.error, standard() * ARCSEC, atol=1e-6 * ARCSEC)
     assert np.array_equal(read_scan(path, angle="Winkel [deg]", error="Fehler [arcsec]").error, scan.error)
-    with pytest.raises(FileError, match=r"scan\.csv:1:1: file: has no table of numbers .* give delimiter and decimal"):
+    with pytest.raises(FileError, match=r"scan\.csv:1:1: file: names 1 columns .* give delimiter and decimal"):
         read_scan(path, angle="Winkel [deg]", error="Fehler [arcsec]", delimiter=",", decimal=".")
 
 

@@ -207,6 +207,9 @@ NO_PYTHON = (
 CALLS = (
     (re.compile(r"\bat_speed\(\.\.\.\)"), "--speed"),
     (re.compile(r"\bcolumns=\['time', 'load_angle', \.\.\.\]"), "--columns time,load_angle,..."),
+    (re.compile(r"\bNone for one to leave out\b"), "- for one to leave out"),
+    (re.compile(r"\bgive a name or None for each\b"), "give a name or - for each"),
+    (re.compile(r"\bjoint= says of which joint, columns= which\b"), "--joint says of which joint, --column which"),
     (re.compile(r"\bcolumns=\{'time': \.\.\.\}, or rate\b"), "--column time=..., or --rate"),
     (re.compile(r"\bunits= says"), "--unit says"),
     (re.compile(r"(?<![\w./-])trim=0(?![\w.])"), "--trim 0"),

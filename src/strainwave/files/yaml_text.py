@@ -5,12 +5,15 @@ a project file never needs (aliases, tags, several documents, deep nesting) is r
 """
 
 import codecs
+import gzip
 import json
 import re
+import zlib
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
+from io import BytesIO
 from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -116,11 +119,15 @@ def read_text(
         if not path.is_file():
             return Problem(1, 1, "file", f"is a device or a pipe; give a {kind}")
         data = path.read_bytes()[: largest + 1]
+        if data.startswith(b"\x1f\x8b"):
+            data = gzip.GzipFile(fileobj=BytesIO(data)).read(largest + 1)
+            if len(data) > largest:
+                return Problem(1, 1, "file", f"unpacks to more than {largest} bytes; is it another file?")
     except FileNotFoundError:
         return Problem(1, 1, "file", "does not exist; check the name and the folder")
     except PermissionError:
         return Problem(1, 1, "file", "may not be read; give yourself the permission to read it")
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, EOFError, zlib.error) as error:
         reason = getattr(error, "strerror", None) or str(error)
         return Problem(1, 1, "file", f"cannot be read ({reason}); check the name and the disk")
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):

@@ -62,15 +62,35 @@ def pairs_option(name: str, variable: str, metavar: str, help: str) -> Callable[
     return click.option(name, variable, multiple=True, callback=pairs, metavar=metavar, help=help)
 
 
+def _listed(context: click.Context, _option: click.Parameter, text: str | None) -> None:
+    """Keep a name for each column for `_columns`."""
+    context.meta["columns"] = text and [None if name.strip() in ("-", "") else name.strip() for name in text.split(",")]
+
+
+def _columns(context: click.Context, option: click.Parameter, texts: tuple[str, ...]) -> Any:
+    """All columns in their order, or some by their names or places; None where no option says."""
+    some = {
+        channel: int(place) if place.isdecimal() else place for channel, place in pairs(context, option, texts).items()
+    }
+    if some and context.meta["columns"]:
+        raise click.UsageError("--columns names all columns and --column some of them; give one of the two")
+    return context.meta["columns"] or some or None
+
+
 dialect_options = together(
     click.option("--delimiter", help='Column separator; " " for any number of blanks. Default: found.'),
     click.option("--decimal", help="Decimal separator. Default: found."),
 )
 reading_options = together(  # of logs
-    pairs_option(
-        "--column", "columns", "CHANNEL=COLUMN",
-        "Name or place (0 is the first) of the column of a channel: load_angle=pos, torque=3; repeatable.",
+    click.option(
+        "--columns", "names", callback=_listed, is_eager=True, expose_value=False,
+        help='All columns in their order, as "time,load_angle,-,torque"; - leaves one out.',
     ),
+    click.option(
+        "--column", "columns", multiple=True, callback=_columns, metavar="CHANNEL=COLUMN",
+        help="Name or place (0 is the first) of the column of a channel: load_angle=pos, torque=3; repeatable.",
+    ),
+    click.option("--joint", help="What marks the columns of one joint among several: elbow, axis0, 1."),
     pairs_option(
         "--unit", "units", "CHANNEL=UNIT",
         'Unit of a channel, as load_angle=deg, or the size of 1: "load_angle=0.088 deg"; repeatable.',

@@ -162,6 +162,7 @@ BINARY: dict[str, Callable[[Path], Read]] = {
 
 
 SPARSE = 0.2  # share of missing values from which a channel has times of its own
+FEWEST_TIMES = 0.2  # of the samples: fewer are no times of theirs
 TRANSIENT = 0.2  # share of a log that may come before the constant speed with which it ends
 
 Channels = dict[str, Floats]
@@ -291,11 +292,14 @@ def unwrapped(channels: Channels, units: dict[str, str], notes: list[str]) -> Ch
     return result
 
 
-def averaged(time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats, Channels]:
+def averaged(path: Path, time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats, Channels]:
     """Samples at equal times as one, their mean."""
     times, place, count = np.unique(time, return_inverse=True, return_counts=True)
     if len(times) == len(time):
         return time, channels
+    if len(times) < FEWEST_TIMES * len(time):
+        said = f"has {len(times)} times for {len(time)} samples; name another column, or give rate"
+        raise refuse(path, said, what="time")
     again = counted(len(time) - len(times), "sample")
     notes.append(f"{again} at the time of the one before: averaged with it")
     return times, {name: np.bincount(place, values) / count for name, values in channels.items()}

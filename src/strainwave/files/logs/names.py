@@ -7,7 +7,7 @@ pairs read as different tables is refused: a German table must not become a wron
 import csv
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from math import pi
 from typing import NamedTuple
@@ -22,11 +22,12 @@ from ...study.identification.run import CANONICAL
 DELIMITERS = (";", "\t", ",", " ")
 NAMES = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 SIGNS = {".": "a point", ",": "a comma"}
-_MISSING = frozenset((
+MISSING = frozenset((
     "", "nan", "NaN", "NAN", "-nan", "inf", "-inf", "+inf", "Inf", "-Inf", "+Inf", "INF", "-INF", "infinity",
     "Infinity", "-Infinity", "NA", "N/A", "null", "NULL", "None", "#N/A", "1.#INF", "-1.#INF", "1.#QNAN", "-1.#IND",
     "1,#INF", "-1,#INF", "1,#QNAN", "-1,#IND",
 ))  # fmt: skip
+NO_TEXT: frozenset[int] = frozenset()
 MOST_TRIED = 4000  # lines on which dialects are tried; of more lines, evenly chosen ones
 
 
@@ -73,22 +74,21 @@ GROUPED = {decimal: _grammar(decimal)[1] for decimal in SIGNS}
 
 def is_number(cell: str, decimal: str) -> bool:
     """Whether a cell is a number with this decimal sign, or says that there is none."""
-    return cell in _MISSING or any(form[decimal].fullmatch(cell) is not None for form in (PLAIN, GROUPED))
+    return cell in MISSING or any(form[decimal].fullmatch(cell) is not None for form in (PLAIN, GROUPED))
 
 
 def number(cell: str, dialect: Dialect) -> float:
     """Value of a cell that is a number, NaN where it says that there is none."""
-    if cell in _MISSING:
+    if cell in MISSING:
         return math.nan
     # both signs stand for nothing but themselves in a cell that has passed `is_number`
     plain = cell if PLAIN[dialect.decimal].fullmatch(cell) else cell.replace("," if dialect.decimal == "." else ".", "")
     return float(plain.replace(dialect.decimal, "."))
 
 
-def is_row(line: str, delimiter: str, decimal: str) -> bool:
+def is_row(cells: list[str], decimal: str) -> bool:
     """Whether all cells of a line are numbers, and one at least has a digit."""
-    cells = split(line, delimiter)
-    return all(is_number(c, decimal) for c in cells) and any(c not in _MISSING for c in cells)
+    return all(is_number(c, decimal) for c in cells) and any(c not in MISSING for c in cells)
 
 
 def find(
@@ -128,22 +128,22 @@ def find(
         for s in (SIGNS if decimal is None else (decimal,))
         if d != s
     ]
-    readings = [(d, s, start) for d, s in pairs if (start := _first(lines, d, s)) is not None]
-    # only names stand above the numbers: what reads the more lines is right
-    earliest = min((start for _, _, start in readings), default=0)
-    body = _sample(lines[earliest:])
-    for sample in (body, body[: max(1, min(50, len(body) // 2))]):  # reading will say which of the other lines is wrong
-        fits = [reading for reading in readings if reading[2] == earliest and _fits(sample, *reading[:2])]
-        if fits:
-            break
+    fits, sample, earliest = _fitting(lines, dict.fromkeys(pairs, NO_TEXT))
+    texts = dict.fromkeys(pairs, NO_TEXT)
+    if not fits:
+        found = {pair: text for pair in pairs if (text := _text_columns(lines, *pair)) is not None}
+        texts |= found
+        fits, sample, earliest = _fitting(lines, found)
+        most = max((_columns(sample[0], d) - len(texts[d, s]) for d, s, _ in fits), default=0)
+        fits = [(d, s, i) for d, s, i in fits if _columns(sample[0], d) - len(texts[d, s]) == most]
     if not fits:
         raise Unclear(
             "has no table of numbers whose lines have equally many cells; give delimiter and decimal as it is written, "
-            "write dates as 2026-11-23T13:37:38, and remove columns of text and lines of text between the numbers"
+            "write dates as 2026-11-23T13:37:38, and remove lines of text between the numbers"
         )
     ways: dict[tuple[tuple[str, ...], ...], tuple[str, str, int]] = {}
     for reading in sorted(fits, key=lambda reading: _columns(lines[earliest], reading[0]) == 1):
-        ways.setdefault(_read(sample, *reading[:2]), reading)
+        ways.setdefault(_read(sample, *reading[:2], texts[reading[:2]]), reading)
     if len(ways) > 1:
         ways = {table: reading for table, reading in ways.items() if _agrees(table, lines, reading, count)} or ways
     if len(ways) > 1:
@@ -170,9 +170,42 @@ def _agrees(
     return width > 1 and start > 0 and _columns(lines[start - 1], delimiter) == width
 
 
-def _first(lines: Sequence[str], delimiter: str, decimal: str) -> int | None:
+def _fitting(
+    lines: Sequence[str], texts: Mapping[tuple[str, str], frozenset[int]]
+) -> tuple[list[tuple[str, str, int]], list[str], int]:
+    """Pairs of signs that read the lines, apart from columns of text, the lines tried, and where numbers begin."""
+    readings = [(d, s, start) for (d, s), text in texts.items() if (start := _first(lines, d, s, text)) is not None]
+    # only names stand above the numbers: what reads the more lines is right
+    earliest = min((start for _, _, start in readings), default=0)
+    body = _sample(lines[earliest:])
+    for sample in (body, body[: max(1, min(50, len(body) // 2))]):  # reading will say which of the other lines is wrong
+        fits = [(d, s, i) for d, s, i in readings if i == earliest and _fits(sample, d, s, texts[d, s])]
+        if fits:
+            break
+    return fits, sample, earliest
+
+
+def _text_columns(lines: Sequence[str], delimiter: str, decimal: str) -> frozenset[int] | None:
+    """Places of columns of text, as most cells of the second half tell; None where no column is of numbers."""
+    half = lines[len(lines) // 2 : max(1, len(lines) - 1)]
+    rows = [split(line, delimiter) for line in half[:: max(1, len(half) // 200)]]
+    width = max(map(len, rows), default=0)
+    columns = [[row[i] for row in rows if i < len(row) and row[i] not in MISSING] for i in range(width)]
+    texts = [i for i, cells in enumerate(columns) if 2 * sum(is_number(c, decimal) for c in cells) < len(cells)]
+    numbers = sum(map(bool, columns)) - len(texts)
+    return frozenset(texts) if numbers else None
+
+
+def _cells(line: str, delimiter: str, texts: frozenset[int]) -> list[str]:
+    """Cells of a line, those of text empty."""
+    cells = split(line, delimiter)
+    return ["" if i in texts else cell for i, cell in enumerate(cells)] if texts else cells
+
+
+def _first(lines: Sequence[str], delimiter: str, decimal: str, texts: frozenset[int]) -> int | None:
     """Place of the first line of numbers among the first 200."""
-    return next((i for i, line in enumerate(lines[:200]) if is_row(line, delimiter, decimal)), None)
+    rows = (_cells(line, delimiter, texts) for line in lines[:200])
+    return next((i for i, row in enumerate(rows) if len(row) > max(texts, default=0) and is_row(row, decimal)), None)
 
 
 def _sample(lines: Sequence[str]) -> list[str]:
@@ -185,10 +218,10 @@ def _columns(line: str, delimiter: str) -> int:
     return len(split(line, delimiter))
 
 
-def _fits(lines: list[str], delimiter: str, decimal: str) -> bool:
+def _fits(lines: list[str], delimiter: str, decimal: str, texts: frozenset[int]) -> bool:
     count = _columns(lines[0], delimiter)
     for line in lines:
-        cells = split(line, delimiter)
+        cells = _cells(line, delimiter, texts)
         if len(cells) != count or not all(is_number(cell, decimal) for cell in cells):
             return False
     return True
@@ -198,21 +231,23 @@ def _is_grouped(cell: str, decimal: str) -> bool:
     return PLAIN[decimal].fullmatch(cell) is None and GROUPED[decimal].fullmatch(cell) is not None
 
 
-def _read(lines: list[str], delimiter: str, decimal: str) -> tuple[tuple[str, ...], ...]:
+def _read(lines: list[str], delimiter: str, decimal: str, texts: frozenset[int]) -> tuple[tuple[str, ...], ...]:
     """Cells as they are read: equal for dialects that read the same table."""
     way = Dialect(delimiter, decimal)
-    return tuple(tuple(repr(number(cell, way)) for cell in split(line, delimiter)) for line in lines)
+    return tuple(tuple(repr(number(cell, way)) for cell in _cells(line, delimiter, texts)) for line in lines)
 
 
 KINDS = ("rad", "rad/s", "rad/s**2", "N*m", "s", "A", "V", "Hz", "K", "m", "N")  # SI units of channels
 QUANTITIES = {
     "angle": ("angle", "position", "pos", "theta", "q", "winkel"),
-    "speed": ("speed", "velocity", "vel", "omega", "dq", "qd", "drehzahl"),
-    "torque": ("torque", "tau", "moment", "drehmoment"),
+    "speed": ("speed", "velocity", "vel", "velo", "omega", "dq", "qd", "drehzahl"),
+    "torque": ("torque", "tau", "moment", "drehmoment", "effort"),
 }
 SHAFTS = {"motor": ("motor", "m"), "load": ("load", "l", "output", "joint", "link", "")}
+FILLERS = re.compile(r"(?i)(?<![a-z])(act|actual|meas|measured|msr|estimate|encoder)(?![a-z])_?|_(?=estimate)")
+UNMEASURED = re.compile(r"(?i)(pos|vel)_estimate|servo_stats|moteus|odrive|(motor|load)inc|counts?|ticks?")  # no angles
 _OWN = {
-    "time": ("time", "t", "timestamp", "zeit", "datetime", "date_time", "date", "datum"),
+    "time": ("time", "t", "timestamp", "zeit", "zeit_in_sec", "sec", "secs", "datetime", "date_time", "date", "datum"),
     "current": ("current", "motor_current", "strom"),
     "torsion": ("torsion", "twist"),
     "input": ("input",),
@@ -255,6 +290,8 @@ def named(cell: str) -> Named:
     text = cell.strip().strip('"')
     for pattern in (r"(.+?)\s*\[([^\[\]]*)\]", r"(.+?)\s*\(([^()]*)\)", r"(.+?)\s+/\s+(\S+)", r"(.+?)\s+in\s+(\S+)"):
         match = re.fullmatch(pattern, text)
+        if match and match.group(2).isdigit():
+            continue  # an index
         if match and (pattern.endswith("]") or si_unit(match.group(2)) is not None):
             return Named(match.group(1).strip(), match.group(2).strip())
     parts = text.split("_")
@@ -281,6 +318,12 @@ def canonical(name: str) -> str | None:
                 continue
             return "torque" if quantity == "torque" and not rest else f"{shaft}_{quantity}"
     return None
+
+
+def suffixed(name: str) -> str | None:
+    """Canonical channel that the end of a longer name stands for: "/arm/position", "encoder.pos_estimate", "ActPos"."""
+    last = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", re.split(r"[/.]", name.strip("/."))[-1])
+    return canonical(re.sub(r"(?i)(motor|load)inc$", r"\1_pos", FILLERS.sub("", last)))
 
 
 def si_unit(unit: str) -> str | None:

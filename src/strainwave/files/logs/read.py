@@ -17,14 +17,15 @@ from ...base.quantities import joined, number, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
 from .conditioning import BINARY, aligned, averaged, regular, trimmed, unwrapped
-from .names import canonical, converted, epoch_unit, expected, named, si_unit
+from .joints import joined_stamps, joints_named, of_joint
+from .names import UNMEASURED, canonical, converted, epoch_unit, expected, named, si_unit, suffixed
 from .table import Column, place_of, read_table, refuse, unit_of
 
 WRONG_GEAR = 0.02  # relative difference of measured and given ratio
 
 AGREES = 0.2  # relative: angle and integral of the speed
 CLOSE = 0.03  # relative: to a factor between units
-SLOW = 3600.0  # s, a sample of a log of a drive
+SLOW, SLOWEST = 3600.0, 0.5  # s, a sample of a log of a drive, surely and where no unit is given
 STILL = 1e-5  # rad: less is no motion
 CLIPPED, LONGEST = 0.005, 3  # share of the samples at an extreme value, samples in a row there
 # What an angle grows relative to the integral of the speed when one of them is in another unit than was read.
@@ -64,15 +65,30 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
             f"has {len(file)} columns without names; give columns=['time', 'load_angle', ...], a name for each in its "
             "order, None for one to leave out",
         )
-    rest = [i for i, column in enumerate(file) if i not in places.values() and column.name]
+    for channel, i in places.items():
+        if file[i].text:
+            raise refuse(
+                path, f"column {shown(given[channel])} of {channel} holds text, {shown(file[i].text)}; name another"
+            )
+    for column in file:
+        if column.text and "time" not in places and canonical(named(column.name).name) == "time":
+            said = f"has times as text, {shown(column.text)}; write dates as 2026-11-23T13:37:38, others as seconds"
+            raise refuse(path, said, what=column.name)
+    rest = [i for i, column in enumerate(file) if i not in places.values() and column.name and not column.text]
+    if words := [column.name for i, column in enumerate(file) if column.text and i not in places.values()]:
+        notes.append(f"columns of text were left out: {', '.join(filter(None, words))}")
     plain = {i: named(file[i].name).name for i in rest}
     guesses = {i: canonical(plain[i]) for i in rest}
+    longer = {i: suffixed(plain[i]) for i in rest if guesses[i] is None}
+    guesses |= {i: guess for i, guess in longer.items() if guess not in guesses.values()}
     taken = [guess for guess in guesses.values() if guess is not None]
-    recognised = []
+    recognised, tied = [], dict[str, list[str]]()
     for i in rest:
         guess, name = guesses[i], plain[i]
-        free = guess is not None and guess not in places and taken.count(guess) == 1 and _measures(file[i], guess)
-        channel = str(guess) if free else name
+        fits = guess is not None and guess not in places and _measures(file[i], guess)
+        channel = str(guess) if fits and taken.count(guess) == 1 else name
+        if fits and taken.count(guess) > 1:
+            tied.setdefault(str(guess), []).append(name)
         if channel in places:
             channel = file[i].name
         if channel in places:
@@ -81,6 +97,8 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
         places[channel] = i
         if channel != name:
             recognised.append(f"{channel} is {file[i].name!r}")
+    for guess, names in tied.items():
+        notes.append(f"{', '.join(names)} may each be {guess}; joint= says of which joint, columns= which column")
     if recognised:
         notes.append(f"channels were recognised by their names: {', '.join(recognised)}")
     return {channel: file[i] for channel, i in places.items()}
@@ -89,6 +107,7 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
 def _in_order(path: Path, file: list[Column], columns: Sequence[str | None]) -> dict[str, Column]:
     if len(columns) != len(file):
         raise refuse(path, f"has {len(file)} columns, and columns names {len(columns)}; give a name or None for each")
+    columns = ["" if name in (None, "-", "None") else str(name) for name in columns]
     names = [name for name in columns if name]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
@@ -128,6 +147,12 @@ def in_si(
         unit, kind = units.get(channel, unit_of(column)), expected(channel)
         if unit == "" and channel == "time" and (unit := epoch_unit(column.values)):
             notes.append(f"time begins with {column.values[0]:.14g}, which was read as {unit} since 1970")
+        if unit == "" and kind.startswith("rad") and UNMEASURED.search(column.name):
+            said = f"{shown(column.name)} counts turns or steps of an encoder, and no unit says which; give"
+            size = "rev" if kind == "rad" else "rev/s"
+            raise refuse(
+                path, f"{said} units={{{channel!r}: {size!r}}}, or the size of 1 as '0.0879 deg'", what=channel
+            )
         if unit == "":
             assumed += [f"{channel} in {kind}"] if kind else []
         elif isinstance(unit, str) and not (kind := kind or si_unit(unit) or ""):
@@ -227,6 +252,7 @@ def read_log(
     *,
     rate: float | None = None,
     ratio: float | None = None,
+    joint: str | None = None,
     trim: float | tuple[float, float] | None = None,
     unwrap: bool = True,
     delimiter: str | None = None,
@@ -240,9 +266,9 @@ def read_log(
     Parameters
     ----------
     path : str or Path
-        Text (CSV in any dialect, UTF-8, UTF-16 with its mark, or else Windows-1252; lines that begin with #, % or //
-        are comments; dates of ISO 8601 become seconds since the first), NumPy (`.npz`), MATLAB up to version 7
-        (`.mat`), Parquet (`.parquet`, extra `logs`) or MDF 4 (`.mf4`, extra `logs`).
+        Text (CSV in any dialect, UTF-8, UTF-16 with its mark, or else Windows-1252, gzipped too; lines that begin with
+        #, % or // are comments; dates of ISO 8601 become seconds since the first), guide log of PHD2, NumPy (`.npz`),
+        MATLAB up to version 7 (`.mat`), Parquet (`.parquet`, extra `logs`) or MDF 4 (`.mf4`, extra `logs`).
     columns : mapping or sequence, optional
         Channels and their columns, {"load_angle": "position"} or {"load_angle": 1} with places from 0 on; or a name for
         each column in its order, None for one to leave out. "time" is the time. Columns that a mapping does not name
@@ -254,6 +280,8 @@ def read_log(
         Samples per second [Hz] of a file without a time.
     ratio : float, optional
         Ratio of the gear: a log of motor and load angles of another gear is refused.
+    joint : str, optional
+        What marks the columns of one joint among those of several: "elbow", "axis0", "1".
     trim : float or (float, float), optional
         Seconds to leave out at the begin, or at both ends. Default: in a log that ends at constant speed what comes
         before it, up to a fifth of the log; 0 keeps all.
@@ -282,12 +310,16 @@ def read_log(
     path = Path(path)
     count = None if columns is None or isinstance(columns, Mapping) else len(columns)
     file, notes = columns_of(path, delimiter, decimal, count)
+    if joint is not None:
+        file = of_joint(path, file, joint)
     log = _log(path, file, columns, {} if units is None else units, rate, unwrap, notes)
     if ratio is not None:
         _check_ratio(path, log, number("ratio", ratio, positive=True), notes)
     log = trimmed(log, trim, notes)
     regular(log, notes)
-    return replace(log, notes=tuple(notes), doubts=doubts(log))
+    doubted = doubts(log)
+    new = [said for said in log.doubts if not any("'time'" in other for other in doubted)]
+    return replace(log, notes=tuple(notes), doubts=(*doubted, *new))
 
 
 def columns_of(
@@ -295,7 +327,8 @@ def columns_of(
 ) -> tuple[list[Column], list[str]]:
     """Columns of a file, binary or text, and notes about what was guessed; `count` as of `read_table`."""
     if path.suffix.lower() not in BINARY:
-        return read_table(path, delimiter, decimal, count)[:2]
+        file, notes, _ = read_table(path, delimiter, decimal, count)
+        return joined_stamps(joints_named(file), notes), notes
     if not path.is_file():
         raise refuse(path, "does not exist, or is no file; check the name and the folder")
     return BINARY[path.suffix.lower()](path)
@@ -305,13 +338,18 @@ def _log(
     path: Path, file: list[Column], columns: Columns | None, units: Units, rate: float | None, unwrap: bool,
     notes: list[str],
 ) -> Log:  # fmt: skip
-    picked, si = in_si(path, chosen(path, file, columns, notes), units, notes)
+    found = chosen(path, file, columns, notes)
+    bare = "time" in found and not units.get("time", unit_of(found["time"]))
+    picked, si = in_si(path, found, units, notes)
     time, channels, apart = aligned(path, picked, rate, notes)
     if unwrap:
         channels = unwrapped(channels, si, notes)
         apart = {n: (t, unwrapped({n: v}, si, [])[n]) for n, (t, v) in apart.items()}
-    time, channels = averaged(time, channels, notes)
-    return Log(time, channels, {name: si[name] for name in channels}, own=apart)
+    time, channels = averaged(path, time, channels, notes)
+    step = float(np.median(np.diff(time)))
+    asked = bare and step >= SLOWEST and bool(np.all(time == np.round(time)))
+    said = f"time goes on by {step:g} a sample and has no unit: is it in ms? units={{'time': 'ms'}}"
+    return Log(time, channels, {name: si[name] for name in channels}, doubts=(said,) if asked else (), own=apart)
 
 
 def _check_ratio(path: Path, log: Log, ratio: float, notes: list[str]) -> None:

@@ -5,9 +5,10 @@ Dates of ISO 8601 in a text table: they become seconds since the first of them.
 
 import re
 from collections.abc import Mapping
-from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from importlib import import_module
+from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,9 +18,11 @@ from ...base.quantities import joined
 from ...base.results import Floats
 from ...base.sentences import counted
 from ..yaml_text import FileError, Problem, complaint, shown, text_of
-from .names import Dialect, Unclear, converted, find, header_cells, is_number, named, number, split, unit_row
+from .guide_log import GUIDE, guide_table
+from .names import MISSING, Dialect, Unclear, converted, find, header_cells, is_number, named, number, split, unit_row
 
 LARGEST = 1024 * 1024 * 1024  # of a text file [bytes]
+LONGEST = 1_000_000  # line of a table [characters]
 COMMENTS = ("#", "%", "//")
 
 # A comma stands before a fraction only where it cannot part columns.
@@ -96,13 +99,15 @@ def _nanoseconds(line: int, match: re.Match[str]) -> int:
 class Column:
     """One column of a file: its name, "" without one; its unit as written, "" without one; its values.
 
-    `time` are the times [s] of the values, where the file has them for this column alone.
+    `time` are the times [s] of the values, where the file has them for this column alone. A column of text has no
+    values; `text` is what it says first.
     """
 
     name: str
     unit: str
     values: Floats
     time: Floats | None = None
+    text: str = ""
 
 
 class Lines(NamedTuple):
@@ -126,7 +131,7 @@ def read_table(
     Parameters
     ----------
     path : Path
-        UTF-8, UTF-16 with its mark, or else Windows-1252; lines that begin with #, % or // are comments.
+        UTF-8, UTF-16 with its mark, or else Windows-1252, gzipped too; lines that begin with #, % or // are comments.
     delimiter, decimal : str or None
         Column separator and decimal sign, or None to find them.
     count : int or None
@@ -145,9 +150,19 @@ def read_table(
         If the text is no table, or can be read in two ways.
     """
     notes: list[str] = []
-    lines = _lines(text_of(path, kind, LARGEST, notes=notes))
+    text = text_of(path, kind, LARGEST, notes=notes)
+    if text.startswith(GUIDE):
+        table = guide_table(text)
+        if not table:
+            raise refuse(path, "is a guide log without a guided stretch; give one with lines of frames")
+        return [Column(*column) for column in table.columns], table.notes, table.lines
+    lines = _lines(text)
     if not lines.text:
         raise refuse(path, f"is empty; give a {kind} with a line for each sample")
+    for place, line in zip(lines.numbers, lines.text, strict=True):
+        if len(line) > LONGEST:
+            said = f"has {len(line)} characters in one line; give a {kind} with a line for each sample"
+            raise refuse(path, said, place)
     try:
         dated = in_seconds(lines.text)
         dialect, start = find(dated.lines, delimiter, decimal, count)
@@ -161,14 +176,18 @@ def read_table(
     if delimiter is None or decimal is None:
         notes.append(f"the file was read as {dialect}")
     width = len(split(lines.text[start], dialect.delimiter))
-    names, units = _header(path, lines, start, dialect, width)
-    values = _numbers(path, lines, start, dialect, notes, whole=kind != "log")
+    header = [header_cells(line, dialect.delimiter) for line in lines.text[:start]]
+    scope = _scope(header, width)
+    names, units = scope or _header(path, lines, start, dialect, width, header)
+    values, texts = _numbers(path, lines, start, dialect, notes, whole=kind != "log")
     for place in dated.places[start] if dated.first else []:
         # what stands before a date, and one sign for the date itself
         units[len(split(lines.text[start][:place] + "0", dialect.delimiter)) - 1] = "s"
     if dated.first:
         notes.append(f"dates were read as seconds since {dated.first}")
-    columns = [Column(n, u, values[:, i]) for i, (n, u) in enumerate(zip(names, units, strict=True))]
+    columns = [Column(*row) for row in zip(names, units, values.T, [None] * width, texts, strict=True)]
+    if scope:
+        columns = [replace(c, time=1e-3 * t.values) for t, c in zip(columns[::2], columns[1::2], strict=True)]
     # a separator at the end of each line
     if len(columns) > 1 and not names[-1] and np.all(np.isnan(values[:, -1])):
         columns.pop()
@@ -264,53 +283,72 @@ def _lines(text: str) -> Lines:
     return Lines(rows, numbers, comments)
 
 
-def _header(path: Path, lines: Lines, start: int, dialect: Dialect, width: int) -> tuple[list[str], list[str]]:
+def _scope(header: list[list[str]], width: int) -> tuple[list[str], list[str]] | None:
+    """Names and units of a TwinCAT Scope export, a pair of columns a channel: its times [ms], its values."""
+    rows = {row[0]: row[1::2] for row in header if len(row) == width and set(row[::2]) == {row[0]}}
+    if "Name" not in rows:
+        return None
+    units = [unit.split(" (")[0] for unit in rows.get("Unit", [""] * len(rows["Name"]))]
+    known = [unit if unit_row([unit]) else "" for unit in units]
+    return [cell for name in rows["Name"] for cell in ("", name)], [cell for unit in known for cell in ("ms", unit)]
+
+
+def _header(
+    path: Path, lines: Lines, start: int, dialect: Dialect, width: int, header: list[list[str]]
+) -> tuple[list[str], list[str]]:  # fmt: skip
     """Names and units above the numbers, "" where there are none."""
-    header = [header_cells(line, dialect.delimiter) for line in lines.text[:start]]
-    units = [""] * width
     if not header:
         last = [c for n, c in lines.comments if n < lines.numbers[start]][-1:]
         cells = header_cells(last[0], dialect.delimiter) if last else []
-        return (cells if len(cells) == width else [""] * width), units
-    if len(header) > 1 and len(header[-1]) == len(header[-2]) == width and unit_row(header[-1]):
-        units = [cell.strip("[]() ") for cell in header.pop()]
-    if len(header[-1]) != width:
+        return (cells if len(cells) == width else [""] * width), [""] * width
+    rows = [row for row in header if len(row) == width]
+    if not rows:
         said = f"names {len(header[-1])} columns and the lines below have {width} numbers"
         remedy = "give delimiter and decimal as the file is written"
         raise refuse(path, f"{said}; {remedy}", lines.numbers[start - 1])
-    return header[-1], units
+    units = next((row for row in rows[1:] if unit_row(row)), [""] * width)
+    names = [row for row in rows if row is not units]
+    last, above = names[-1], names[-2] if len(names) > 1 else [""] * width
+    if len(set(last)) < len(last):  # a group of channels stands above its channels
+        last = [f"{group} {name}".strip() for group, name in zip(above, last, strict=True)]
+    return last, [unit.strip("[]() ") for unit in units]
 
 
-def _numbers(path: Path, lines: Lines, start: int, dialect: Dialect, notes: list[str], *, whole: bool) -> Floats:
-    """Values (lines, columns); NaN where there is none."""
+def _numbers(
+    path: Path, lines: Lines, start: int, dialect: Dialect, notes: list[str], *, whole: bool
+) -> tuple[Floats, list[str]]:  # fmt: skip
+    """Values (lines, columns), NaN where there is none, and what columns of text say first, "" of others."""
     body, d = lines.text[start:], dialect.delimiter
-    width = len(split(body[0], d))
-    if not whole and len(body) > 1 and _wrong_cell(body[-1], dialect, width):
+    widths = [len(split(line, d)) if d == " " or '"' in line else line.count(d) + 1 for line in body]
+    width, cut = widths[0], not whole and len(body) > 1 and widths[-1] < widths[-2]
+    body, widths = (body[:-1], widths[:-1]) if cut else (body, widths)
+    odd = next((i for i, many in enumerate(widths) if many != width), len(body))
+    if odd < len(body) and (whole or max(widths[odd:]) >= width):  # else channels end before others do
+        said = f"has {widths[odd]} cells where the first line of numbers has {width}; correct the line"
+        raise refuse(path, said, lines.numbers[start + odd])
+    frame = import_module("pandas").read_csv(
+        StringIO("\n".join(body)), sep=r"\s+" if d == " " else d, header=None, names=range(width), low_memory=False,
+        decimal=dialect.decimal, keep_default_na=False, na_values=list(MISSING), skipinitialspace=True,
+        quoting=3 if d == " " else 0,
+    )  # fmt: skip
+    if len(frame) != len(body):
+        raise refuse(path, "has a quotation mark that is not closed; close it", lines.numbers[start])
+    values, texts = np.full((len(body), width), np.nan), [""] * width
+    for i in range(width):
+        if frame[i].dtype.kind in "iuf":
+            values[:, i] = frame[i]
+            continue
+        cells = ["" if cell != cell else str(cell).strip() for cell in frame[i]]
+        wrong = [j for j, cell in enumerate(cells) if not is_number(cell, dialect.decimal)]
+        if 2 * len(wrong) > sum(map(bool, cells)):
+            texts[i] = next(filter(None, cells))
+            continue
+        if wrong == [len(body) - 1] and not whole:
+            cut, wrong, cells[-1] = True, [], ""
+        if wrong:
+            said = f"has {shown(cells[wrong[0]])}, which is no number with {dialect}; correct it, or give delimiter and"
+            raise refuse(path, f"{said} decimal", lines.numbers[start + wrong[0]], i + 1)
+        values[:, i] = [number(cell, dialect) for cell in cells]
+    if cut:
         notes.append(f"the last line ({lines.numbers[-1]}) is cut off and was left out")
-        body = body[:-1]
-    if not dialect.thousands and (dialect.decimal == "." or not any("." in line for line in body)):
-        text = body if dialect.decimal == "." else [line.replace(",", ".") for line in body]
-        with suppress(ValueError):  # a value is missing, or a line is wrong
-            return np.loadtxt(text, delimiter=None if d == " " else d, comments=None, quotechar='"', ndmin=2)
-    return np.array([_row(path, lines, start + i, dialect, width) for i in range(len(body))])
-
-
-def _row(path: Path, lines: Lines, place: int, dialect: Dialect, width: int) -> list[float]:
-    """Numbers of one line, NaN where there is none."""
-    line = lines.text[place]
-    wrong = _wrong_cell(line, dialect, width)
-    if wrong is not None:
-        raise refuse(path, wrong[1], lines.numbers[place], wrong[0])
-    return [number(cell, dialect) for cell in split(line, dialect.delimiter)]
-
-
-def _wrong_cell(line: str, dialect: Dialect, width: int) -> tuple[int, str] | None:
-    """Place and complaint of the first cell that is wrong."""
-    cells = split(line, dialect.delimiter)
-    if len(cells) != width:
-        return 1, f"has {len(cells)} cells where the first line of numbers has {width}; correct the line"
-    for i, cell in enumerate(cells):
-        if not is_number(cell, dialect.decimal):
-            said = f"has {shown(cell)}, which is no number with {dialect}; correct it, or give delimiter and decimal"
-            return i + 1, said
-    return None
+    return values, texts

@@ -22,21 +22,15 @@ SIZES = ("least", "largest", "mean", "rms")  # of a channel
 @click.command()
 @click.argument("file", type=file_type)
 @output_option("Folder for log.csv and log.svg.")
-@click.option("--columns", "names", help='All columns in their order, as "time,load_angle,-,torque"; - leaves one out.')
 @reading_options
 @json_option
-def read_log(
-    file: Path, output: Path | None, names: str | None, columns: dict[str, str], as_json: bool, **reading: Any
-) -> None:
+def read_log(file: Path, output: Path | None, as_json: bool, **reading: Any) -> None:
     """Read a log and say what is in it, and what is doubtful.
 
-    FILE is CSV in any dialect, .npz, .mat, .parquet or .mf4. Angles and speeds of the load count on the output shaft.
+    FILE is CSV in any dialect, gzipped too, .npz, .mat, .parquet, .mf4 or a guide log of PHD2. Angles and speeds of the
+    load count on the output shaft.
     """
-    if names is not None and columns:
-        raise click.UsageError("--columns names all columns and --column some of them; give one of the two")
-    listed = None if names is None else [None if n.strip() == "-" else n.strip() for n in names.split(",")]
-    placed = {channel: int(column) if column.isdecimal() else column for channel, column in columns.items()}
-    read = log_of(file, listed or placed or None, **reading)
+    read = log_of(file, **reading)
     parts = read.segments() if read.moving else ()
     if output is not None:
         with staged(output) as folder:
@@ -88,13 +82,13 @@ def _print(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> None:
     title = f"{file.name}: {len(log)} samples, {log.time[0]:.6g} to {log.time[-1]:.6g} s, {number(log.rate, 6)} Hz"
     print_table(title, ("channel", "unit", *SIZES), rows)
     if parts:
-        body = [(part.kind, part.start, part.stop, part.speed, part.acceleration) for part in parts]
+        body = [(part.kind, f"{part.start:.10g}", f"{part.stop:.10g}", part.speed, part.acceleration) for part in parts]
         shaft = "load" if {"load_angle", "load_speed"} & set(log.channels) else "motor"
         columns = ("segment", "from (s)", "to (s)", f"{shaft} speed (rad/s)", "acceleration (rad/s²)")
         print_table("", columns, body)
     if log.ratio is not None:
         click.echo(f"the motor turns {number(log.ratio, 6)} times as far as the load")
-    gaps = [f"{gap.start:.6g} to {gap.stop:.6g} s" for gap in log.gaps[:5]]
+    gaps = [f"{gap.start:.10g} to {gap.stop:.10g} s" for gap in log.gaps[:5]]
     gaps += [f"{len(log.gaps) - 5} more"] if len(log.gaps) > 5 else []
     for kind, texts in {"gap": gaps, "note": log.notes, "doubt": log.doubts}.items():
         for text in texts:

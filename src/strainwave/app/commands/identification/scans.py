@@ -132,7 +132,8 @@ def order_scan(
     runs = [run for log in logs for run in _runs(log, channel, angle)]
     turned = angle or ("load_angle" if "load_angle" in logs[0].channels else "motor_angle")
     ratio = reading["ratio"] if turned in SHAFTS and (reading["ratio"] or 0.5) % 1.0 == 0.0 else None
-    scan = orders_scanned(runs, given_orders, ratio, shaft=SHAFTS.get(turned, "motor"), highest=highest)
+    shaft = SHAFTS.get(turned, "motor") if ratio else "motor"
+    scan = orders_scanned(runs, given_orders, ratio, shaft=shaft, highest=highest)
     numbers = to_json(data(scan, channel))
     if output is not None:
         figure = stacked(order_scan_panels(scan, channel), 320.0, "lines of an order scan", WIDTH)

@@ -1,0 +1,65 @@
+"""Columns of logs of several joints: stamps in two parts, names of ROS, the columns of one joint."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ...base.quantities import shown
+from .names import canonical, named, suffixed
+from .table import Column, refuse
+
+SECONDS = re.compile(r"(.*?)_?(?:in)?_?(?:s|secs?|seconds?)", re.IGNORECASE)
+NANOSECONDS = re.compile(r"(.*?)_?(?:in)?_?(?:ns|nsecs?|nano_?secs?|nano_?seconds?)", re.IGNORECASE)
+KINDS = ("position", "velocity", "effort")  # arrays of a JointState of ROS, in its order
+
+
+def joined_stamps(file: list[Column], notes: list[str]) -> list[Column]:
+    """Columns with stamps in seconds and nanoseconds as one time, since the first second."""
+    for i, whole in enumerate(file):
+        for j, part in enumerate(file):
+            first, second = SECONDS.fullmatch(whole.name), NANOSECONDS.fullmatch(part.name)
+            inside = (part.values >= 0.0) & (part.values < 1e9)
+            if i != j and first and second and first[1].lower() == second[1].lower() and np.all(inside):
+                time = whole.values - whole.values[0] + 1e-9 * part.values
+                notes.append(f"{whole.name} and {part.name} are one time, since second {whole.values[0]:.0f}")
+                one, other = replace(whole, values=time, unit="s"), replace(part, name="")
+                if canonical(whole.name) != "time":
+                    one = replace(one, name="time")
+                return [one if k == i else other if k == j else column for k, column in enumerate(file)]
+    return file
+
+
+def joints_named(file: list[Column]) -> list[Column]:
+    """Columns of a JointState that ROS echoed as a table, named by joint and kind: "elbow/position"."""
+    if not any(column.name for column in file):  # ros2 topic echo --csv: sec, nanosec, frame, names, arrays
+        many = next((i for i, column in enumerate(file[3:]) if not column.text), 0)
+        if not many or not len(file) > 3 + many or (len(file) - 3) % many or len(file) > 3 + 4 * many:
+            return file
+        heads, joints = ["sec", "nanosec", "frame"], [column.text for column in file[3 : 3 + many]]
+        names = [*heads, *(f"name {j}" for j in joints), *(f"{joint}/{kind}" for kind in KINDS for joint in joints)]
+        return [replace(column, name=name) for column, name in zip(file, names, strict=False)]
+    joint = {column.name[10:]: column.text for column in file if column.name.startswith("field.name") and column.text}
+    pattern = re.compile(rf"field\.({'|'.join(KINDS)})(\d+)")  # rostopic echo -p
+    found = [pattern.fullmatch(column.name) for column in file]
+    return [
+        replace(column, name=f"{joint[one[2]]}/{one[1]}") if one and one[2] in joint else column
+        for column, one in zip(file, found, strict=True)
+    ]
+
+
+def of_joint(path: Path, file: list[Column], joint: str) -> list[Column]:
+    """Columns with the name of one joint taken out of their names, and without those of others."""
+    word = re.compile(rf"[/._\[\s]*(?<![A-Za-z0-9]){re.escape(joint)}(?![A-Za-z0-9])\]?")
+    mine = [bool(word.search(column.name)) for column in file]
+    if not joint or not any(mine):
+        there = ", ".join(column.name for column in file if column.name)
+        raise refuse(path, f"has no column of the joint {shown(joint)}; it has {there}: name a part of these")
+    names = [
+        word.sub("", column.name).strip("/._ ") if own else column.name for own, column in zip(mine, file, strict=True)
+    ]
+    other = [
+        not own and (suffixed(named(name).name) or "time") != "time" for own, name in zip(mine, names, strict=True)
+    ]
+    return [replace(c, name="" if out else name) for c, name, out in zip(file, names, other, strict=True)]
