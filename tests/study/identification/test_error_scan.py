@@ -302,3 +302,31 @@ def test_rounding_of_a_scan_without_noise_is_no_line(n, drift):
     for order in (2, 3, 7, 20):
         scan = sw.error_scan(angle, 1e-4 * np.cos(order * angle + 0.7), drift=drift)
         assert [line.order for line in scan.lines] == [order]
+
+
+def test_orders_that_even_targets_do_not_tell_apart_are_named():
+    """At 72 targets a turn order 200 is 3 * 72 - 16, and 304 and 704 of a ratio of 100 look alike too."""
+    angle = np.arange(72) * np.pi / 36.0
+    error = 6e-5 * np.cos(200.0 * angle) + 1e-6 * np.random.default_rng(0).normal(size=72)
+    scan = sw.error_scan(angle, error, ratio=100, turn="output")
+    assert [line.order for line in scan.lines] == [16]
+    exact = [k for j in range(1, 9) for k in range(100 * j - 4, 100 * j + 5) if k % 72 in (16, 56)]
+    assert scan.aliases[16].tolist() == exact == [200, 304, 704]
+    assert "order 16 may be order 200, 304, 704" in str(scan)
+    assert "tell orders below 36; a line above would show below it" in str(sw.error_scan(angle, error))
+    uneven = 1.1 * (angle + np.random.default_rng(1).uniform(-0.04, 0.04, 72))
+    assert not sw.error_scan(uneven, 6e-5 * np.cos(16 * uneven), orders=[16], ratio=100, turn="output").aliases
+    with pytest.raises(ValueError, match=r"the angles stand 1\.39 turns apart, which tells no whole order"):
+        sw.error_scan(100.0 * angle, error, ratio=100)
+
+
+def test_a_line_between_whole_orders_is_told_as_such():
+    angle = np.linspace(0.0, 40.0 * np.pi, 4500)
+    rng = np.random.default_rng(2)
+    error = lines_at(angle, [(2, 7e-5, 0.3)]) + lines_at(angle, [(3.75, 1.5e-5, -0.4)]) + 2.4e-6 * rng.normal(size=4500)
+    scan = sw.error_scan(angle, error)
+    assert [line.order for line in scan.lines] == [2]
+    (line,) = scan.between
+    assert line.order == pytest.approx(3.75, abs=1e-3)
+    assert line.amplitude == pytest.approx(1.5e-5, abs=4 * line.amplitude_error)
+    assert "between whole orders: 3.75; a project file does not hold it" in str(scan)

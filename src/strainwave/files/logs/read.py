@@ -86,8 +86,8 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
     for i in rest:
         guess, name = guesses[i], plain[i]
         fits = guess is not None and guess not in places and _measures(file[i], guess)
-        channel = str(guess) if fits and taken.count(guess) == 1 else name
-        if fits and taken.count(guess) > 1:
+        channel = str(guess) if fits and taken.count(str(guess)) == 1 else name
+        if fits and taken.count(str(guess)) > 1:
             tied.setdefault(str(guess), []).append(name)
         if channel in places:
             channel = file[i].name
@@ -107,12 +107,11 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
 def _in_order(path: Path, file: list[Column], columns: Sequence[str | None]) -> dict[str, Column]:
     if len(columns) != len(file):
         raise refuse(path, f"has {len(file)} columns, and columns names {len(columns)}; give a name or None for each")
-    columns = ["" if name in (None, "-", "None") else str(name) for name in columns]
-    names = [name for name in columns if name]
-    twice = next((name for name in names if names.count(name) > 1), None)
+    names = ["" if name in (None, "-", "None") else str(name) for name in columns]
+    twice = next((name for name in names if name and names.count(name) > 1), None)
     if twice is not None:
         raise ValueError(f"columns has {twice!r} twice; give each channel once")
-    return {name: column for name, column in zip(columns, file, strict=True) if name}
+    return {name: column for name, column in zip(names, file, strict=True) if name}
 
 
 def _measures(column: Column, channel: str) -> bool:

@@ -1,6 +1,6 @@
 """`strainwave error-scan` and `order-scan`: lines of a measured kinematic error, and orders of logged quantities."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -29,6 +29,7 @@ SHAFTS: dict[str, Turn] = {"load_angle": "output", "motor_angle": "motor"}
 SHAFT = click.Choice(("motor", "output"))
 LIKELY = ("torsion", "error", "torque", "motor_torque", "torque_from_current", "current", "load_torque")
 SHOWN_IN_PROJECT = 64
+NINETY_FIVE = 1.96  # deviations: half of an interval of 95 %
 CSV, JSON, SVG = "orders.csv", "orders.json", "orders.svg"
 
 
@@ -73,6 +74,7 @@ def error_scan(
     elif forward.backward is not None:
         backward = (factor * forward.angle, forward.backward)
     search: dict[str, Any] = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
+    search |= {"ratio": ratio, "turn": turn or shaft}
     try:
         scan = error_scanned(factor * forward.angle, forward.error, backward=backward, **search)
     except ValueError as error:
@@ -82,8 +84,8 @@ def error_scan(
         click.echo(to_json(told | {"peak_to_peak": scan.peak_to_peak}))
         return
     click.echo(f"{file.name}: {counted(len(scan.lines), 'line')}, orders per turn of the {turn or shaft}\n{scan}")
-    if scan.lines:
-        click.echo(f"for a project file:\n{project_lines(scan.lines)}")
+    if scan.lines and not scan.aliases:
+        click.echo(block(scan.lines))
 
 
 def _factor(shaft: str, turn: str, ratio: int | None) -> float:
@@ -96,14 +98,29 @@ def _factor(shaft: str, turn: str, ratio: int | None) -> float:
     return float(N) if shaft == "output" else 1.0 / N
 
 
-def project_lines(lines: Iterable[Any]) -> str:
-    """The strongest lines of an angle [rad], by their orders, as the field `kinematic_error` and its source."""
+def project_lines(lines: Iterable[Any], once: float = 1.0) -> str:
+    """The strongest lines of an angle [rad] as the field `kinematic_error` and its source.
+
+    `once` is the order of one line a turn of the motor.
+    """
     rows = ["  kinematic_error:"]
     strongest = sorted(lines, key=lambda line: -line.amplitude)[:SHOWN_IN_PROJECT]
     for line in sorted(strongest, key=lambda line: line.order):
         size = f"amplitude: {line.amplitude / ARCSEC:.6g} arcsec, phase: {line.phase:.5g} rad"
-        rows.append(f"    - {{order: {round(line.order)}, {size}}}")
+        rows.append(f"    - {{order: {round(line.order / once)}, {size}}}")
     return "\n".join([*rows, "sources: {excitation.kinematic_error: measured}"])
+
+
+def block(lines: Sequence[Any], once: float = 1.0) -> str:
+    """The lines for a project file, those apart whose amplitude or phase the data do not tell."""
+    sure = [
+        k
+        for k in lines
+        if 2.0 * NINETY_FIVE * k.amplitude_error < k.amplitude and NINETY_FIVE * k.phase_error < 0.5 * np.pi
+    ]
+    out = ", ".join(f"{line.order / once:g}" for line in lines if line not in sure)
+    said = f"not for a project file, as their intervals are wider than their values: orders {out}\n" if out else ""
+    return (said + (f"for a project file:\n{project_lines(sure, once)}" if sure else "")).rstrip()
 
 
 @click.command("order-scan")
@@ -144,8 +161,13 @@ def order_scan(
     click.echo(f"{channel}: {scan}")
     if scan.unit == "rad" and scan.varying:
         click.echo("no lines for a project file: no one amplitude is that of all runs")
-    elif scan.unit == "rad" and any(whole(line) for line in scan.lines):
-        click.echo(f"for a project file, if the angle is the motor's:\n{project_lines(filter(whole, scan.lines))}")
+    elif scan.unit == "rad" and turned == "load_angle" and not ratio:
+        click.echo("a project file counts orders on the motor's turn: give --ratio for its lines")
+    elif scan.unit == "rad":
+        once = float(ratio) if ratio and turned == "load_angle" else 1.0
+        click.echo(
+            block([line for line in scan.lines if whole(line, once)], once) or "no whole order for a project file"
+        )
     if output is not None:
         click.echo(f"written: {output / CSV}, {JSON}, {SVG}")
 
@@ -211,8 +233,7 @@ def _columns(found: OrderScan) -> list[tuple[str, Any]]:
     return [*columns, ("stays_with_angle", np.array([float(line.kind == "order") for line in found.lines]))]
 
 
-def whole(line: OrderLine) -> bool:
-    """Whether a line may be one of a kinematic error: its order a whole number within what it may be off by."""
-    return line.kind != "frequency" and round(line.order) > 0 and abs(line.order - round(line.order)) <= max(
-        line.order_error, 1e-6
-    )  # fmt: skip
+def whole(line: OrderLine, once: float = 1.0) -> bool:
+    """Whether a line may be one of a kinematic error: a whole order of the motor within what it may be off by."""
+    order, error = line.order / once, max(line.order_error / once, 1e-6)
+    return line.kind != "frequency" and round(order) > 0 and abs(order - round(order)) <= error

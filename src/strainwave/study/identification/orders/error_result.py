@@ -5,7 +5,7 @@ Least squares of a scan: mean, drift and lines of one direction of rotation, and
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -29,8 +29,8 @@ class ScanLine:
 
     Attributes
     ----------
-    order : int
-        Repeats per turn of the scan's angle.
+    order : float
+        Repeats per turn of the scan's angle; whole, but for lines between whole orders.
     amplitude, amplitude_error : float
         0-to-peak and its standard error [rad].
     phase, phase_error : float
@@ -39,7 +39,7 @@ class ScanLine:
         Probability that noise alone makes such a line at one of the orders looked at.
     """
 
-    order: int
+    order: float
     amplitude: float
     amplitude_error: float
     phase: float
@@ -91,6 +91,12 @@ class ErrorScan:
         Turns of the angle scanned, the smaller where there are two directions.
     reversal : Reversal or None
         What changes with the direction, if both were scanned.
+    between : tuple of ScanLine
+        Lines between whole orders, which `error` and a project file do not hold.
+    limit : float
+        Order up to which the angles tell lines apart; a line above it shows below it.
+    aliases : dict of float to array
+        By the order of a line those of a drive that the angles do not tell from it.
     """
 
     lines: tuple[ScanLine, ...]
@@ -103,6 +109,9 @@ class ErrorScan:
     samples: int
     turns: float
     reversal: Reversal | None
+    between: tuple[ScanLine, ...] = ()
+    limit: float = math.inf
+    aliases: dict[float, Floats] = field(default_factory=dict)
 
     @property
     def error(self) -> KinematicError:
@@ -127,13 +136,23 @@ class ErrorScan:
             return number(angle / ARCSEC, digits)
 
         rows = [f"{'order':>6}  {'amplitude (arcsec)':<24}{'phase (deg)':<20}{'false alarm':>12}  ± one standard error"]
-        for line in self.lines:
+        for line in sorted((*self.lines, *self.between), key=lambda line: line.order):
             amplitude = f"{arcsec(line.amplitude)} ± {arcsec(line.amplitude_error, 2)}"
             phase = f"{number(math.degrees(line.phase))} ± {number(math.degrees(line.phase_error), 2)}"
-            rows.append(f"{line.order:>6}  {amplitude:<24}{phase:<20}{line.false_alarm:>12.1e}")
+            rows.append(f"{line.order:>6.6g}  {amplitude:<24}{phase:<20}{line.false_alarm:>12.1e}")
         together, least = arcsec(self.peak_to_peak), arcsec(self.threshold, 2)
         rows.append(f"lines together: {together} arcsec peak-to-peak; found above {least} arcsec")
         rows.append(f"{self.samples} samples over {self.turns:.4g} turns")
+        if self.between:
+            places = ", ".join(f"{line.order:.4g}" for line in self.between)
+            rows.append(f"between whole orders: {places}; a project file does not hold it")
+        for order, others in self.aliases.items():
+            told = ", ".join(f"{other:g}" for other in others)
+            rows.append(
+                f"order {order:g} may be order {told}: these angles do not tell; scan at others, not evenly spaced"
+            )
+        if not self.aliases:
+            rows.append(f"these angles tell orders below {self.limit:.4g}; a line above would show below it")
         rows.append(f"residual: {arcsec(self.residual, 3)} arcsec rms, {self.noise} noise")
         if self.reversal is not None:
             lost, error, peak = self.reversal.lost_motion, self.reversal.lost_motion_error, self.reversal.peak_to_peak
@@ -184,7 +203,7 @@ class Fit(NamedTuple):
         return inverse @ (X.T @ residual), inverse
 
 
-def fit_lines(run: Direction, orders: Sequence[int], drift: bool) -> Fit:
+def fit_lines(run: Direction, orders: Sequence[float], drift: bool) -> Fit:
     """Fit a mean, a drift if wanted, and the lines of these orders to one direction.
 
     Raises

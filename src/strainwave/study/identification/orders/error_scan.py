@@ -8,6 +8,7 @@ Which orders a scan has: the strongest line first, and in the end only those tha
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -16,8 +17,11 @@ from numpy.typing import ArrayLike
 from ....base.quantities import choice, positive_count, shown
 from ....model.error_spectrum import extremes
 from ....model.excitation import HIGHEST
+from ....model.orders import Turn
 from ..run import column, refuse_descending
 from . import error_result
+from .aliases import between, twins
+from .beats import clocks
 from .error_result import Direction, ErrorScan, Fit, ScanLine, fit_lines, squared_amplitude
 from .order_fit import FEWEST, Floor, correlation, noise_floor, power, probability, rounding
 
@@ -30,7 +34,7 @@ CANDIDATES = 8  # orders that are fitted beside the lines found: those that stan
 PATIENCE = 3  # lines in a row that noise may explain as long as others leak into it
 
 
-def false_alarms(fits: Sequence[Fit], orders: Sequence[int], floor: Floor, trials: int) -> list[float]:
+def false_alarms(fits: Sequence[Fit], orders: Sequence[float], floor: Floor, trials: int) -> list[float]:
     """Probabilities that noise alone makes the fitted lines of these orders, at one of so many orders looked at."""
     samples = sum(len(fit.left.angle) for fit in fits)
     squares = (squared_amplitude([fit.line(i) for fit in fits], samples) for i in range(len(orders)))
@@ -66,10 +70,19 @@ def found_orders(runs: Sequence[Direction], drift: bool, highest: int, false_ala
         order, sure = following
         idle = 0 if sure else idle + 1
         chosen = sorted([*chosen, order])
+    return _beyond_noise(runs, chosen, [], drift, highest, false_alarm, least)
+
+
+def _beyond_noise(
+    runs: Sequence[Direction], chosen: list[int], others: list[float], drift: bool, highest: int, false_alarm: float,
+    least: float,
+) -> list[int]:  # fmt: skip
+    """Orders without those that are noise beside the rest and beside others."""
     while chosen:
-        fits = [fit_lines(run, chosen, drift) for run in runs]
-        floor = noise_floor([fit.left for fit in fits], highest, chosen, least)
-        alarms = false_alarms(fits, chosen, floor, highest)
+        taken = [*chosen, *others]
+        fits = [fit_lines(run, taken, drift) for run in runs]
+        floor = noise_floor([fit.left for fit in fits], highest, taken, least)
+        alarms = false_alarms(fits, taken, floor, highest)[: len(chosen)]
         worst = int(np.argmax(alarms))
         if alarms[worst] < false_alarm:
             break
@@ -114,6 +127,8 @@ def error_scan(
     drift: bool = True,
     noise: Literal["auto", "white", "autocorrelated"] = "auto",
     ate: bool = False,
+    ratio: float | None = None,
+    turn: Turn = "motor",
 ) -> ErrorScan:
     """Read a measured error scan into its lines.
 
@@ -142,12 +157,17 @@ def error_scan(
         standard deviations of a white sequence.
     ate : bool
         Whether `error` is the vendors' transmission error theta_l - theta_m/N, whose sign is opposite.
+    ratio : float, optional
+        Of the gear: its orders beyond those that the angles show are then known, and which of them look alike.
+    turn : {"motor", "output"}
+        The base turn, with a ratio.
 
     Returns
     -------
     ErrorScan
         `lines`: order, `amplitude` (0-to-peak) [rad] and `phase` [rad], each with its standard error; `residual`
-        [rad], root mean square; `.error` is the kinematic error for a drive.
+        [rad], root mean square; `.error` is the kinematic error for a drive. `between`: lines between whole orders;
+        `aliases`: by order what the angles do not tell from it.
 
     Raises
     ------
@@ -170,9 +190,17 @@ def error_scan(
     limit = min(0.5 * len(run.angle) / run.turns for run in runs)
     looked_at = _sought(highest, limit)
     least = _resolution(runs)
-    chosen = found_orders(runs, drift, looked_at, false_alarm, least) if orders is None else _given(orders, limit)
+    if orders is None:
+        chosen = found_orders(runs, drift, looked_at, false_alarm, least)
+        others = between(runs, drift, chosen, looked_at, false_alarm, least)
+        if others:
+            chosen = _beyond_noise(runs, chosen, others, drift, looked_at, false_alarm, least)
+    else:
+        chosen, others = _given(orders, limit), []
     trials = looked_at if orders is None else len(chosen)
-    return _scan([fit_lines(run, chosen, drift) for run in runs], chosen, trials, false_alarm, noise, least)
+    fits = [fit_lines(run, [*chosen, *others], drift) for run in runs]
+    scan = _scan(fits, chosen, others, trials, false_alarm, noise, least)
+    return replace(scan, limit=limit, aliases=twins(runs, chosen, limit, clocks(ratio, turn if ratio else "motor")))
 
 
 def _direction(prefix: str, angle: Any, error: Any, sign: float) -> Direction:
@@ -202,6 +230,11 @@ def _resolution(runs: list[Direction]) -> float:
 
 
 def _sought(highest: int | None, limit: float) -> int:
+    if limit <= 1.0:
+        raise ValueError(
+            f"the angles stand {0.5 / limit:.3g} turns apart, which tells no whole order; scan at more than two a "
+            "turn, or count orders on the slower shaft's turn"
+        )
     if highest is None:
         return max(1, min(HIGHEST_SOUGHT, int(0.9 * limit)))
     wanted = positive_count("highest", highest, HIGHEST)
@@ -224,18 +257,19 @@ def _given(orders: Sequence[int], limit: float) -> list[int]:
 
 
 def _scan(
-    fits: list[Fit], orders: list[int], trials: int, false_alarm: float, noise: str, least: float
+    fits: list[Fit], whole: list[int], others: list[float], trials: int, false_alarm: float, noise: str, least: float
 ) -> ErrorScan:  # fmt: skip
-    """Put the fits of one or two directions together."""
+    """Put the fits of one or two directions together: whole orders, and others between them."""
+    orders = [*whole, *others]
     left = [fit.left for fit in fits]
     sizes = [len(run.angle) for run in left]
     samples, neighbours = sum(sizes), float(np.average([correlation(run.error) for run in left], weights=sizes))
     coloured = noise == "autocorrelated" or (noise == "auto" and abs(neighbours) > 3.0 / math.sqrt(samples))
-    floors = [noise_floor([run], max(orders, default=1), orders, least) for run in left]
-    common_noise = noise_floor(left, max(trials, *orders, 1), orders, least)
+    floors = [noise_floor([run], math.ceil(max(orders, default=1)), orders, least) for run in left]
+    common_noise = noise_floor(left, max(trials, *whole, 1), orders, least)
     white = not (coloured and all(floor.enough for floor in floors))
 
-    def variances(order: int) -> list[float]:
+    def variances(order: float) -> list[float]:
         if white:
             whole = (float(np.sum(f.left.error**2)) / (len(f.left.error) - len(f.values)) for f in fits)
             return [max(variance, least) for variance in whole]
@@ -249,11 +283,12 @@ def _scan(
     reversal = None
     if len(fits) == 2:
         difference = fits[0].values[1 + fits[0].drift :] - fits[1].values[1 + fits[1].drift :]
-        low, high = extremes(orders, difference[0::2], difference[1::2])
+        difference = difference[: 2 * len(whole)]
+        low, high = extremes(whole, difference[0::2], difference[1::2])
         spread = math.sqrt(sum(v * float(fit.inverse[0, 0]) for v, fit in zip(variances(0), fits, strict=True)))
         reversal = error_result.Reversal(float(means[0] - means[1]), spread, high - low)
     return ErrorScan(
-        lines,
+        lines[: len(whole)],
         float(np.mean(means)),
         float(np.mean(slopes)),
         math.sqrt(sum(float(np.sum(run.error**2)) for run in left) / samples),
@@ -263,10 +298,11 @@ def _scan(
         samples,
         min(run.turns for run in left),
         reversal,
+        lines[len(whole) :],
     )
 
 
-def _line(i: int, order: int, fits: list[Fit], variances: list[float], false_alarm: float) -> ScanLine:
+def _line(i: int, order: float, fits: list[Fit], variances: list[float], false_alarm: float) -> ScanLine:
     """Line i as the mean over the directions, with errors to first order."""
     found = [fit.line(i) for fit in fits]
     (a, b), covariance = error_result.together(
