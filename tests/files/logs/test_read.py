@@ -252,6 +252,7 @@ def test_numpy_and_matlab_files_are_read_each_channel_at_its_own_times(tmp_path)
         assert log.channels["motor_angle"] == pytest.approx(np.radians(90.0 * t), rel=1e-12)
         assert log.channels["current"] == pytest.approx(2.0 * t, abs=1e-12)
         assert any("interpolated linearly" in note for note in log.notes)
+        assert np.array_equal(log.own["current"], (slow, 2.0 * slow))
     (tmp_path / "broken.npz").write_bytes(b"nothing")
     with pytest.raises(ValueError, match=r"broken.npz:1:1: file: is no whole .npz file"):
         sw.read_log(tmp_path / "broken.npz")

@@ -249,3 +249,17 @@ def test_strong_lines_beside_an_order_of_the_wave_generator_are_not_taken_for_it
     value = sum(2e-5 * np.cos(k * angle + i) for i, k in enumerate(beside, start=0)) + 1e-6 * rng.normal(size=6000)
     found = sw.order_scan([sw.Run(np.linspace(0.0, 6.0, 6000), angle, value, "rad")], highest=6.0)
     assert [line.order for line in found.lines] == pytest.approx(beside, abs=0.02 / turns)
+
+
+def test_a_slow_channel_counts_at_its_own_times(tmp_path):
+    """Straight lines between 50 samples a second weaken a line at 16 Hz by sinc(16/50)^2 = .70 and make images."""
+    t, s = np.arange(0.0, 8.0, 0.004), np.arange(0.0, 8.0, 0.02)
+    torque = 20.0 + 2.0 * np.cos(200.0 * 0.5 * s)
+    np.savez(tmp_path / "two.npz", time=t, load_angle=0.5 * t, load_torque=torque, load_torque_time=s)
+    log = sw.read_log(tmp_path / "two.npz", trim=0)
+    scan = sw.order_scan([log.run("load_torque")])
+    (line,) = scan.lines
+    slow = np.column_stack([np.ones_like(s), np.cos(100.0 * s), np.sin(100.0 * s)])
+    assert np.hypot(*np.linalg.lstsq(slow, torque, rcond=None)[0][1:]) == pytest.approx(2.0, abs=1e-9)
+    assert line.order == pytest.approx(200.0, abs=0.01)
+    assert line.amplitude == pytest.approx(2.0, abs=1e-3)

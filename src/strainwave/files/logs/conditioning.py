@@ -170,10 +170,10 @@ Channels = dict[str, Floats]
 
 def aligned(
     path: Path, columns: dict[str, Column], rate: float | None, notes: list[str]
-) -> tuple[Floats, Channels, dict[str, tuple[Floats, Floats]]]:  # fmt: skip
-    """Time and channels of one length, finite: rows with missing values dropped, other times interpolated.
+) -> tuple[Floats, Channels, dict[str, tuple[Floats, Floats]]]:
+    """Time and channels of one length, finite, and those with times of their own as they are, which are interpolated.
 
-    Channels that were interpolated are there a third time, with times and values of their own.
+    Rows with missing values are dropped.
 
     Raises
     ------
@@ -265,15 +265,15 @@ def _interpolated(
         raise refuse(path, "has channels that have no time in common; read them as logs of their own")
     channels = {name: values[inside] for name, values in together.items()}
     time = time[inside]
-    moved = []
-    for name, (t, values) in apart.items():
+    for name, (t, values) in list(apart.items()):
+        channels[name] = np.interp(time, t, values)
         if len(t) == len(time) and np.array_equal(t, time):
-            channels[name] = values
-        else:
-            channels[name] = np.interp(time, t, values)
-            moved.append(name)
-    if moved:
-        notes.append(f"{', '.join(moved)} had times of their own and were interpolated linearly to those of the log")
+            del apart[name]
+    if apart:
+        said = (
+            "had times of their own, at which runs take them; here they are interpolated linearly to those of the log"
+        )
+        notes.append(f"{', '.join(apart)} {said}")
     return time, channels
 
 

@@ -340,15 +340,16 @@ def _log(
     found = chosen(path, file, columns, notes)
     bare = "time" in found and not units.get("time", unit_of(found["time"]))
     picked, si = in_si(path, found, units, notes)
-    time, channels, apart = aligned(path, picked, rate, notes)
+    time, channels, own = aligned(path, picked, rate, notes)
     if unwrap:
         channels = unwrapped(channels, si, notes)
-        apart = {n: (t, unwrapped({n: v}, si, [])[n]) for n, (t, v) in apart.items()}
+        own = {name: (t, unwrapped({name: v}, si, [])[name]) for name, (t, v) in own.items()}
     time, channels = averaged(path, time, channels, notes)
     step = float(np.median(np.diff(time)))
     asked = bare and step >= SLOWEST and bool(np.all(time == np.round(time)))
     said = f"time goes on by {step:g} a sample and has no unit: is it in ms? units={{'time': 'ms'}}"
-    return Log(time, channels, {name: si[name] for name in channels}, doubts=(said,) if asked else (), own=apart)
+    units_si = {name: si[name] for name in channels}
+    return Log(time, channels, units_si, doubts=(said,) if asked else (), own=own)
 
 
 def _check_ratio(path: Path, log: Log, ratio: float, notes: list[str]) -> None:

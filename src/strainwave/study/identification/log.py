@@ -170,8 +170,8 @@ class Log(Result):
         What reading has guessed and changed, a sentence each.
     doubts : tuple of str
         What is not plausible in the channels, a sentence each.
-    own : dict of str to ((m,) array, (m,) array)
-        Times [s] and values of channels as they were sampled, where these were not the times of the log.
+    own : dict of str to (times, values)
+        Channels that were measured at times of their own [s], as they were; `channels` has them interpolated.
     """
 
     time: Floats
@@ -341,7 +341,7 @@ class Log(Result):
         Returns
         -------
         Run
-            Time, angle and value of the same samples, and the unit.
+            Time, angle and value of the same samples, and the unit; of a channel with times of its own at those times.
 
         Raises
         ------
@@ -353,8 +353,13 @@ class Log(Result):
                 "motor_angle" if "load_angle" not in self.channels and "motor_angle" in self.channels else "load_angle"
             )
         rows = slice(None) if part is None else part.rows
-        value, turned = self.channel(channel)[rows], self.channel(angle)[rows]
-        return Run(self.time[rows], turned, value, self.units[channel])
+        value, turned, time = self.channel(channel)[rows], self.channel(angle)[rows], self.time[rows]
+        if channel in self.own:
+            times, values = self.own[channel]
+            inside = (times >= time[0]) & (times <= time[-1])
+            time, value = times[inside], values[inside]
+            turned = np.interp(time, *self.own.get(angle, (self.time, self.channel(angle))))
+        return Run(time, turned, value, self.units[channel])
 
     def variables(self) -> Labelled:
         """The channels over the time."""

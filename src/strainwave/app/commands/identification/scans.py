@@ -1,7 +1,7 @@
 """`strainwave error-scan` and `order-scan`: lines of a measured kinematic error, and orders of logged quantities."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from ....study.identification.log import Log
 from ....study.identification.orders.error_scan import error_scan as error_scanned
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as orders_scanned
-from ....study.identification.run import Run
+from ....study.identification.run import FEWEST, Run
 from ...console import to_json, write_all
 from ..options import dialect_options, file_type, json_option, output_option, reading_options
 
@@ -184,7 +184,7 @@ def _with_torsion(log: Log, ratio: float | None) -> Log:
     if ratio is None or "torsion" in log.channels or not {"motor_angle", "load_angle"} <= set(log.channels):
         return log
     torsion = with_torsion(channels_of(log), ratio)["torsion"]
-    return Log(log.time, {**log.channels, "torsion": torsion}, log.units, log.notes, log.doubts)
+    return replace(log, channels={**log.channels, "torsion": torsion})
 
 
 def _likely(log: Log, file: Path) -> str:
@@ -198,7 +198,9 @@ def _likely(log: Log, file: Path) -> str:
 
 def _runs(log: Log, channel: str, angle: str | None) -> list[Run]:
     """Stretches of constant speed; the whole log where there is none."""
+    times = log.own[channel][0] if channel in log.own else log.time
     parts = [part for part in log.segments() if part.kind == "constant speed"] if log.moving else []
+    parts = [part for part in parts if np.count_nonzero((times >= part.start) & (times <= part.stop)) >= FEWEST]
     return [log.run(channel, angle, part=part) for part in parts] or [log.run(channel, angle)]
 
 

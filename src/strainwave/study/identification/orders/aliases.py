@@ -38,7 +38,7 @@ def _likely(run: Direction, candidates: Floats, orders: Floats) -> Floats:
     for i in range(0, len(run.angle), CHUNK):
         angle = run.angle[i : i + CHUNK]
         sums += np.exp(1j * np.outer(candidates, angle)) @ np.exp(1j * np.outer(angle, [*orders, *-orders]))
-    return np.max(np.abs(sums).reshape(len(candidates), 2, -1), axis=1) / len(run.angle)
+    return np.asarray(np.max(np.abs(sums).reshape(len(candidates), 2, -1), axis=1) / len(run.angle))
 
 
 def _alike(run: Direction, one: float, other: float) -> float:
