@@ -263,3 +263,31 @@ def test_a_slow_channel_counts_at_its_own_times(tmp_path):
     assert np.hypot(*np.linalg.lstsq(slow, torque, rcond=None)[0][1:]) == pytest.approx(2.0, abs=1e-9)
     assert line.order == pytest.approx(200.0, abs=0.01)
     assert line.amplitude == pytest.approx(2.0, abs=1e-3)
+
+
+def refreshed(speed, seconds, seed):
+    """A torque refreshed every 4 ms under 999 Hz, with jitter: two delays, and a line that grows with the speed."""
+    rng, t = np.random.default_rng(seed), np.arange(int(seconds * RATE)) / RATE
+    at = np.cumsum(4e-3 * (1.0 + 0.1 * rng.standard_normal(int(seconds / 4e-3) + 20))) - 0.05
+    zero, true = rng.uniform(0.0, 6.0), 0.0
+    for k, amplitude, phase, delay in ((200, 0.044, 0.7, 2.4e-3), (400, 0.023, -1.0, 2.4e-3), (700, 0.1, 2.0, 1.5e-3)):
+        grown = abs(speed) if k == 700 else 1.0
+        true = true + grown * amplitude * np.cos(k * (zero + speed * (at - delay + 2e-3)) + phase)
+    value = (true + 4e-3 * rng.standard_normal(len(at)))[np.searchsorted(at, t, side="right") - 1]
+    return sw.Run(t, zero + speed * t, value, "N*m")
+
+
+def test_a_refreshed_channel_is_predicted_at_unseen_speeds(several):
+    runs = [refreshed(v * way, 2.0 / v + 2.0, i) for i, v in enumerate((0.12, 0.25, 0.45, 0.7, 0.9)) for way in (1, -1)]
+    scan = sw.order_scan(runs, orders=[200, 400, 700])
+    assert scan.responses.hold == pytest.approx(4e-3, abs=4e-4)
+    assert [line.delay for line in scan.responses.lines] == pytest.approx([2.4e-3, 2.4e-3, 1.5e-3], abs=2.5e-4)
+    assert [bool(line.gain) for line in scan.responses.lines] == [False, False, True]
+    assert scan.line(400).amplitude == pytest.approx(0.023, abs=4.0 * scan.line(400).amplitude_error)
+    new = refreshed(1.3, 6.0, 99)
+    columns = np.column_stack([f(k * new.angle) for k in (200, 400, 700) for f in (np.cos, np.sin)])
+    left = np.linalg.lstsq(columns, new.value - scan.predict(new.time, new.angle), rcond=None)[0].reshape(-1, 2)
+    whole = np.linalg.lstsq(columns, new.value, rcond=None)[0].reshape(-1, 2)
+    assert np.all(np.linalg.norm(whole, axis=1) > [0.035, 0.01, 0.05])
+    assert np.all(np.linalg.norm(left, axis=1) < 6e-3)
+    assert sw.order_scan(several, orders=list(LINES)).responses is None  # one delay, no hold

@@ -19,6 +19,7 @@ from ..intervals import Interval, interval
 from ..run import angle_before, refuse_descending
 from .order_search import Kind, Pair
 from .places import RARE
+from .responses import Responses
 
 NEIGHBOUR, FURTHER = 1.1, 1.5  # factor of a speed up to which runs tell it: a run alone, and runs at several speeds
 FEWEST_SPEEDS = 3  # that tell how much an amplitude varies with the speed
@@ -115,6 +116,8 @@ class OrderScan(Result):
         Degrees of freedom of the delay's deviation.
     forward, backward : tuple of OrderLine
         Lines of the runs of one direction alone, where there are both.
+    responses : Responses or None
+        How the lines change with the speed, where the runs show it: a hold of the channel, delays and growth of lines.
     """
 
     rows: ClassVar[str] = "line"
@@ -130,6 +133,7 @@ class OrderScan(Result):
     freedom: float
     forward: tuple[OrderLine, ...] = ()
     backward: tuple[OrderLine, ...] = ()
+    responses: Responses | None = None
 
     @property
     def varying(self) -> tuple[OrderLine, ...]:
@@ -164,6 +168,8 @@ class OrderScan(Result):
         if len(t) != len(a) or len(t) < 2:
             raise ValueError(f"time has {len(t)} samples and angle {len(a)}; give equally many, 2 at least")
         refuse_descending(t)
+        if self.responses is not None:
+            return self.responses.value(t, a)
         theta = angle_before(t, a, self.delay)
         lines = [Line(line.order, line.amplitude, line.phase) for line in self.lines if line.kind != "frequency"]
         return np.asarray(KinematicError(tuple(lines)).value(theta))

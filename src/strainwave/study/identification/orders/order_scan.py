@@ -18,6 +18,7 @@ from .order_fit import LONGEST, ROUNDS, SAME_SPEED, Joint, RunFit, fit_run, toge
 from .order_result import OrderLine, OrderScan
 from .order_search import DECIDED, FoundLine
 from .places import RARE, placed_lines
+from .responses import Responses, responses, sinc
 
 SHARE = 0.4  # of the samples per turn: the highest order that they show
 DIFFERENT = 5.0  # deviations by which runs may differ before it is said
@@ -37,7 +38,8 @@ def order_scan(
 
     Each run has its own mean and slow part; amplitude and phase of each line are those of all runs together, and so is
     one delay, by which the value lags behind the angle. Their errors follow from the noise around each line, and are
-    larger where runs differ by more.
+    larger where runs differ by more. Runs at three speeds or more may show instead that the value is held or averaged
+    over a time, and a delay and a growth of each line.
 
     Parameters
     ----------
@@ -98,6 +100,9 @@ def order_scan(
     too_long = abs(joint.delay) > LONGEST
     if too_long:
         fits, joint = _fitted(runs, over_angle, limit, delayed, standing)
+    forms = responses(chosen, speeds, fits, joint.delay) if several and not too_long else None
+    if forms is not None and forms.hold:
+        joint = together(chosen, speeds, _unheld(fits, chosen, speeds, forms.hold), joint.delay, delayed=delayed)
     lines = [*_lines(over_angle, fits, joint, several)]
     lines += [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
     forward, backward = _ways(over_angle, speeds, fits, joint, several)
@@ -109,11 +114,12 @@ def order_scan(
         speeds,
         float(np.sqrt(np.mean(left * left))),
         base,
-        tuple(_notes(lines, speeds, several, too_long)),
+        tuple(_notes(lines, speeds, several, too_long, forms)),
         runs[0].unit,
         _freedom(joint),
         forward,
         backward,
+        forms,
     )
     notes = (*scan.notes, *_differences(scan, joint, spread > SAME_SPEED), *unparted(over_angle, turning, runs))
     return replace(scan, notes=notes)
@@ -140,6 +146,15 @@ def _differences(scan: OrderScan, joint: Joint, speeds: bool) -> list[str]:
     return []
 
 
+def _unheld(fits: Sequence[RunFit], orders: Floats, speeds: Floats, hold: float) -> list[RunFit]:
+    """Lines of the runs before a hold or a mean over a time."""
+    left = [sinc(orders, speed, hold) for speed in speeds]
+    return [
+        replace(fit, values=fit.values / some, spreads=fit.spreads / some[:, None, None] ** 2)
+        for fit, some in zip(fits, left, strict=True)
+    ]
+
+
 def _stands_out(fits: Sequence[RunFit], i: int, false_alarm: float) -> bool:
     """Whether a line that was found is more than noise where all lines are fitted together."""
     power = sum((size / error) ** 2 for size, error in (fit.amplitude(i) for fit in fits))
@@ -162,9 +177,17 @@ def _ways(
 
 
 def _notes(
-    lines: Sequence[OrderLine], speeds: Floats, several: bool, beyond: bool
+    lines: Sequence[OrderLine], speeds: Floats, several: bool, beyond: bool, forms: Responses | None
 ) -> Iterator[str]:  # fmt: skip
     """What the runs cannot tell, and where an amplitude grows."""
+    if forms is not None and forms.hold:
+        yield (
+            f"the value is held or averaged over {1e3 * forms.hold:.3g} ms, as the runs together show: amplitudes are "
+            "those before it"
+        )
+    grown = [form.order for form in forms.lines if form.gain] if forms is not None else []
+    for order in grown:
+        yield f"order {order:g} grows with the speed: predictions follow it"
     if beyond:
         yield f"no delay up to {1e3 * LONGEST:g} ms fits the runs; none is taken"
     if not several:
@@ -172,7 +195,12 @@ def _notes(
             "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
         )
     for line in lines:
-        if line.kind != "frequency" and len(line.by_run) > 1 and line.same < RARE / len(lines):
+        if (
+            line.order not in grown
+            and line.kind != "frequency"
+            and len(line.by_run) > 1
+            and line.same < RARE / len(lines)
+        ):
             i, middle = int(np.argmax(line.by_run)), float(np.median(line.by_run))
             if line.by_run[i] > 1.5 * middle:
                 yield (
