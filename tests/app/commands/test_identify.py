@@ -115,3 +115,37 @@ def test_order_scan_without_a_known_channel_names_those_there_are(tmp_path):
     assert (run.exit_code, run.stdout) == (1, "")
     assert "a.csv has motor_angle, load_angle; name one of these with --channel, or give --ratio" in run.stderr
     assert "is no list of orders" in invoke("order-scan", file, "--orders", "1;2").stderr
+
+
+def test_order_scan_takes_columns_by_place_and_prints_a_block_on_the_motors_turn(tmp_path):
+    t = np.arange(5000) / 250.0
+    angle = 0.5 * t + 0.3
+    error = 1e-4 * np.cos(200.0 * angle + 0.4) + 1e-7 * np.random.default_rng(4).standard_normal(len(t))
+    file = tmp_path / "data.log"
+    np.savetxt(file, np.column_stack([np.arange(5000), t, angle, error]), fmt="%.9f")
+    options = ("--channel", "error", "--columns", "-,time,load_angle,error", "--unit", "error=rad", "--trim", "0")
+    text = invoke("order-scan", file, *options).stdout
+    assert re.search(r"order 200 \+- 0", text)
+    assert "a project file counts orders on the motor's turn: give --ratio for its lines" in text
+    assert "{order: 2, amplitude: 20.6" in invoke("order-scan", file, *options, "--ratio", "100").stdout
+    places = [f"--column={channel}={i}" for channel, i in (("time", 1), ("load_angle", 2), ("error", 3))]
+    assert invoke("order-scan", file, *places, *options[:2], *options[4:]).stdout == text
+    assert "give one of the two" in invoke("order-scan", file, *options, places[0]).stderr
+    said = invoke("read-log", file).stderr
+    assert (
+        "has 4 columns without names; give --columns time,load_angle,..., a name for each in its order, - for" in said
+    )
+
+
+def test_error_scan_prints_no_block_of_orders_that_the_angles_do_not_tell(tmp_path):
+    angle = np.arange(72) * 5.0
+    error = 12.0 * np.cos(200.0 * np.radians(angle)) + 0.3 * np.random.default_rng(5).standard_normal(72)
+    file = write(tmp_path / "targets.csv", "angle [deg];error [arcsec]", angle, error)
+    text = invoke("error-scan", file, "--shaft", "output", "--ratio", "100").stdout
+    assert "order 16 may be order 200, 304, 704" in text
+    assert "no lines for a project file" in text
+    assert "kinematic_error" not in text
+    assert (
+        "tells no whole order"
+        in invoke("error-scan", file, "--shaft", "output", "--turn", "motor", "--ratio", 100).stderr
+    )

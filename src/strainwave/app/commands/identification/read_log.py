@@ -82,13 +82,13 @@ def _print(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> None:
     title = f"{file.name}: {len(log)} samples, {log.time[0]:.6g} to {log.time[-1]:.6g} s, {number(log.rate, 6)} Hz"
     print_table(title, ("channel", "unit", *SIZES), rows)
     if parts:
-        body = [(part.kind, f"{part.start:.10g}", f"{part.stop:.10g}", part.speed, part.acceleration) for part in parts]
+        body = [(part.kind, f"{part.start:.13g}", f"{part.stop:.13g}", part.speed, part.acceleration) for part in parts]
         shaft = "load" if {"load_angle", "load_speed"} & set(log.channels) else "motor"
         columns = ("segment", "from (s)", "to (s)", f"{shaft} speed (rad/s)", "acceleration (rad/s²)")
         print_table("", columns, body)
     if log.ratio is not None:
         click.echo(f"the motor turns {number(log.ratio, 6)} times as far as the load")
-    gaps = [f"{gap.start:.10g} to {gap.stop:.10g} s" for gap in log.gaps[:5]]
+    gaps = [f"{gap.start:.13g} to {gap.stop:.13g} s" for gap in log.gaps[:5]]
     gaps += [f"{len(log.gaps) - 5} more"] if len(log.gaps) > 5 else []
     for kind, texts in {"gap": gaps, "note": log.notes, "doubt": log.doubts}.items():
         for text in texts:

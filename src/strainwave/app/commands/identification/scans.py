@@ -84,7 +84,9 @@ def error_scan(
         click.echo(to_json(told | {"peak_to_peak": scan.peak_to_peak}))
         return
     click.echo(f"{file.name}: {counted(len(scan.lines), 'line')}, orders per turn of the {turn or shaft}\n{scan}")
-    if scan.lines and not scan.aliases:
+    if scan.aliases:
+        click.echo("no lines for a project file: the angles do not tell their orders")
+    elif scan.lines:
         click.echo(block(scan.lines))
 
 
