@@ -182,11 +182,16 @@ def _orders(text: str) -> list[float]:
 
 
 def _with_torsion(log: Log, ratio: float | None) -> Log:
-    """The log with the torsion of a gear of that ratio."""
+    """The log with the torsion of a gear of that ratio, at the times of the load's angle where that has its own."""
     if ratio is None or "torsion" in log.channels or not {"motor_angle", "load_angle"} <= set(log.channels):
         return log
     torsion = with_torsion(channels_of(log), ratio)["torsion"]
-    return replace(log, channels={**log.channels, "torsion": torsion})
+    own = dict(log.own)
+    if "load_angle" in own:
+        time, load = own["load_angle"]
+        motor = np.interp(time, *own.get("motor_angle", (log.time, log.channels["motor_angle"])))
+        own["torsion"] = time, with_torsion({"motor_angle": motor, "load_angle": load}, ratio)["torsion"]
+    return replace(log, channels={**log.channels, "torsion": torsion}, own=own)
 
 
 def _likely(log: Log, file: Path) -> str:
