@@ -204,3 +204,11 @@ def test_wrong_options_are_refused(tmp_path, arguments, code, words):
     done = run(path, *arguments)
     assert done.exit_code == code, done.output
     assert words in done.stderr
+
+
+def test_columns_may_be_named_by_their_places(tmp_path):
+    whole = written(tmp_path, table(DEGREES, standard(), names=["angle [deg]", "error [arcsec]"]))
+    scan = read_scan(whole)
+    bare = tmp_path / "bare.csv"
+    bare.write_text("\n".join(whole.read_text().splitlines()[1:]))
+    assert np.array_equal(read_scan(bare, angle="0 [deg]", error="1 [arcsec]").error, scan.error)

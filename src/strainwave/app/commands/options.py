@@ -69,9 +69,7 @@ def _listed(context: click.Context, _option: click.Parameter, text: str | None) 
 
 def _columns(context: click.Context, option: click.Parameter, texts: tuple[str, ...]) -> Any:
     """All columns in their order, or some by their names or places; None where no option says."""
-    some = {
-        channel: int(place) if place.isdecimal() else place for channel, place in pairs(context, option, texts).items()
-    }
+    some = pairs(context, option, texts)
     if some and context.meta["columns"]:
         raise click.UsageError("--columns names all columns and --column some of them; give one of the two")
     return context.meta["columns"] or some or None

@@ -200,15 +200,15 @@ def unit_of(column: Column) -> str:
 
 
 def place_of(path: Path, file: list[Column], channel: str, column: str | int, hint: str = "") -> int:
-    """Place of the column of a channel, by its name or its place (FileError)."""
-    if isinstance(column, int) and not isinstance(column, bool):
-        if 0 <= column < len(file):
-            return column
+    """Place of the column of a channel, by its name or its place, which may be written as "0" (FileError)."""
+    for names in ([c.name for c in file], [named(c.name).name for c in file]):
+        if isinstance(column, str) and names.count(column) == 1:
+            return names.index(column)
+    if not isinstance(column, bool) and str(column).lstrip("-").isdecimal():
+        if 0 <= int(column) < len(file):
+            return int(column)
         said = f"has {counted(len(file), 'column')}, so none at the place {column} for {channel}; 0 is the first"
         raise refuse(path, said)
-    for names in ([c.name for c in file], [named(c.name).name for c in file]):
-        if names.count(str(column)) == 1:
-            return names.index(str(column))
     available = ", ".join(c.name for c in file if c.name) or f"{counted(len(file), 'column')} without names, from 0 on"
     raise refuse(path, f"has no single column {shown(column)} for {channel}; it has {available}{hint}")
 
