@@ -291,3 +291,15 @@ def test_a_refreshed_channel_is_predicted_at_unseen_speeds(several):
     assert np.all(np.linalg.norm(whole, axis=1) > [0.035, 0.01, 0.05])
     assert np.all(np.linalg.norm(left, axis=1) < 6e-3)
     assert sw.order_scan(several, orders=list(LINES)).responses is None  # one delay, no hold
+
+
+def test_two_speeds_of_a_measured_joint_have_no_line_that_neither_has():
+    """Two a turn of the wave generator at 160:1, its double, and the 14.8 Hz that is order 459 at .202 rad/s."""
+    logs = [sw.read_log(KINOVA.parent / "iiwa14" / f"joint4_vel_p{i}.csv.gz") for i in (2, 6)]
+    runs = [log.run("torque", part=p) for log in logs for p in log.segments() if p.kind == "constant speed"]
+    lines = sw.order_scan(runs).lines
+    found = sorted(459.3 if line.kind == "frequency" else line.order for line in lines)
+    assert found == pytest.approx([320.0, 459.3, 640.0], abs=8.0)
+    (steady,) = (line.frequency for line in lines if line.kind == "frequency")
+    assert steady == pytest.approx(459.3 * 0.2022 / (2.0 * math.pi), abs=0.2)
+    assert 0.018 < lines[[line.kind for line in lines].index("order")].amplitude < 0.022  # 21 to 22 and 19.3 mN m alone

@@ -216,7 +216,8 @@ def fit_run(
     theta = run.angle_before(delay)
     waves = [part for k in orders for part in (np.cos(k * theta), -np.sin(k * theta))]
     slow = slow_columns(run, min(orders, default=highest))
-    turns = [2.0 * np.pi * f * (run.time - run.time[0]) for f in frequencies]
+    elapsed = run.time - run.time[0]  # a frequency that the slow columns hold is no column of its own
+    turns = [2.0 * np.pi * f * elapsed for f in frequencies if 2.0 * f * elapsed[-1] > slow.shape[1]]
     nuisances = np.column_stack([slow, *(wave(x) for x in turns for wave in (np.cos, np.sin))])
     columns = np.column_stack([nuisances, *waves])
     sizes = np.linalg.norm(columns, axis=0)

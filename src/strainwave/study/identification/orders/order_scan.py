@@ -22,6 +22,7 @@ from .responses import Responses, responses, sinc
 
 SHARE = 0.4  # of the samples per turn: the highest order that they show
 DIFFERENT = 5.0  # deviations by which runs may differ before it is said
+FEW, STRONG, COHERENT = 4, 10.0, 0.6  # runs, deviations, share of its size in the runs: less of all three is no line
 DOUBTFUL = 0.01  # probability that noise alone makes runs differ as much, below which their errors grow
 
 
@@ -92,7 +93,7 @@ def order_scan(
     chosen = np.array([line.place for line in over_angle])
     standing = [line.place for line in placed if line.kind == "frequency"]
     fits, joint = _fitted(runs, over_angle, limit, several, standing)
-    stays = [orders is not None or _stands_out(fits, i, false_alarm) for i in range(len(chosen))]
+    stays = [orders is not None or _stands_out(fits, joint, i, false_alarm) for i in range(len(chosen))]
     if not all(stays):
         over_angle, chosen = [line for line, on in zip(over_angle, stays, strict=True) if on], chosen[stays]
         fits, joint = _fitted(runs, over_angle, limit, several, standing)
@@ -104,7 +105,8 @@ def order_scan(
     if forms is not None and forms.hold:
         joint = together(chosen, speeds, _unheld(fits, chosen, speeds, forms.hold), joint.delay, delayed=delayed)
     lines = [*_lines(over_angle, fits, joint, several)]
-    lines += [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
+    steady = [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
+    lines += [k for k in steady if len(runs) < FEW or k.amplitude >= COHERENT * float(np.median(k.by_run))]
     forward, backward = _ways(over_angle, speeds, fits, joint, several)
     left = np.concatenate([fit.residual for fit in fits])
     scan = OrderScan(
@@ -155,9 +157,16 @@ def _unheld(fits: Sequence[RunFit], orders: Floats, speeds: Floats, hold: float)
     ]
 
 
-def _stands_out(fits: Sequence[RunFit], i: int, false_alarm: float) -> bool:
-    """Whether a line that was found is more than noise where all lines are fitted together."""
-    power = sum((size / error) ** 2 for size, error in (fit.amplitude(i) for fit in fits))
+def _stands_out(fits: Sequence[RunFit], joint: Joint, i: int, false_alarm: float) -> bool:
+    """Whether a line that was found is more than noise where all lines are fitted together, and one in all runs.
+
+    What friction and starts leave in each run is weak, and has a phase of its own in each.
+    """
+    sizes, errors = np.array([fit.amplitude(i) for fit in fits]).T
+    power = float(np.sum((sizes / errors) ** 2))
+    weak = len(fits) >= FEW and power < len(fits) * STRONG**2
+    if weak and abs(joint.values[i]) < COHERENT * float(np.median(sizes)):
+        return False
     return float(gammaincc(len(fits), 0.5 * power)) < false_alarm
 
 
