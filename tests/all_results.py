@@ -78,7 +78,7 @@ def measured_bode():
 @cache
 def design():
     spec = sw.Specification(
-        load_inertias=(1.3,), speeds=(1.0, 3.0), limit=1e-3, rotor_inertias=(1e-4, 1e-3), damping_ratio=0.03
+        load_inertias=(1.3,), speeds=(1.0, 3.0), limit=1e-3, rotor_inertias=(1e-4, 1e-3), damping_ratio=0.1
     )
     return sw.design(spec, gears=[sw.catalogue.gear("CSG-40-50"), sw.catalogue.gear("CSG-20-100")])
 

@@ -54,7 +54,7 @@ speed: {from: 2 rpm, to: 40 rpm}
 limit: {oscillation: 900 arcsec}
 torque: {mean: 20 N*m, peak: 40 N*m}
 motor: {rotor_inertias: [0.5 kg*cm^2]}
-damping: {ratio: 3 %}
+damping: {ratio: 20 %}
 ratios: [50]
 series: [CSG]
 largest: {size: 20}

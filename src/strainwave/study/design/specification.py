@@ -271,7 +271,7 @@ def checks(gear: Gear, spec: Specification) -> Iterator[Check]:
 def told(check: Check) -> str:
     """Sentence of a constraint with by how much it is missed."""
     said = check.sentence
-    if math.isfinite(check.use):
+    if math.isfinite(check.use) and check.use > 1.0:
         use = f"{check.use:.{digits_apart(check.use)}g} times"
         said = f"{said[:-1]}: {use} {'too short' if check.name == 'life' else 'the allowance'}."
     return " ".join((said, *check.doubts))
