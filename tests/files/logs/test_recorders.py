@@ -124,3 +124,11 @@ def test_one_long_line_is_refused(tmp_path):
         ValueError, match=r"long\.csv:2:1: file: has 2000000 characters in one line; give a log with a line"
     ):
         sw.read_log(write(tmp_path / "long.csv", "time,torque", "1," * 1_000_000))
+
+
+def test_the_number_of_the_only_joint_is_no_part_of_a_channel(tmp_path):
+    rows = "".join(f"{0.01 * i},{0.5 * i},{50 * i},{i}\n" for i in range(40))
+    (tmp_path / "one.csv").write_text("time,encoder_loadinc_1,encoder_motorinc_1,target_2\n" + rows)
+    log = sw.read_log(tmp_path / "one.csv", units={"load_angle": "deg", "motor_angle": "deg"})
+    assert np.ptp(log.channel("motor_angle")) == pytest.approx(100.0 * np.ptp(log.channel("load_angle")))
+    assert "target_2" in log.channels

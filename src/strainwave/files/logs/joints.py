@@ -49,6 +49,14 @@ def joints_named(file: list[Column]) -> list[Column]:
     ]
 
 
+def only_joint(file: list[Column]) -> str | None:
+    """Number at the end of the names of both angles where one alone stands there, as in encoder_motorinc_1."""
+    ends = [re.fullmatch(r"(.+)_(\d+)", column.name) for column in file]
+    angles = [(suffixed(one[1]), one[2]) for one in ends if one and suffixed(one[1]) in ("motor_angle", "load_angle")]
+    numbers = {number for _, number in angles}
+    return numbers.pop() if len(numbers) == 1 and len({name for name, _ in angles}) == 2 else None
+
+
 def of_joint(path: Path, file: list[Column], joint: str) -> list[Column]:
     """Columns with the name of one joint taken out of their names, and without those of others."""
     word = re.compile(rf"[/._\[\s]*(?<![A-Za-z0-9]){re.escape(joint)}(?![A-Za-z0-9])\]?")

@@ -17,7 +17,7 @@ from ...base.quantities import joined, number, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
 from .conditioning import BINARY, aligned, averaged, regular, trimmed, unwrapped
-from .joints import joined_stamps, joints_named, of_joint
+from .joints import joined_stamps, joints_named, of_joint, only_joint
 from .names import UNMEASURED, canonical, converted, epoch_unit, expected, named, si_unit, suffixed
 from .table import Column, place_of, read_table, refuse, unit_of
 
@@ -309,6 +309,7 @@ def read_log(
     path = Path(path)
     count = None if columns is None or isinstance(columns, Mapping) else len(columns)
     file, notes = columns_of(path, delimiter, decimal, count)
+    joint = only_joint(file) if joint is None and columns is None else joint
     if joint is not None:
         file = of_joint(path, file, joint)
     log = _log(path, file, columns, {} if units is None else units, rate, unwrap, notes)
