@@ -9,7 +9,7 @@ from measured_axis import GRAVITY, J_L, K1, K2, T1, B, measured
 
 import strainwave as sw
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "benchmarks"))
+sys.path.append(str(Path(__file__).resolve().parents[3] / "benchmarks"))
 import joint_logs
 
 pytestmark = pytest.mark.slow
