@@ -43,6 +43,14 @@ def test_a_log_with_skew_gravity_and_dry_friction_is_read_to_its_noise():
         fit.value("mass")
 
 
+def test_a_log_that_begins_with_a_loaded_hysteresis_gives_its_numbers():
+    fit, truth, _ = found(327)
+    names = ("K1", "K2", "T1", "B", "skew", "coulomb", "viscous", "gravity")
+    assert truth["hysteresis"] > 0.0
+    assert all(covers(fit, truth, name) for name in names)
+    assert fit.answer.residual < 1.01 * truth["floor"]
+
+
 def test_one_direction_ties_friction_to_gravity_and_skew_to_friction():
     log = measured()
     fit = sw.identify_log(log, gear="SHG-25-100", load_inertia=J_L)

@@ -94,7 +94,7 @@ def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: flo
     pieces, _ = pieces_of(logs, ratio, RESOLVED / float(np.sqrt(max(law[:3]) / inertia)))
     of = scales(inertia, law, float(np.sqrt(law[0] / inertia)))
     values = {name: scale.first for name, scale in of.items()} | {"hysteresis": 0.0}
-    empty = Joint(tuple(pieces), ratio, of, values, (), np.zeros((len(pieces), 2)), free, np.zeros(2))
+    empty = Joint(tuple(pieces), ratio, of, values, (), np.zeros((len(pieces), 3)), free, np.zeros(2))
     means = {piece.log: -float(np.mean(torsion_of(empty, i, 0.0))) for i, piece in enumerate(pieces)}
     values["offset"] = means[pieces[0].log]
     more = {f"offset {log + 1}": mean - values["offset"] for log, mean in means.items() if log != pieces[0].log}

@@ -131,11 +131,11 @@ def march(
 ) -> None:  # fmt: skip
     """March over a grid of steps h [s]; `drive` (4, 2 n + 1) has u, u', pull and y at its half steps.
 
-    `start` is (angle, speed); `states` (n + 1, 2) gets angle and speed, `read` the angle at `places` [steps].
+    `start` is (angle, speed, memory); `states` (n + 1, 2) gets angle and speed, `read` the angle at `places` [steps].
     """
     p, drive, start, gains, places, states, read = borrowed((p, drive, start, gains, places, states, read))
     n = states.shape[0] - 1
-    q, v, z, sign = start[0], start[1], 0.0, np.sign(start[1])
+    q, v, z, sign = start[0], start[1], start[2], np.sign(start[1])
     if sign == 0.0:
         sign = loose(q, z, 0, 0.0, p, drive)
     for k in range(n):

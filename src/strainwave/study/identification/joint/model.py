@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ....base.results import Floats
 from ....compile.jit import run
@@ -71,8 +72,8 @@ class Joint:
         Numbers in SI by name; lines are "line(j, k) cos" and "line(j, k) sin".
     lines : tuple of (int, int)
         Lines of the kinematic error: so many times the motor's turn, and the load's.
-    starts : (pieces, 2) array
-        Angle and speed of the load at the begin of every piece.
+    starts : (pieces, 3) array
+        Angle and speed of the load, and the twist of the hysteresis, at the begin of every piece.
     free : tuple of str
         Names of the free numbers, without the starts.
     gains : (2,) array
@@ -192,13 +193,13 @@ class Joint:
         return name in OWN[:POSITIVE]
 
     def moved(self, change: Floats) -> "Joint":
-        """The joint after a change (free + 2 pieces,) of its free numbers and starts, in units."""
+        """The joint after a change (free + 3 pieces,) of its free numbers and starts, in units."""
         values = dict(self.values)
         for name, by in zip(self.free, change[: len(self.free)].tolist(), strict=True):
             values[name] = self.changed(name, float(np.clip(by, -1.0, 1.0)) if self.is_log(name) else by)[name]
         starts = self.starts
         if not self.gains[0]:
-            starts = starts + change[len(self.free) :].reshape(-1, 2) * START_UNITS
+            starts = starts + change[len(self.free) :].reshape(-1, 3) * START_UNITS
         return replace(self, values=values, starts=starts)
 
     def columns(self, names: Sequence[str]) -> list[Floats]:
@@ -224,21 +225,18 @@ class Joint:
         return self.predicted(i, values, start, other)
 
     def start_columns(self, i: int) -> Floats:
-        """Derivatives (m, 2) of a piece's angles by its start, per unit."""
+        """Derivatives (m, 3) of a piece's angles by its start, per unit."""
         drive, start = self.drive(i, self.values), self.starts[i]
         base = self.predicted(i, self.values, start, drive)
         turned = [start + DIFFERENCE * unit for unit in np.diag(START_UNITS)]
         return np.stack([(self.predicted(i, self.values, s, drive) - base) / DIFFERENCE for s in turned], axis=1)
 
     def jacobian(self) -> Floats:
-        """Derivatives (rows, free + 2 pieces) of all predicted angles [rad] by the free numbers and the starts."""
+        """Derivatives (rows, free + 3 pieces) of all predicted angles [rad] by the free numbers and the starts."""
         table = np.concatenate(self.columns(self.free))
         if self.gains[0]:
             return table
-        starts, row = np.zeros((len(table), 2 * len(self.pieces))), 0
-        for i, piece in enumerate(self.pieces):
-            starts[row : row + len(piece.time), 2 * i : 2 * i + 2] = self.start_columns(i)
-            row += len(piece.time)
+        starts = block_diag(*(self.start_columns(i) for i in range(len(self.pieces))))
         return np.concatenate([table, starts], axis=1)
 
     def away(self) -> tuple[Floats, Floats]:
@@ -249,11 +247,15 @@ class Joint:
             off = np.log(value / scale.first) if self.is_log(name) else (value - scale.first) / scale.unit
             far.append(off / scale.prior)
             priors.append(scale.prior)
-        many = 0 if self.gains[0] else self.starts.size
-        return np.array([*far, *[0.0] * many]), np.array([*priors, *[1e4] * many])
+        if self.gains[0]:
+            return np.array(far), np.array(priors)
+        starts, of = self.starts / START_UNITS / START_PRIORS, np.tile(START_PRIORS, len(self.starts))
+        starts[:, :2] = 0.0
+        return np.append(far, starts), np.append(priors, of)
 
 
-START_UNITS = np.array([1e-5, 1e-4])  # rad, rad/s
+START_UNITS = np.array([1e-5, 1e-4, 1e-5])  # rad, rad/s, rad
+START_PRIORS = np.array([1e4, 1e4, 10.0])  # units
 
 
 def line_names(pair: Pair) -> tuple[str, str]:

@@ -139,7 +139,7 @@ def shaken(joint: Joint) -> Joint:
         left = _off(joint, i, starts[i])
         least, size = float(left @ left), np.std(left[piece.time < piece.time[0] + SHAKEN])
         for _ in range(TRIES):
-            trial = joint.starts[i] + rng.standard_normal(2) * size * np.array([1.0, RINGS])
+            trial = joint.starts[i] + rng.standard_normal(3) * size * np.array([1.0, RINGS, 1.0])
             left = _off(joint, i, trial)
             if (now := float(left @ left)) < least:
                 starts[i], least = trial, now
@@ -158,7 +158,7 @@ def started(joint: Joint) -> Joint:
         many = max(FEW, int(np.searchsorted(piece.time, piece.time[0] + EARLY)))
         at = piece.time[:many] + joint.values["skew"] - piece.begin
         rate, angle = np.polyfit(at, piece.value[:many] - joint.offset(i), 3)[2:]
-        starts.append((angle, rate))
+        starts.append((angle, rate, 0.0))
     return replace(joint, starts=np.array(starts))
 
 
