@@ -113,8 +113,11 @@ def completed(joint: Joint) -> Joint:
 
 
 def nudged(joint: Joint) -> Joint:
-    """The joint from other dry frictions too: where a load comes to rest depends on them by leaps."""
-    for factor in NUDGES if plain(joint) > AT_FLOOR * scatter(joint) else ():
+    """The joint from other starts and dry frictions too: where a load comes to rest depends on them by leaps."""
+    if plain(joint) < AT_FLOOR * scatter(joint):
+        return joint
+    joint = shaken(joint)
+    for factor in NUDGES:
         values = joint.values | {"coulomb": factor * joint.values["coulomb"]}
         trial = settled(replace(joint, values=values), 2)
         joint = trial if plain(trial) < plain(joint) and rms(trial) < SAME * rms(joint) else joint
@@ -134,12 +137,13 @@ def scatter(joint: Joint) -> float:
 
 def shaken(joint: Joint) -> Joint:
     """The joint with starts among many near its own that fit better: where a load sticks, its motion has kinks."""
-    rng, starts = np.random.default_rng(0), joint.starts.copy()
+    rng, starts, measured = np.random.default_rng(0), joint.starts.copy(), started(joint).starts
     for i, piece in enumerate(joint.pieces):
         left = _off(joint, i, starts[i])
         least, size = float(left @ left), np.std(left[piece.time < piece.time[0] + SHAKEN])
-        for _ in range(TRIES):
+        for k in range(TRIES):
             trial = joint.starts[i] + rng.standard_normal(3) * size * np.array([1.0, RINGS, 1.0])
+            trial = trial if k else measured[i] * np.array([1.0, 0.0, 1.0])  # at rest
             left = _off(joint, i, trial)
             if (now := float(left @ left)) < least:
                 starts[i], least = trial, now
