@@ -12,7 +12,7 @@ from ..files.variants.identify_log import IdentifiedLog
 from ..study.identification.bode.bode_fit import BodeFit
 from ..study.identification.bode.measured_bode import MeasuredBode
 from ..study.identification.identified import Identified
-from ..study.identification.joint.answer import law_cloud, torsion_of
+from ..study.identification.joint.answer import law_cloud, residual_orders, torsion_of
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_model import LoopFit
 from ..study.identification.orders.order_result import OrderScan
@@ -79,7 +79,7 @@ def identified_panels(fit: Identified) -> list[Panel]:
 
 
 def identified_log_rows(fit: IdentifiedLog) -> list[list[Panel]]:
-    """Rows of panels: the torsion of each piece beside the predicted one, the residual, and the law with its cloud."""
+    """Rows of panels: the torsion of each piece over the predicted one, the residual, its orders, and the law."""
     joint, columns = fit.answer.joint, []
     for i, (piece, left) in enumerate(zip(joint.pieces, joint.residuals(), strict=True)):
         time, values = piece.time, torsion_of(joint, i)
@@ -95,12 +95,14 @@ def identified_log_rows(fit: IdentifiedLog) -> list[list[Panel]]:
     law = Panel("law of the gear", TORSION, Axis("torque", "N·m"))
     law.points(twist, torque, PALE, "points of the log")
     law.line(*curve, BLUE, "found")
-    return [*([list(row) for row in zip(*columns[:MOST_PIECES], strict=True)]), [law]]
+    orders = Panel("orders of what is left", Axis("order per turn of the motor"), Axis("amplitude", "arcsec", ARCSEC))
+    orders.line(*residual_orders(joint), ORANGE, width=1.0)
+    return [*([list(row) for row in zip(*columns[:MOST_PIECES], strict=True)]), [orders, law]]
 
 
 @panels_of.register
 def identified_log_panels(fit: IdentifiedLog) -> list[Panel]:
-    """The torsion of the first piece, its residual, and the law."""
+    """The torsion of the first piece, its residual, and the orders of it."""
     return [row[0] for row in identified_log_rows(fit)]
 
 

@@ -10,6 +10,7 @@ from measured_axis import PROJECT, RATE, measured
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
+from strainwave.base.units import ARCSEC
 
 
 def invoke(*arguments):
@@ -38,7 +39,12 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     table = json.loads((tmp_path / "out" / "identified.json").read_text(encoding="utf-8"))
     assert table["numbers"]["B"]["low"] == pytest.approx(found.interval("B").low, rel=1e-5)
     assert "measured less predicted" in (tmp_path / "out" / "identified.svg").read_text(encoding="utf-8")
+    assert dict(written.scatter)["damping.B"] == pytest.approx(found.deviation("B") / found.value("B"), rel=1e-5)
     assert "next: strainwave analyze" in run.stdout
+    low, high = map(
+        float, re.search(r"the response oscillates with up to ([\d.]+) to ([\d.]+) arcsec", run.stdout).groups()
+    )
+    assert low <= np.max(written.response().oscillation) / ARCSEC <= high
     assert (table["usable"], table["headline"]) == (True, run.stdout.splitlines()[0])
     assert "coulomb and gravity mean: it takes a reversal" in run.stdout
 

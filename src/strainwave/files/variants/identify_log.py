@@ -176,7 +176,7 @@ def identify_log(
     causes = (*answer.causes, *(_held(records) if answer.explained < ENOUGH else ()))
     found = answer.known
     usable = not causes and answer.explained >= ENOUGH and inertia is not None
-    made = _project(answer, found.values, gear, project) if usable else None
+    made = _project(answer, gear, project) if usable else None
     progress("identified", 1.0)
     return IdentifiedLog(
         found.values, found.covariance, found.freedom, found.unidentified, found.tied, answer.explained, causes, made,
@@ -221,9 +221,9 @@ def _held(logs: Sequence[Any]) -> list[str]:
     return causes
 
 
-def _project(answer: Answer, told: dict[str, float], gear: str | None, given: Project | None) -> Project:
+def _project(answer: Answer, gear: str | None, given: Project | None) -> Project:
     """The project with the numbers found, and their scatter."""
-    joint = answer.joint
+    joint, told = answer.joint, answer.known.values
     v, speeds = joint.values, np.abs(np.concatenate([piece.motor_rate for piece in joint.pieces]))
     if given is None:
         top = float(np.max(speeds))
@@ -250,8 +250,21 @@ def _project(answer: Answer, told: dict[str, float], gear: str | None, given: Pr
     if v["load_friction"] > 0.0:
         train = train._replace(friction=LoadFriction(v["load_friction"]))
     sources = (*given.sources, Source("gear", "", MEASURED), Source("damping", "", MEASURED))
-    better = replace(given, subject=train, sources=sources)
+    scatter, correlation = _scatter(answer, "gear.law.first." if v["hysteresis"] else "gear.law.", list(sizes))
+    better = replace(given, subject=train, sources=sources, scatter=scatter, correlation=correlation)
     return from_text(project_text(better), given.path)
+
+
+def _scatter(answer: Answer, law: str, lines: Sequence[tuple[int, int]]) -> tuple[Any, Any]:
+    """Deviations of the numbers that were found, relative, by their names in the file, and their correlation."""
+    names = {name: law + name for name in ("K1", "K2", "K3", "T1", "T2")} | {"B": "damping.B"}
+    names |= {f"line({j}, {k})": f"excitation.kinematic_error.{i}.amplitude" for i, (j, k) in enumerate(lines)}
+    told = list(answer.known.values)
+    at = [told.index(name) for name in names if name in told]
+    part = answer.known.covariance[np.ix_(at, at)]
+    size = np.sqrt(np.diag(part))
+    rows = [(names[told[i]], float(sd / answer.known.values[told[i]])) for i, sd in zip(at, size, strict=True)]
+    return tuple(rows), tuple(map(tuple, (part / np.outer(size, size)).tolist())) if len(at) > 1 else None
 
 
 def _wave(values: dict[str, float], names: Sequence[str]) -> tuple[float, float]:

@@ -5,22 +5,28 @@ from shlex import quote
 from typing import Any
 
 import click
+import numpy as np
 
 from ....base.results import SolveError
-from ....base.units import parse
+from ....base.units import ARCSEC, parse
+from ....drive.project import Project
 from ....files.logs.read import read_log as log_of
 from ....files.project_text import project_text
 from ....files.reading import read_project
 from ....files.variants.identify_log import IdentifiedLog
 from ....files.variants.identify_log import identify_log as identified
+from ....files.variants.scatter import scattered
 from ....plot.fits import identified_log_rows
 from ....plot.svg import figure
 from ...console import Progress, print_table, to_json, write_all
-from ...view import sign
+from ...report.section import asked
+from ...report.sections import SECTIONS
+from ...view import View, sign
 from ..options import file_type, json_option, output_option, reading_options
 
 YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
 PROJECTS = (".yaml", ".yml")
+DRAWN = 40  # drives by the intervals
 
 
 @click.command()
@@ -65,6 +71,25 @@ def identify(
     if output is not None and not as_json:
         written = f"{output / YAML}, {JSON}, {SVG}"
         click.echo(f"written: {written}; next: strainwave analyze {quote(str(output / YAML))} -o report")
+    if result.project is not None and not as_json:
+        click.echo("\n".join(verdict(result.project)))
+
+
+def verdict(project: Project) -> list[str]:
+    """The verdict of `analyze` on the drive that was found, and the range of its oscillation by the intervals."""
+    said, kind = list[str](), "verdict"
+    try:
+        with Progress(project.title) as progress:
+            said += asked(SECTIONS[0], View.of(project, project.analyze(progress.show, advice=False))).lines
+        kind = "range by the intervals"
+        peaks = [float(np.max(one.response().oscillation)) for one in scattered(project, DRAWN)]
+    except (SolveError, ValueError) as error:
+        return [*said, f"No {kind}: {error}"]
+    low, high = (f"{size / ARCSEC:.4g}" for size in np.quantile(peaks, (0.025, 0.975)))
+    return [
+        *said,
+        f"By the intervals the response oscillates with up to {low} to {high} arcsec (95 % of {DRAWN} drives).",
+    ]
 
 
 def data(result: IdentifiedLog) -> dict[str, Any]:

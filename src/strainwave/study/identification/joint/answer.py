@@ -12,7 +12,7 @@ from .known import Known, known, one_way
 from .march import spring_torque
 from .model import Joint, scales
 from .pieces import pieces_of
-from .solve import BASIC, OUTSIDE, completed, found, rms, running, scatter, settled, started
+from .solve import BASIC, HIGHEST, OUTSIDE, completed, found, rms, running, scatter, settled, started
 
 RESOLVED = 0.06  # of 1/omega of the stiffest slope: a step of the grid
 CLOUD = 600  # points
@@ -166,6 +166,14 @@ def _peak(places: Floats, values: Floats, lowest: float) -> tuple[float, float]:
     power[found < lowest] = 0.0
     at = int(np.argmax(power))
     return float(found[at]), float(power[at] / max(np.mean(power), 1e-300))
+
+
+def residual_orders(joint: Joint) -> tuple[Floats, Floats]:
+    """Orders (m,) of the motor's turn, and amplitudes (m,) [rad] of what is left at them, of all pieces."""
+    left, orders = np.concatenate(joint.residuals()), np.arange(LOWEST_ORDER, HIGHEST + 0.5, 0.05)
+    at = [p.begin + 0.5 * p.step * np.arange(len(p.motor)) for p in joint.pieces]
+    turned = np.concatenate([np.interp(p.time, t, p.motor) for p, t in zip(joint.pieces, at, strict=True)])
+    return orders, np.array([2.0 * abs(np.mean(left * np.exp(-1j * order * turned))) for order in orders])
 
 
 def residuals_of(answer: Answer, logs: Sequence[Any]) -> list[tuple[Floats, Floats]]:
