@@ -81,6 +81,8 @@ def verdict(project: Project) -> list[str]:
     try:
         with Progress(project.title) as progress:
             said += asked(SECTIONS[0], View.of(project, project.analyze(progress.show, advice=False))).lines
+        if project.has_memory:  # each of its responses is an integration
+            return [*said, "No range by the intervals: the gear has memory, and each response would be an integration."]
         kind = "range by the intervals"
         peaks = [float(np.max(one.response().oscillation)) for one in scattered(project, DRAWN)]
     except (SolveError, ValueError) as error:
