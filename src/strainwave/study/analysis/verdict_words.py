@@ -38,11 +38,12 @@ def facts(analysis: Any) -> tuple[Fact, ...]:
         row = {"change": str(change), "from": change.before, "to": change.gear or change.after, "unit": change.unit}
         row |= {"oscillation_rad": size, "oscillation_arcsec": size / ARCSEC, "at_rad_per_s": change.at}
     passed, sentences = analysis.avoid.passed if analysis.avoid else (), answers(analysis)
+    headline = _headline(analysis, verdict)
     return (
         Fact("", analysis.project.title, "{}"),
-        Fact("", _headline(analysis, verdict), "{}"),
+        Fact("", headline, "{}"),
         Fact("verdict.answer", str(verdict.answer)),
-        Fact("verdict.headline", _headline(analysis, verdict)),
+        Fact("verdict.headline", headline),
         Fact("verdict.largest_over_limit", share(analysis)),
         Fact("verdict.sentence", _sentence(analysis, verdict)),
         Fact("verdict.what_to_do", _remedy(analysis, verdict)),
