@@ -1,11 +1,14 @@
 """The state in which the mean torques hold a train: under gravity, with a law that remembers how it was loaded."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import strainwave as sw
+from strainwave.files.reading import from_text
 
 SPRING, HYSTERESIS = sw.Cubic(4e4, 2e4), sw.BoucWen(K=2e4, ratio=0.0, yield_twist=6e-5)
 DRIVE = sw.Drive(J_m=4e-4, J_l=0.6, N=100.0, B=8.0, law=sw.Parallel(SPRING, HYSTERESIS))
@@ -124,3 +127,22 @@ def test_a_torque_that_vanishes_where_the_load_turns_to_ends_the_search():
 def test_a_speed_an_angle_or_a_start_that_is_none_is_refused_in_one_sentence(asked, sentence):
     with pytest.raises(ValueError, match=sentence):
         sw.study.operating_state(DRIVE.train(control=sw.train.SpeedLoop(0.072, 2.8)), **asked)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("answer", [lambda p: p.response(), sw.tune], ids=["response", "tune"])
+def test_a_law_that_cannot_carry_the_mean_torque_is_the_reason_that_is_said(answer):
+    # T = K x (1 - 3000 x^2) is largest at x = 1/sqrt(9000), where it is 2/3 K x
+    project = from_text(
+        """
+gear: {ratio: 100, law: {type: cubic, K: 3e4 N*m/rad, alpha: -3000 1/rad^2}}
+motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 40 Hz}}
+load: {inertia: 3 kg*m^2}
+damping: {ratio: 5 %}
+speed: {from: 300 rpm, to: 3000 rpm, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 15 arcsec}], load_torque: {mean: -1e4 N*m}}
+""",
+        Path("soft.yaml"),
+    )
+    with pytest.raises(sw.SolveError, match=rf"Cubic carries at most {2e4 / 9000**0.5:.6g} N\*m, .* 10000 N\*m"):
+        answer(project)

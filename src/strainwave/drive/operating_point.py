@@ -107,6 +107,15 @@ def mean_state(train: DriveTrain) -> Floats | None:
         return None
 
 
+def refuse_overload(train: DriveTrain) -> None:
+    """SolveError where a law cannot carry the mean torques, with how much it carries."""
+    train = with_mean_torques(train)
+    names = train.state_names()
+    state = np.zeros(len(names))
+    if said := _loaded(train, names, state, (), _torque_at_load(train, names, state, 0.0), 0.0):
+        raise SolveError(said)
+
+
 def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], tolerance: float) -> bool:
     """Newton's method on a state, the internal states of laws with memory as they are; whether the rates vanish."""
     rates = _rates(train, angle, state)

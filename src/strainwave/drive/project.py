@@ -26,6 +26,7 @@ from .asked import DriveUnit, MotorLimits, Source, Task, mean_of, with_mean
 from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
+from .operating_point import refuse_overload
 from .reductions import THE_LOOP, beyond_equation, left_out
 from .response import UNDAMPED, loses_energy
 from .steady import equation_curve, is_beating, leaves_angle_out, train_motions
@@ -315,6 +316,7 @@ class Project:
             refuse_free(self.train)
             found = self.train_response(harmonics, **how)
             if found is None and has_curve(self.train):
+                refuse_overload(self.train)
                 raise SolveError(NO_MOTION)
         if found is None:
             found = self.equation_response(harmonics, **how)

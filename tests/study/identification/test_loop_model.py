@@ -28,7 +28,7 @@ def test_the_state_follows_its_equation(n, kappa, a):
 def test_derivatives_are_those_of_the_torque(shape):
     read = read_loop(*loop(samples=200))
     size = {"K1": 3e4, "K2": 5e4, "K3": 6e4, "x1": 4.57e-4, "x2": 1.131e-3, "half_gap": 1.03e-4, "K": 4e4}
-    size |= {"yield_twist": 8e-5, "kappa": 0.6, "start": 0.2, "torsion_offset": 1.1e-5, "torque_offset": 0.4}
+    size |= {"yield_twist": 8e-5, "kappa": 0.6, "start 1": 0.2, "torsion_offset": 1.1e-5, "torque_offset": 0.4}
     p = np.array([size[name] for name in shape.names()])
     found = torque(shape, p, read.path, read.torsion)
     for i, name in enumerate(shape.names()):

@@ -123,11 +123,13 @@ def _searched(
         whole_range = len(speeds) > 0 or seed.turns < LONGEST
         most = curves[0].branch.coefficients.shape[1] // 2 if whole_range else highest_order(system) + FEW
         orbit = solved(system, seed, most) if followed else None
-        if orbit is not None and not _on(curves, orbit):
-            reach = _reach(seed, span, whole_range)
-            curves, new = (*curves, follow(system, orbit, reach, known_curves[0].every, case.level)), [*new, seed]
-            effort += _effort(curves[-1])
-        elif orbit is None and whole:
+        known = orbit is not None and _on(curves, orbit)
+        curve = None
+        if orbit is not None and not known:
+            curve = follow(system, orbit, _reach(seed, span, whole_range), known_curves[0].every, case.level)
+        if curve is not None:
+            curves, new, effort = (*curves, curve), [*new, seed], effort + _effort(curve)
+        elif whole and not known:
             apart = _loose(system, seed, 0.5 * (high - low), curves)
             loose += apart
             new += [seed] if apart and seed.turns else []
@@ -182,9 +184,14 @@ def solved(system: Any, seed: Settling, per_turn: int) -> Start | None:
 
 def follow(
     system: Any, start: Start, span: tuple[float, float], per_turn: int, train: DriveTrain | None = None
-) -> Motions:
-    """The curve through a solved motion, inside the range; `train` has the ratio of an error equation."""
+) -> Motions | None:
+    """The curve through a solved motion, inside the range; `train` has the ratio of an error equation.
+
+    None where no step from the motion succeeds.
+    """
     found = both_ways(start.problem, start.point, *span, 4.0 / POINTS)
+    if not len(found.points):
+        return None
     tail = tail_along(start.problem, found.points)
     branch = describe(start.problem, "omega", found, tail, "settled on", locate=False)
     if isinstance(system, AtLoad):

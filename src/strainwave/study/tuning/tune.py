@@ -1,6 +1,7 @@
 """`tune`: gains of the motor's loop that are best for a drive, from classical rules on, with what binds them."""
 
 from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 from math import inf, isfinite, pi
 from typing import Any
 
@@ -12,6 +13,7 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import listed, number, silent
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
+from ...drive.operating_point import refuse_overload
 from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
@@ -316,6 +318,8 @@ def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
     used = point.used(limits)
     name = max(used, key=lambda key: used[key])
     if used[name] == inf:
+        for train in filter(None, (case.train for case in chain(*trial.loaded))):
+            refuse_overload(train)
         return "no gains make the loop stable; shorten its lag and delay, or move its filters to higher frequencies"
     field, scale = name.replace(" ", "_"), 180.0 / pi if name == "phase margin" else 1.0
     unit, side = "°" if name == "phase margin" else "", "above" if name == "peak sensitivity" else "below"

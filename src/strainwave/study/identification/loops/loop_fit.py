@@ -24,8 +24,8 @@ from .loop_path import Loop, closed_energy, read_loop
 from .loop_solve import RANK, Solution, left_out, scatter, shifts_of_begins, solve, started
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted
-BEYOND = 12  # samples that a slope needs
-CLEAR = 2.0  # standard deviations by which two slopes must differ
+BEYOND, NOISES = 12, 3.0  # samples that a slope needs, and how many times the noise beyond its corner
+CLEAR = 4.0  # standard deviations by which two slopes must differ: their corner may be anywhere
 
 WAVES = 8  # cosines for each direction
 ROWS = 24  # samples for each of them; below two cosines nothing is tested
@@ -33,6 +33,7 @@ LEFT = 1e-3  # of a column: what the unknowns leave of it when they can stand fo
 SENSOR = 1e-4  # of the largest torque: errors along the loop that every sensor has
 
 SMALL_LOOP = 0.04  # of the rated torque
+FURTHER = 1.25  # times the torque measured: from there on a number is told to lie beyond it
 FARTHEST = 60
 
 
@@ -182,7 +183,7 @@ def fit_loop(
     Andrews 1991, Econometrica 59(3), 817-858 (sandwich with autocorrelation).
     """
     loop = read_loop(torsion, torque, check_units)
-    remarks = []
+    remarks, reached = [], float(np.max(np.abs(loop.torque)))
     if rated_torque is None:
         largest = float(np.max(np.abs(loop.torque - np.mean(loop.torque))))
         rated = float(f"{largest:.3g}")
@@ -192,6 +193,12 @@ def fit_loop(
         )
     else:
         rated = number("rated_torque [N*m]", rated_torque, positive=True)
+        for share, what in ((1.0, "hysteresis loss"), (SMALL_LOOP, "lost motion")):
+            if share * rated > FURTHER * reached:
+                remarks.append(
+                    f"{what} is that of the law after {share * rated:.4g} N*m, and the loop ends at {reached:.4g} N*m: "
+                    "it holds as far as the law does; measure a loop as large"
+                )
     ratio = None if ratio is None else number("ratio", ratio, positive=True)
     fits, unidentified = _candidates(loop)
     chosen, comparison, reason = _compare(loop, fits)
@@ -216,7 +223,8 @@ def _candidates(loop: Loop) -> tuple[list[Solution], dict[str, str]]:
 
 
 def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
-    plain = Shape(slopes, False, 1, False)
+    pieces = len(loop.path.first)
+    plain = Shape(slopes, False, 1, False, pieces)
     first = solve(loop, plain, started(loop, plain))
     values = plain.named(first.p)
     values |= {"kappa": 0.2, "half_gap": 0.01 * (0.5 * float(np.ptp(loop.torsion)))}
@@ -225,7 +233,7 @@ def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
         start = np.array([values.get(name, 0.0) for name in shape.names()]) if shape.n else started(loop, shape)
         return first if shape == plain else solve(loop, shape, start)
 
-    return [fitted(Shape(slopes, gap, n, free_beta)) for n, free_beta in ELEMENTS for gap in (False, True)]
+    return [fitted(Shape(slopes, gap, n, free_beta, pieces)) for n, free_beta in ELEMENTS for gap in (False, True)]
 
 
 def _untold(loop: Loop, fit: Solution) -> str:
@@ -233,10 +241,11 @@ def _untold(loop: Loop, fit: Solution) -> str:
     p = fit.shape.named(fit.p)
     corner, inner, outer = ("x2", "K2", "K3") if fit.shape.slopes == 3 else ("x1", "K1", "K2")
     way = np.abs(fit.torsion - p.get("torsion_offset", 0.0)) - p.get("half_gap", 0.0)
+    sure = NOISES * loop.torsion_noise
     reached = float(np.max(np.abs(loop.torque - p["torque_offset"])))
-    if np.count_nonzero(way > p[corner]) < BEYOND:
+    if np.count_nonzero(way > p[corner] + sure) < BEYOND:
         return f"the torque reaches {reached:.4g} N*m and no corner lies below it; the law continues with {inner}"
-    if np.count_nonzero(way < p["x1"]) < BEYOND:
+    if np.count_nonzero(way < p["x1"] - sure) < BEYOND:
         return f"fewer than {BEYOND} samples lie below the first corner; the law continues with {inner}"
     covariance, names = scatter(loop, fit).covariance, fit.shape.names()
     i, j, k = map(names.index, (inner, outer, corner))

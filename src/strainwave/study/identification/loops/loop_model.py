@@ -26,17 +26,25 @@ FULL = 1.0 - 1e-12  # of the yield twist: the largest state at a start
 
 
 class Shape(NamedTuple):
-    """What a candidate law has: slopes of the spring, a gap, exponent of Bouc-Wen (0: none), whether beta is free."""
+    """What a candidate law has: slopes of the spring, a gap, exponent of Bouc-Wen (0: none), whether beta is free.
+
+    A record of several pieces has a state at the start of each.
+    """
 
     slopes: int
     gap: bool
     n: int
     free_beta: bool
+    pieces: int = 1
+
+    def starts(self) -> tuple[str, ...]:
+        """Names of the states at the starts."""
+        return tuple(f"start {i}" for i in range(1, self.pieces + 1)) if self.n else ()
 
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of a vector of them."""
         spring = {1: ("K1",), 2: ("K1", "K2", "x1"), 3: SPRING}[self.slopes]
-        element = ("K", "yield_twist", *(("kappa",) if self.free_beta else ()), "start") if self.n else ()
+        element = ("K", "yield_twist", *(("kappa",) if self.free_beta else ()), *self.starts()) if self.n else ()
         gap = ("half_gap",) if self.gap else ()
         # a straight line does not tell the offsets of both axes apart
         offsets = ("torque_offset",) if self.slopes == 1 and not self.gap else ("torsion_offset", "torque_offset")
@@ -54,11 +62,15 @@ class Shape(NamedTuple):
 
 
 class Path(NamedTuple):
-    """Way of the torsion: for every sample its branch; of every branch its direction and where it begins [rad]."""
+    """Way of the torsion: for every sample its branch; of every branch its direction and where it begins [rad].
+
+    `first` are the branches that begin a piece of the record, where the state is not that of the branch before.
+    """
 
     branch: Integers
     direction: Floats
     begin: Floats
+    first: tuple[int, ...] = (0,)
 
 
 def ways(a: Any, s: Any, n: int, kappa: float) -> Any:
@@ -79,11 +91,11 @@ def ways(a: Any, s: Any, n: int, kappa: float) -> Any:
     return np.where(s < to_zero, rising, settled)
 
 
-def states(path: Path, torsion: Floats, n: int, twist: float, kappa: float, start: float) -> Floats:
+def states(path: Path, torsion: Floats, n: int, twist: float, kappa: float, starts: Floats) -> Floats:
     """State z/yield_twist (n,) of the element at every sample, along the positive torsion."""
-    at, begins = start, np.empty(len(path.direction))
+    known, at, begins = dict(zip(path.first, starts, strict=True)), 0.0, np.empty(len(path.direction))
     for j, direction in enumerate(path.direction):
-        begins[j] = direction * at
+        begins[j] = direction * known.get(j, at)
         if j + 1 < len(begins):
             way = direction * (path.begin[j + 1] - path.begin[j]) / twist
             at = direction * min(float(ways(begins[j], max(way, 0.0), n, kappa)), FULL)
@@ -139,9 +151,10 @@ def _element(
     shape: Shape, p: dict[str, float], path: Path, x: Floats, columns: dict[str, Floats], names: tuple[str, ...]
 ) -> tuple[Floats, Floats]:
     """Torque and slope of Bouc-Wen, and derivatives over those named: twist, kappa, start by central differences."""
-    K, twist, kappa, start = p["K"], p["yield_twist"], p.get("kappa", 0.0), p["start"]
+    K, twist, kappa = p["K"], p["yield_twist"], p.get("kappa", 0.0)
+    start = np.array([p[name] for name in shape.starts()])
 
-    def z(twist: float, kappa: float, start: float) -> Floats:
+    def z(twist: float, kappa: float, start: Floats) -> Floats:
         return twist * states(path, x, shape.n, twist, kappa, start)
 
     state = z(twist, kappa, start)
@@ -149,10 +162,13 @@ def _element(
     if "yield_twist" in names:
         h = STEP * twist
         columns["yield_twist"] = K * (z(twist + h, kappa, start) - z(twist - h, kappa, start)) / (2.0 * h)
-    if "start" in names:
-        low, high = max(start - STEP, -FULL), min(start + STEP, FULL)
-        first = path.branch <= 3  # later branches have forgotten the start, or differ by less than rounding
-        columns["start"] = np.where(first, K * (z(twist, kappa, high) - z(twist, kappa, low)) / (high - low), 0.0)
+    for i, name in enumerate(shape.starts() if shape.starts()[0] in names else ()):
+        short, beyond = start.copy(), start.copy()
+        short[i], beyond[i] = max(start[i] - STEP, -FULL), min(start[i] + STEP, FULL)
+        rate = K * (z(twist, kappa, beyond) - z(twist, kappa, short)) / (beyond[i] - short[i])
+        # later branches have forgotten the start, or differ by less than rounding
+        early = (path.branch >= path.first[i]) & (path.branch <= path.first[i] + 3)
+        columns[name] = np.where(early, rate, 0.0)
     if "kappa" in names:
         low, high = max(kappa - 1e-4, 0.0), kappa + 1e-4
         columns["kappa"] = K * (z(twist, high, start) - z(twist, low, start)) / (high - low)

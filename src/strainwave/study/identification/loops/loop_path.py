@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....base.quantities import SMALLEST
-from ....base.results import Floats
+from ....base.results import Floats, Integers
 from ..run import column
 from .loop_model import Path
 
 FEWEST = 40
+LEAP, SUDDEN = 0.1, 20.0  # of the range, and of the usual step: a larger one is no motion
 STEADY = 10.0  # times the noise: a torsion that goes back by more has reversed
 STRAIGHT = 1e-9  # of the torque: less than any sensor leaves
 LEAST_WAY = 0.01  # of the range: the same
@@ -40,7 +41,7 @@ class Loop(NamedTuple):
     @property
     def cycles(self) -> float:
         """Number of cycles: two reversals each."""
-        return 0.5 * (len(self.path.direction) - 1)
+        return 0.5 * (len(self.path.direction) - len(self.path.first))
 
 
 def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
@@ -70,8 +71,8 @@ def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
             "measured samples, or take this stiffness"
         )
     noise = _noise(x), _noise(t)
-    turns = reversals(x, max(STEADY * noise[0], LEAST_WAY * float(np.ptp(x))))
-    if not turns:
+    path, begin_noise = _path(x, noise[0])
+    if len(path.begin) == len(path.first):
         raise ValueError(
             f"the torsion runs from {x[0]:.4g} to {x[-1]:.4g} rad and never reverses; a loop needs at least one "
             "reversal, measure up and down"
@@ -79,7 +80,6 @@ def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
     _refuse_saturated(x, t, noise[0])
     if check_units:
         _refuse_units(x, t)
-    path, begin_noise = _path(x, turns, noise[0])
     _refuse_backward(x, t, path)
     return Loop(x, t, path, *noise, begin_noise)
 
@@ -104,25 +104,38 @@ def reversals(x: Floats, threshold: float) -> list[int]:
         if value < x[low]:
             low = i
         if direction >= 0 and x[high] - value > threshold:
-            if direction > 0 or high > 0:
+            if direction > 0 or x[high] - x[0] > threshold:
                 extremes.append(high)
             direction, low = -1, i
             high = i
         elif direction <= 0 and value - x[low] > threshold:
-            if direction < 0 or low > 0:
+            if direction < 0 or x[0] - x[low] > threshold:
                 extremes.append(low)
             direction, high = 1, i
             low = i
     return [i for i in extremes if 0 < i < len(x) - 1]
 
 
-def _path(x: Floats, turns: list[int], noise: float) -> tuple[Path, Floats]:
-    """Branches between reversals; where a branch begins is read off the samples around the reversal."""
-    branch = np.searchsorted(turns, np.arange(len(x)))
-    # Of the whole branch: its first samples may be noise.
-    direction = np.array([np.sign(x[b] - x[a]) for a, b in pairwise([0, *turns, len(x) - 1])])
-    begin, spread = np.array([(float(x[0]), noise), *(_extreme(x, turn, noise) for turn in turns)]).T
-    return Path(branch, direction, begin), spread
+def _path(x: Floats, noise: float) -> tuple[Path, Floats]:
+    """Branches between reversals; where a branch begins is read off the samples around the reversal.
+
+    A torsion that leaps from one sample to the next begins a piece of its own, as of two records in one file.
+    """
+    steps, wide = np.abs(np.diff(x)), float(np.ptp(x))
+    leaps = np.flatnonzero(steps > max(LEAP * wide, SUDDEN * float(np.median(steps)), STEADY * noise)) + 1
+    lengths = np.diff([0, *leaps.tolist(), len(x)])
+    leaps = leaps[np.minimum(lengths[:-1], lengths[1:]) >= FEWEST // 2]  # others are wild samples
+    branch, direction, begin, first = np.zeros(len(x), int), list[float](), list[tuple[float, float]](), list[int]()
+    for start, stop in pairwise([0, *leaps.tolist(), len(x)]):
+        own = x[start:stop]
+        turns = reversals(own, max(STEADY * noise, LEAST_WAY * wide))
+        first.append(len(direction))
+        branch[start:stop] = len(direction) + np.searchsorted(turns, np.arange(len(own)))
+        # Of the whole branch: its first samples may be noise.
+        direction += [float(np.sign(own[j] - own[i])) or 1.0 for i, j in pairwise([0, *turns, len(own) - 1])]
+        begin += [(float(own[0]), noise), *(_extreme(own, turn, noise) for turn in turns)]
+    places, spread = np.array(begin).T
+    return Path(branch, np.array(direction), places, tuple(first)), spread
 
 
 def _extreme(x: Floats, turn: int, noise: float) -> tuple[float, float]:
@@ -184,11 +197,13 @@ def _refuse_units(x: Floats, t: Floats) -> None:
 
 def closed_energy(x: Floats, t: Floats, path: Path) -> float:
     """Energy [J] dissipated between the first reversal and the last at the same torsion; 0 where no cycle closes."""
-    firsts = np.flatnonzero(np.diff(path.branch)) + 1
-    if len(firsts) < 2:
-        return 0.0
+    pieces = pairwise([*np.searchsorted(path.branch, path.first).tolist(), len(x)])
+    return sum(_energy(x[start:stop], t[start:stop], path.branch[start:stop]) for start, stop in pieces)
+
+
+def _energy(x: Floats, t: Floats, branch: Integers) -> float:
     total = 0.0
-    ends = [*firsts.tolist(), len(x)]
+    ends = [*(np.flatnonzero(np.diff(branch)) + 1).tolist(), len(x)]
     for a, b, c in zip(ends[::2], ends[1::2], ends[2::2], strict=False):
         if b - a < 4 or c - b < 4:  # too few samples on one way of a cycle
             continue

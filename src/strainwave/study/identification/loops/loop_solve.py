@@ -25,15 +25,14 @@ BLOCKS = 12
 THINNED = 400  # samples of a start
 TWISTS = (0.01, 0.03, 0.1, 0.3)  # of the largest torsion: yield twists tried at a start
 CORNERS = (0.08, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8)  # of the largest torsion: x1 and x2 tried at a start
-POSITIVE = 1e-12, math.inf
-BOUNDS = dict.fromkeys(("K1", "K2", "K3", "x1", "x2", "K", "yield_twist"), POSITIVE) | {
-    "half_gap": (0.0, math.inf), "kappa": (0.0, 20.0), "start": (-FULL, FULL),
-}  # fmt: skip
+BOUNDS = {"half_gap": (0.0, math.inf), "kappa": (0.0, 20.0)}
+WIDEST = 1e6  # times the loop's own slope or reach, or that part of it: stiffnesses and torsions of a law
 
 BINS = 24  # of the torsion's range, over which residuals of two cycles are compared
 ALIKE = 0.02  # of the range: branches that begin as close together do the same
 SURE = 2.0  # standard deviations from which on a correlation is one
-LEAST_TOLD = ("start", "kappa", "torsion_offset", "half_gap", "yield_twist", "K")  # first left out of dependent columns
+# first left out of dependent columns, after the states at the starts
+LEAST_TOLD = ("kappa", "torsion_offset", "half_gap", "yield_twist", "K", "x2", "x1", "K2")
 UNTOLD = 1e3  # times its value: standard deviation of an unknown that was left out
 RANK = 1e-9
 BOUND = 1e6  # degrees of freedom of what stands at a bound
@@ -74,7 +73,7 @@ def linearised(
 
 def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
     """Fit a candidate from start values (p,)."""
-    solution = linearised(loop, shape, _inside(shape, p))
+    solution = linearised(loop, shape, _inside(loop, shape, p))
     damping = 1e-3
     for _ in range(MOST_STEPS):
         scale = np.sqrt(np.sum(solution.jacobian**2, axis=0)) + 1e-300
@@ -85,24 +84,28 @@ def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
         gram, gradient = J.T @ J, J.T @ solution.residual
         for _ in range(12):
             step = np.linalg.solve(gram + damping * np.eye(len(p)), gradient) / scale
-            tried = linearised(loop, shape, _inside(shape, solution.p + step), solution.torsion, ())
+            tried = linearised(loop, shape, _inside(loop, shape, solution.p + step), solution.torsion, ())
             if tried.cost <= solution.cost:
                 break
             damping = max(damping * 8.0, 1e-12)
         else:
             break
         gain = solution.cost - tried.cost
-        damping = max(0.1 * damping, 1e-15)  # the least that rounding leaves of it beside 1
+        damping = max(0.1 * damping, 1e-13)  # the least that rounding leaves of it beside 1
         solution = linearised(loop, shape, tried.p, tried.nearest)
         if gain <= SMALL_GAIN * solution.cost:
             break
     return solution
 
 
-def _inside(shape: Shape, p: Floats) -> Floats:
+def _inside(loop: Loop, shape: Shape, p: Floats) -> Floats:
     """Unknowns moved to where the law is one."""
-    names = shape.names()
-    p = np.clip(p, *np.array([BOUNDS.get(name, (-math.inf, math.inf)) for name in names]).T)
+    names, wide = shape.names(), float(np.ptp(loop.torsion))
+    scales = dict.fromkeys(("x1", "x2", "yield_twist"), wide)
+    scales |= dict.fromkeys(("K1", "K2", "K3", "K"), float(np.ptp(loop.torque)) / wide)
+    bounds = BOUNDS | dict.fromkeys(shape.starts(), (-FULL, FULL))
+    bounds |= {name: (scale / WIDEST, scale * WIDEST) for name, scale in scales.items()}
+    p = np.clip(p, *np.array([bounds.get(name, (-math.inf, math.inf)) for name in names]).T)
     if "x2" in names:
         p[names.index("x2")] = max(p[names.index("x2")], 1.001 * p[names.index("x1")])
     return p
@@ -125,7 +128,7 @@ def started(loop: Loop, shape: Shape) -> Floats:
             for twist in TWISTS if shape.n else (0.1,):
                 tried = {f"x{i}": share * reach for i, share in enumerate(corner, 1)}
                 tried |= {"half_gap": 0.02 * reach, "yield_twist": twist * reach, "kappa": 0.1}
-                tried |= {"torsion_offset": offset, "start": 0.0}
+                tried |= {"torsion_offset": offset} | dict.fromkeys(shape.starts(), 0.0)
                 p = np.array([tried.get(name, 1.0) for name in names])
                 columns = torque(shape, p, path, x, solved).jacobian
                 values, *_ = np.linalg.lstsq(columns, t, rcond=None)
@@ -149,8 +152,8 @@ def left_out(loop: Loop, solution: Solution) -> Floats:
 
     The fit to the others is one step of Gauss and Newton from the fit to all, exact where the law is linear.
     """
-    # the start is told by the first samples alone: it is no part of what is predicted
-    keep = np.array([name != "start" for name in solution.shape.names()], float)
+    # a start is told by the first samples alone: it is no part of what is predicted
+    keep = ~np.isin(solution.shape.names(), solution.shape.starts())
     J, r = solution.jacobian * keep, solution.residual
     scale = np.sqrt(np.sum(J**2, axis=0)) + 1e-300
     J = J / scale
@@ -159,7 +162,7 @@ def left_out(loop: Loop, solution: Solution) -> Floats:
     for block in np.array_split(np.arange(len(r)), BLOCKS):
         own = J[block]
         rest = gram - own.T @ own + 1e-12 * np.eye(gram.shape[0])
-        p = _inside(solution.shape, solution.p - np.linalg.solve(rest, own.T @ r[block]) / scale)
+        p = _inside(loop, solution.shape, solution.p - np.linalg.solve(rest, own.T @ r[block]) / scale)
         miss = linearised(loop, solution.shape, p, solution.torsion, ()).residual[block]
         errors.append(float(np.mean(miss**2)))
     return np.array(errors)
@@ -170,7 +173,7 @@ def scatter(loop: Loop, fit: Solution) -> Spread:
     free = np.sum(fit.jacobian**2, axis=0) > 0.0
     free &= ~np.isin(fit.shape.names(), ["half_gap", "kappa"]) | (fit.p > 0.0)
     bound, names = ~free, np.array(fit.shape.names())
-    for name in LEAST_TOLD:  # left out as long as the samples do not tell the others apart
+    for name in (*fit.shape.starts(), *LEAST_TOLD):  # left out as long as the samples do not tell the others apart
         J = fit.jacobian[:, free]
         sizes = np.linalg.svd(J / np.linalg.norm(J, axis=0), compute_uv=False)
         if not sizes[-1] > RANK * sizes[0]:
@@ -197,7 +200,8 @@ def shifts_of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
     pulls = np.array(
         [J[mine].T @ shift[mine] for mine in (loop.path.branch == j for j in range(1, len(loop.path.begin)))]
     )
-    return np.asarray(pulls.T * loop.begin_noise[1:])
+    known = ~np.isin(np.arange(1, len(loop.path.begin)), loop.path.first)
+    return np.asarray(pulls.T * loop.begin_noise[1:] * known)
 
 
 def repetition(loop: Loop, residual: Floats) -> float:
@@ -205,14 +209,15 @@ def repetition(loop: Loop, residual: Floats) -> float:
     path, low, wide = loop.path, float(np.min(loop.torsion)), float(np.ptp(loop.torsion))
     place = np.minimum((BINS * (loop.torsion - low) / wide).astype(int), BINS - 1)
     means = np.full((len(path.begin), BINS), np.nan)
-    for j in range(1, len(means)):
+    later = [j for j in range(len(means)) if j not in path.first]
+    for j in later:
         mine = path.branch == j
         count = np.bincount(place[mine], minlength=BINS)
         sums = np.bincount(place[mine], residual[mine], minlength=BINS)
         means[j, count > 0] = sums[count > 0] / count[count > 0]
     products, squares, pairs, alike = 0.0, 0.0, 0, np.ones(len(means))
-    for j in range(1, len(means)):
-        for k in range(j + 1, len(means)):
+    for j in later:
+        for k in later[later.index(j) + 1 :]:
             close = abs(path.begin[j] - path.begin[k]) < ALIKE * wide
             both = np.isfinite(means[j]) & np.isfinite(means[k])
             if path.direction[j] == path.direction[k] and close and np.any(both):
@@ -224,4 +229,4 @@ def repetition(loop: Loop, residual: Floats) -> float:
     if squares == 0.0:
         return 1.0
     same = products / squares
-    return 1.0 + same * float(np.mean(alike[1:]) - 1.0) if same > SURE / math.sqrt(pairs) else 1.0
+    return 1.0 + same * float(np.mean(alike[later]) - 1.0) if same > SURE / math.sqrt(pairs) else 1.0
