@@ -57,7 +57,7 @@ def coverage(kind, count):
     for seed in range(count):
         fit = of_loop(kind, x, t, np.random.default_rng(seed))
         for name, value in truth.items():
-            if name in fit.values:
+            if name in fit.values and name not in fit.unidentified:
                 low, high = fit.interval(name)
                 hits[name] += low <= value <= high
         hits[LACK] += fit.lack_of_fit is not None and fit.lack_of_fit.found

@@ -310,6 +310,11 @@ def test_files_of_the_libraries_themselves_are_read(tmp_path):
     log = sw.read_log(tmp_path / "log.parquet")
     assert log.channels == {"motor_angle": pytest.approx(np.radians(90.0 * t), rel=1e-12)}
     assert log.time == pytest.approx(t)
+    lists = {"timestamp": t, "observation.state": [[value, 2.0 * value] for value in t]}  # as LeRobot writes them
+    pandas.DataFrame(lists).to_parquet(tmp_path / "episode.parquet")
+    log = sw.read_log(tmp_path / "episode.parquet", {"load_angle": "observation.state[1]"})
+    assert log.channels["load_angle"] == pytest.approx(2.0 * t)
+    assert log.channels["observation.state[0]"] == pytest.approx(t)
 
 
 @pytest.mark.parametrize("name", ["none.npz", "none.mat", "none.mf4", "none.parquet", "none.csv"])

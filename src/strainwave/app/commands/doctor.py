@@ -25,7 +25,7 @@ EXTRAS = {
     "cluster": ("distributed",),
     "control": ("control",),
     "fmi": ("fmpy",),
-    "logs": ("pyarrow", "asammdf"),
+    "logs": ("pyarrow", "asammdf", "mcap_ros2"),
     "docs": ("sphinx", "myst_parser", "sphinx_gallery", "furo"),
     "dev": ("pytest", "hypothesis", "ruff", "mypy"),
 }

@@ -25,7 +25,7 @@ from ...study.identification.run import CANONICAL
 from ..view import sign
 from .state import LogColumns, Refused, yaml_of
 
-SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4")
+SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4", ".mcap")
 MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12
 MOST_UNPACKED = 256 << 20  # bytes of a packed log
 CALLS = r"(columns|units)=(\{.*?\}|\[.*?\]|names)"  # arguments of the library in its sentences

@@ -1,4 +1,4 @@
-"""Logs in binary files: NumPy, MATLAB, Parquet and MDF 4.
+"""Logs in binary files: NumPy, MATLAB, Parquet, MDF 4 and MCAP.
 
 What is done to raw channels before they are a log: each step adds a note where it changes anything.
 """
@@ -15,6 +15,7 @@ from ...base.quantities import numbers
 from ...base.results import Floats
 from ...base.sentences import counted
 from ...study.identification.log import Log, LogSegment
+from .bags import read_mcap
 from .mat_file import NoReader, mat_variables
 from .names import TURN, canonical, epoch_unit, named
 from .table import Column, refuse
@@ -115,6 +116,7 @@ def read_parquet(path: Path) -> Read:
     index = frame.index
     if index.name is not None and canonical(named(str(index.name)).name) == "time":
         frame = frame.reset_index()
+    frame = _without_lists(pandas, frame)
     numbers = frame.select_dtypes(["number", "datetime", "datetimetz", "timedelta"])
     if numbers.empty:
         raise refuse(path, "has no columns of numbers; save one for each channel, and `time`")
@@ -123,6 +125,19 @@ def read_parquet(path: Path) -> Read:
         Column(str(name), "s" if kind in "mM" else "", _parquet_column(numbers[name], kind))
         for name, kind in zip(numbers, kinds, strict=True)
     ], []
+
+
+def _without_lists(pandas: Any, frame: Any) -> Any:
+    """A table with a column of numbers for each item of a column of lists, `name[0]` and so on, as LeRobot has."""
+    parts = []
+    for name in frame:
+        lists = [np.size(value) for value in frame[name]] if frame[name].dtype == object else []
+        if lists and min(lists) == max(lists) > 1 and not isinstance(frame[name].iloc[0], str):
+            items = np.stack(frame[name].to_numpy())
+            parts.append(pandas.DataFrame(items, frame.index, [f"{name}[{i}]" for i in range(lists[0])]))
+        else:
+            parts.append(frame[[name]])
+    return pandas.concat(parts, axis=1) if parts else frame
 
 
 def _parquet_column(series: Any, kind: str) -> Floats:
@@ -158,6 +173,7 @@ def _unreadable(path: Path, error: Exception, kind: str) -> ValueError:
 
 BINARY: dict[str, Callable[[Path], Read]] = {
     ".npz": read_npz, ".mat": read_mat, ".parquet": read_parquet, ".mf4": read_mdf, ".mdf": read_mdf,
+    ".mcap": read_mcap,
 }  # fmt: skip
 
 

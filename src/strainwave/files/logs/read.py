@@ -267,7 +267,8 @@ def read_log(
     path : str or Path
         Text (CSV in any dialect, UTF-8, UTF-16 with its mark, or else Windows-1252, gzipped too; lines that begin with
         #, % or // are comments; dates of ISO 8601 become seconds since the first), guide log of PHD2, NumPy (`.npz`),
-        MATLAB up to version 7 (`.mat`), Parquet (`.parquet`, extra `logs`) or MDF 4 (`.mf4`, extra `logs`).
+        MATLAB up to version 7 (`.mat`), or, with the extra `logs`, Parquet (`.parquet`), MDF 4 (`.mf4`), MCAP of ROS 2
+        (`.mcap`).
     columns : mapping or sequence, optional
         Channels and their columns, {"load_angle": "position"} or {"load_angle": 1} with places from 0 on; or a name for
         each column in its order, None for one to leave out. "time" is the time. Columns that a mapping does not name

@@ -27,8 +27,8 @@ SIZES = ("least", "largest", "mean", "rms")  # of a channel
 def read_log(file: Path, output: Path | None, as_json: bool, **reading: Any) -> None:
     """Read a log and say what is in it, and what is doubtful.
 
-    FILE is CSV in any dialect, gzipped too, .npz, .mat, .parquet, .mf4 or a guide log of PHD2. Angles and speeds of the
-    load count on the output shaft.
+    FILE is CSV in any dialect, gzipped too, .npz, .mat, .parquet, .mf4, .mcap or a guide log of PHD2. Angles and speeds
+    of the load count on the output shaft.
     """
     read = log_of(file, **reading)
     parts = read.segments() if read.moving else ()

@@ -38,7 +38,7 @@ function columnTable() {
 export async function log() {
   const controls = byId("controls");
   if (!controls.childElementCount) {
-    const input = element("input", { type: "file", id: "log-file", accept: ".csv,.txt,.dat,.npz,.mat,.parquet,.mf4" });
+    const input = element("input", { type: "file", id: "log-file", accept: ".csv,.txt,.dat,.npz,.mat,.parquet,.mf4,.mcap" });
     input.addEventListener("change", () => input.files[0] && ask("log", { file: input.files[0] }));
     controls.append(element("label", { className: "drop" }, "Drop a CSV, npz, mat, parquet or mf4 file here, or choose one: ", input));
   }

@@ -202,6 +202,7 @@ def fit_loop(
     ratio = None if ratio is None else number("ratio", ratio, positive=True)
     fits, unidentified = _candidates(loop)
     chosen, comparison, reason = _compare(loop, fits)
+    unidentified = {name: why for name, why in unidentified.items() if name not in chosen.shape.names()}
     return _result(loop, chosen, unidentified, comparison, reason, rated, tuple(remarks), ratio)
 
 
