@@ -178,6 +178,12 @@ def polynomial_of(law: Any) -> tuple[float, ...] | None:
     return None if coefficients is None else tuple(coefficients)
 
 
+def is_linear(law: Any) -> bool:
+    """Whether a law says that its torque is a straight line over the torsion."""
+    coefficients = polynomial_of(law)
+    return coefficients is not None and not any(coefficients[2:])
+
+
 @chosen
 def kinks_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     """What vanishes where a law is not smooth: its `kinks`, or distances [rad] of the torsion from its breakpoints."""

@@ -19,6 +19,14 @@ def test_without_hardening_it_is_the_linear_resonance():
     assert found.inside.all()
 
 
+def test_a_law_that_says_the_polynomial_of_a_cubic_is_one():
+    own = DUFFING._replace(law=sw.Polynomial((0.0, 1.0, 0.0, 0.5)))
+    found = sw.study.hardening(own, [0.0, 0.01], (0.2, 1.5))
+    assert found.peak == pytest.approx(sw.study.hardening(DUFFING, [0.0, 0.01], (0.2, 1.5)).peak, rel=1e-12)
+    with pytest.raises(ValueError, match="takes a Cubic law, not Polynomial"):
+        sw.study.hardening(DUFFING._replace(law=sw.Polynomial((0.0, 1.0, 0.1, 0.5))), [0.0], (0.2, 1.5))
+
+
 def test_first_order_says_what_changes_and_what_does_not():
     # Nayfeh & Mook 1979, 4.1: peak f/(mu omega_0), shift 3/8 alpha a^2, superharmonic alpha C^3/(4 mu), C = F/(1 - 1/9)
     alpha = np.array([-0.02, 0.01, 0.02, 0.04])
@@ -67,7 +75,7 @@ def test_the_error_at_the_speeds_of_duty_is_the_largest_that_integration_settles
 
 def test_what_it_cannot_answer_gets_a_sentence():
     with pytest.raises(ValueError, match="takes a Cubic law"):
-        sw.study.hardening(DUFFING._replace(law=sw.Linear(1.0)), [0.1], (0.2, 2.0))
+        sw.study.hardening(DUFFING._replace(law=sw.PiecewiseLinear(1.0, 2.0, 3.0, 1.0, 2.0)), [0.1], (0.2, 2.0))
     with pytest.raises(ValueError, match="must hold both resonances"):
         sw.study.hardening(DUFFING, [0.1], (0.5, 2.0))
     two = sw.Harmonics((sw.Harmonic(0.1), sw.Harmonic(0.1, 2)))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
+from ...base.law import polynomial_of
 from ...base.protocols import with_parts
 from ...base.quantities import checked, interval, numbers, replace, samples_of, shown
 from ...base.records import Along, Labelled, Result
@@ -124,7 +125,7 @@ def hardening(
     Parameters
     ----------
     system : Oscillator
-        The error equation with a `Cubic` law and one order of excitation; its own alpha is ignored.
+        The error equation with a law that is linear or cubic and one order of excitation; its own alpha is ignored.
     alpha : (n,) array_like
         Cubic coefficients [1/rad^2], of either sign. Those of the catalogue's gears are `gear.cubic.alpha`.
     span : (float, float)
@@ -174,8 +175,10 @@ def hardening(
 def _cubic(system: Any) -> tuple[Any, int, float]:
     """The system, its one order of excitation and its natural frequency [rad/s] without the cubic term."""
     system = checked(with_parts("hardening", system, "law", "excitation", "error"))
-    if not isinstance(system.law, Cubic):
+    coefficients = (*(polynomial_of(system.law) or ()), 0.0, 0.0, 0.0, 0.0)
+    if not coefficients[1] > 0.0 or coefficients[0] or coefficients[2] or any(coefficients[4:]):
         raise ValueError(f"hardening takes a Cubic law, not {shown(system.law)}; gear.cubic is that of a gear")
+    system = system._replace(law=Cubic(coefficients[1], coefficients[3] / coefficients[1]))
     orders = active_orders(system)
     if len(orders) != 1:
         raise ValueError(

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import depends, states_of, torque_of
+from ...base.law import depends, is_linear, states_of, torque_of
 from ...base.protocols import linear_part_of, orders_of
 from ...base.quantities import number as real
 from ...base.results import Floats, SolveError
@@ -81,7 +81,7 @@ class Case(NamedTuple):
         """Whether other motions are looked for; where all is linear there is one."""
         part = None if self.system is self.equation else linear_part_of(self.system)
         laws = (self.equation.law,) if self.system is self.equation else None if part is None else part.laws
-        return is_searched(self.equation) and not (laws and all(isinstance(law, Linear) for law in laws))
+        return is_searched(self.equation) and not (laws and all(map(is_linear, laws)))
 
 
 def is_searched(equation: Any) -> bool:
