@@ -7,7 +7,7 @@ unstable ones dashed. Curves have more points than were computed: between those 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,12 +19,14 @@ from ..drive.asked import PEAK, RMS, MotorLimits
 from ..drive.drive_response import DriveResponse
 from ..drive.loop_margin import Bode
 from ..drive.project import Project
-from ..study.analysis.analysis import Analysis
-from ..study.analysis.in_time import RunUp
-from ..study.analysis.load_cases import AtTorque
-from ..study.speed_map.avoid import Avoid
-from ..study.speed_map.resonances import Regime
 from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, HERTZ, ORANGE, Axis, Panel, angle, of_speeds, panels_of
+
+if TYPE_CHECKING:  # a curve alone is drawn without them
+    from ..study.analysis.analysis import Analysis
+    from ..study.analysis.in_time import RunUp
+    from ..study.analysis.load_cases import AtTorque
+    from ..study.speed_map.avoid import Avoid
+    from ..study.speed_map.resonances import Regime
 
 SHADE, SURE = "#d9d9d9", "#c6dcec"  # speeds to avoid, and what assumed numbers leave open
 HEIGHT = 290.0  # of a panel [px]
@@ -95,11 +97,11 @@ def _between(points: Floats) -> Floats:
 class Drawn(NamedTuple):
     """Additions of an analysis to the curve of the drive; all empty without an analysis."""
 
-    cases: tuple[AtTorque, ...] = ()
-    avoid: Avoid | None = None
-    run: RunUp | None = None
+    cases: "tuple[AtTorque, ...]" = ()
+    avoid: "Avoid | None" = None
+    run: "RunUp | None" = None
     reduced: DriveResponse | None = None
-    regimes: tuple[Regime, ...] = ()
+    regimes: "tuple[Regime, ...]" = ()
     sure: Any = None
 
 
@@ -108,7 +110,7 @@ def reference(project: Project) -> Drawn:
     return Drawn(reduced=project.held_response(), sure=project.sureness)
 
 
-def of_analysis(analysis: Analysis) -> Drawn:
+def of_analysis(analysis: "Analysis") -> Drawn:
     """Curves under other torques of the load, speeds to avoid, and the computations that check the curve."""
     cases, whole = analysis.load_cases, analysis.train_curve is not None
     if whole:
