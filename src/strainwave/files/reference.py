@@ -17,7 +17,7 @@ from .python_law import NAMED
 NAME = "strainwave.schema.json"
 PAGE = """# Fields of the project file
 
-`strainwave schema --markdown` writes this page from the table that reads a project file; [](project-file.md) explains
+`strainwave schema --markdown` writes this page from the table that reads a project file; [](../project-file.md) explains
 them. A unit stands for every unit of its kind, a unit of 1 for a plain number or %.
 """
 COLUMNS = "| field | what | unit or values | range | without it |\n|---|---|---|---|---|\n"
