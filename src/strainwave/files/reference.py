@@ -17,8 +17,8 @@ from .python_law import NAMED
 NAME = "strainwave.schema.json"
 PAGE = """# Fields of the project file
 
-`strainwave schema --markdown` writes this page from the table that reads a project file; [](../project-file.md) explains
-them. A unit stands for every unit of its kind, a unit of 1 for a plain number or %.
+`strainwave schema --markdown` writes this page from the table that reads a project file;
+[](../project-file.md) explains them. A unit stands for every unit of its kind, a unit of 1 for a plain number or %.
 """
 COLUMNS = "| field | what | unit or values | range | without it |\n|---|---|---|---|---|\n"
 PLACES = {"ripple": "Of `damping.ripples` and `stiffness.ripples`.", "payload": "Of `move.payload`."}
