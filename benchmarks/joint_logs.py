@@ -1,6 +1,6 @@
 """Made logs of joints for `identify_log`: two inertias by hand, set-valued friction, independent of the package.
 
-    python benchmarks/joint_logs.py reversing 30      # or: oneway, outside; how many
+    python benchmarks/joint_logs.py reversing 30      # or: oneway, outside, current; how many
 
 The motor has a sampled cascade; fourth-order steps of 1/16000 s, friction of the load that sticks. Seeds are fixed.
 """
@@ -128,8 +128,12 @@ def profile(motion, T, t, w, rng):
     return np.column_stack([np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1])) * STEP]), v])
 
 
-def made(seed, motion=None, outside=None):
-    """A log (dict of channels), and the truth (dict); another drive where the loop of the motor is unstable."""
+def made(seed, motion=None, outside=None, shaft=None):
+    """A log (dict of channels), and the truth (dict); another drive where the loop of the motor is unstable.
+
+    With `shaft`, the motor's Coulomb [N*m], viscous [N*m*s/rad] and load-proportional friction, or True for drawn ones,
+    it has a current.
+    """
     rng = np.random.default_rng(seed)
     gear = str(rng.choice(list(GEARS)))
     motion = motion or str(rng.choice(["tofro", "trapezoids"]))
@@ -147,6 +151,10 @@ def made(seed, motion=None, outside=None):
     G, phi = rng.uniform(0.0, 0.5) * T2, rng.uniform(-1.0, 1.0)
     Fc, Fv = rng.uniform(0.0, 0.02, 2) * T2 * np.array([1.0, 0.5])
     Fm = rng.uniform(0.01, 0.05) * T2 / N
+    motor_friction, own = (Fm, Fm / 100.0, 0.1), np.random.default_rng(seed + 50_000)
+    if shaft is not None:
+        drawn = Fm, Fm * own.uniform(0.002, 0.02), own.uniform(0.0, 0.15)
+        motor_friction = drawn if shaft is True else shaft
     gap, uneven, drag, J2, w2 = 0.0, 0.0, 0.0, 0.0, 1.0
     w = np.sqrt(K1 / J) / 2.0
     if outside == "gap":
@@ -158,7 +166,7 @@ def made(seed, motion=None, outside=None):
     elif outside == "resonance":
         J2, w2 = rng.uniform(0.05, 0.2) * J, np.sqrt(K1 / J) * rng.uniform(1.6, 3.5)
         J -= J2
-    p = np.array([N, Jm, J, B, hysteresis / yield_twist, yield_twist, G, phi, Fv, drag, Fm, Fm / 100.0, 0.1, J2, w2,
+    p = np.array([N, Jm, J, B, hysteresis / yield_twist, yield_twist, G, phi, Fv, drag, *motor_friction, J2, w2,
                   *law, gap, uneven, Fc])  # fmt: skip
     T, rate = 6.0, float(rng.choice([250.0, 500.0, 1000.0, 2000.0, 4000.0]))
     t = np.arange(int(T / STEP) + 200) * STEP
@@ -166,7 +174,7 @@ def made(seed, motion=None, outside=None):
     wb = TURN * 12.0
     out = run(profile(motion, T, t, w, rng), 4, p, np.array(lines), (wb / 2.0, 3.0 * motor * wb, 1.5 * motor * wb**2))
     if not np.all(np.isfinite(out)):
-        return made(seed + 100_000, motion, outside)
+        return made(seed + 100_000, motion, outside, shaft)
     stamps = np.arange(2, int(T * rate) - 1) / rate
     if jitter := float(rng.choice([0.0, 0.02, 0.2])):
         stamps = stamps + rng.uniform(-jitter, jitter, len(stamps)) / rate
@@ -188,7 +196,22 @@ def made(seed, motion=None, outside=None):
         "floor": floor, "reach": reach, "rate": rate, "bits": bits, "hysteresis": hysteresis, "yield": yield_twist,
         "lines": {(int(a), int(b)): c for a, b, c, _ in lines}, "N": N,
     }  # fmt: skip
+    if shaft is not None:
+        names = ("motor_inertia", "motor_coulomb", "motor_viscous", "motor_load_friction")
+        log["current"], more = current_of(out[:, 3], t, stamps, own)
+        truth |= more | dict(zip(names, (Jm, *motor_friction), strict=True))
     return log, truth
+
+
+def current_of(u, t, stamps, rng):
+    """Current [A] of a motor's torque, a mean over a period of the control: noise, an offset, a skew, counts."""
+    constant, skew, bits = rng.uniform(0.03, 0.3), rng.uniform(-5e-4, 2e-3), rng.integers(10, 15)
+    exact = np.interp(stamps + skew, t + 2.0 * STEP, np.convolve(u, np.ones(4) / 4.0)[3:]) / constant
+    most = np.max(np.abs(exact))
+    noise, offset = rng.uniform(0.002, 0.02) * most, rng.uniform(-0.03, 0.03) * most
+    step = 2.4 * most / 2.0**bits
+    read = np.round((exact + offset + noise * rng.standard_normal(len(exact))) / step) * step
+    return read, {"torque_constant": constant, "current_skew": skew}
 
 
 def spring_of(x, law):
@@ -197,7 +220,9 @@ def spring_of(x, law):
 
 
 NUMBERS = ("K1", "K2", "K3", "T1", "T2", "B", "skew", "coulomb", "viscous", "gravity", "line(2, 0)")
-RELATIVE = ("K1", "K2", "K3", "T1", "T2", "B", "gravity", "line(2, 0)")
+OF_CURRENT = ("torque_constant", "motor_inertia", "motor_coulomb", "motor_viscous", "motor_load_friction",
+              "current_skew")  # fmt: skip
+RELATIVE = ("K1", "K2", "K3", "T1", "T2", "B", "gravity", "line(2, 0)", *OF_CURRENT[:4])
 
 
 def fitted(log, truth):
@@ -221,7 +246,7 @@ def errors(found, truth):
     """Error and deviation of each number that is told, and whether its interval covers."""
     of = truth | {"line(2, 0)": truth["lines"][2, 0]}
     rows = {}
-    for name in NUMBERS:
+    for name in (*NUMBERS, *OF_CURRENT):
         try:
             value, (low, high) = found.value(name), found.interval(name, 0.95)
         except ValueError:
@@ -231,11 +256,11 @@ def errors(found, truth):
     return rows
 
 
-def reversing(many, first=1, held=True):
+def reversing(many, first=1, held=True, shaft=None):
     """Errors, coverage and time of logs with reversals."""
-    rows, full, cpu, out = {name: [] for name in NUMBERS}, 0, [], {"tofro": [], "trapezoids": []}
+    rows, full, cpu, out = {name: [] for name in (*NUMBERS, *OF_CURRENT)}, 0, [], {"tofro": [], "trapezoids": []}
     for seed in range(first, first + many):
-        log, truth = made(seed)
+        log, truth = made(seed, shaft=shaft)
         found, seconds = fitted(log, truth)
         told = errors(found, truth)
         full += found.usable and {"K1", "B", "skew", "coulomb", "gravity"} <= set(told)
@@ -254,13 +279,18 @@ def reversing(many, first=1, held=True):
         if some:
             size = np.array([error for error, _ in some])
             covers = np.mean([covers for _, covers in some])
-            print(f"{name:11} {len(some):4} told, median {np.median(size):.2g}, 90 % {np.quantile(size, 0.9):.2g}, "
+            print(f"{name:19} {len(some):4} told, median {np.median(size):.2g}, 90 % {np.quantile(size, 0.9):.2g}, "
                   f"covers {100 * covers:.1f} %")  # fmt: skip
     pooled = [covers for some in rows.values() for _, covers in some]
     print(f"all intervals cover {100 * np.mean(pooled):.2f} % of {len(pooled)}")
     for motion, some in out.items():
         if some:
             print(f"{motion}: held-out within 1.5 floors in {100 * np.mean(np.array(some) < 1.5):.0f} % of {len(some)}")
+
+
+def current(many, first=3001):
+    """Logs with a current of the motor: 24 of them are in benchmarks/README.md."""
+    reversing(many, first, held=False, shaft=True)
 
 
 def oneway(many, first=1001):
@@ -290,5 +320,5 @@ def outside(many, first=2001):
 
 
 if __name__ == "__main__":
-    study = {"reversing": reversing, "oneway": oneway, "outside": outside}[sys.argv[1]]
+    study = {"reversing": reversing, "oneway": oneway, "outside": outside, "current": current}[sys.argv[1]]
     study(*(int(number) for number in sys.argv[2:]))

@@ -13,6 +13,7 @@ from ..study.identification.bode.bode_fit import BodeFit
 from ..study.identification.bode.measured_bode import MeasuredBode
 from ..study.identification.identified import Identified
 from ..study.identification.joint.answer import law_cloud, residual_orders, torsion_of
+from ..study.identification.joint.metered import Metered
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_model import LoopFit
 from ..study.identification.orders.order_result import OrderScan
@@ -79,7 +80,10 @@ def identified_panels(fit: Identified) -> list[Panel]:
 
 
 def identified_log_rows(fit: IdentifiedLog) -> list[list[Panel]]:
-    """Rows of panels: the torsion of each piece over the predicted one, the residual, its orders, and the law."""
+    """Rows of panels: the torsion of each piece over the predicted one, the residual, its orders, and the law.
+
+    A current or a torque follows, over the predicted one.
+    """
     joint, columns = fit.answer.joint, []
     for i, (piece, left) in enumerate(zip(joint.pieces, joint.residuals(), strict=True)):
         time, values = piece.time, torsion_of(joint, i)
@@ -97,7 +101,18 @@ def identified_log_rows(fit: IdentifiedLog) -> list[list[Panel]]:
     law.line(*curve, BLUE, "found")
     orders = Panel("orders of what is left", Axis("order per turn of the motor"), Axis("amplitude", "arcsec", ARCSEC))
     orders.line(*residual_orders(joint), ORANGE, width=1.0)
-    return [*([list(row) for row in zip(*columns[:MOST_PIECES], strict=True)]), [orders, law]]
+    rows = [*([list(row) for row in zip(*columns[:MOST_PIECES], strict=True)]), [orders, law]]
+    return rows + [_metered_row(channel) for channel in fit.answer.channels]
+
+
+def _metered_row(channel: Metered) -> list[Panel]:
+    """A channel over the predicted one, in the first pieces."""
+    row, name = [], channel.name.replace("_", " ")
+    for time, measured, predicted in channel.curves[:MOST_PIECES]:
+        row.append(panel := Panel(name, TIME, Axis(name, "N·m" if channel.unit == "N*m" else channel.unit)))
+        panel.line(time, measured, PALE, "measured", width=3.0)
+        panel.line(time, predicted, BLUE, "predicted", width=1.0)
+    return row
 
 
 @panels_of.register

@@ -7,7 +7,6 @@ of a file is which channel, and in which unit.
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import groupby
 from math import isclose, pi
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import numpy as np
 from ...base.quantities import joined, number, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
+from ...study.identification.run import saturated
 from .conditioning import BINARY, aligned, averaged, regular, trimmed, unwrapped
 from .joints import joined_stamps, joints_named, of_joint, only_joint
 from .names import UNMEASURED, canonical, converted, epoch_unit, expected, named, si_unit, suffixed
@@ -27,7 +27,6 @@ AGREES = 0.2  # relative: angle and integral of the speed
 CLOSE = 0.03  # relative: to a factor between units
 SLOW, SLOWEST = 3600.0, 0.5  # s, a sample of a log of a drive, surely and where no unit is given
 STILL = 1e-5  # rad: less is no motion
-CLIPPED, LONGEST = 0.005, 3  # share of the samples at an extreme value, samples in a row there
 # What an angle grows relative to the integral of the speed when one of them is in another unit than was read.
 FACTORS = (
     (180.0 / pi, "angle", "deg"),
@@ -185,7 +184,10 @@ def doubts(log: Log) -> tuple[str, ...]:
         if angle is not None:
             sentences += _jumps(log, f"{shaft}_angle", angle)
     for name, values in log.channels.items():
-        sentences += _saturated(name, values, log.units[name])
+        if (unit := log.units[name]) not in ("rad", "rad/s"):
+            for level, extreme, share in saturated(values):
+                of_all = f"{100.0 * share:.2g} % of the samples"
+                sentences.append(f"{name} has its {extreme} value, {level:.6g} {unit}, in {of_all}: saturated?")
     return tuple(sentences)
 
 
@@ -221,27 +223,6 @@ def _jumps(log: Log, name: str, angle: Floats) -> list[str]:
     if isclose(size, 360.0, rel_tol=0.05):
         return [f"{name} jumps by {size:.4g} rad: it is probably in deg, units={{{name!r}: 'deg'}}"]
     return [f"{name} jumps by more than half a turn {len(steps)} times: check its unit, or sample faster"]
-
-
-def _saturated(name: str, values: Floats, unit: str) -> list[str]:
-    """Whether many samples in a row have exactly the largest or the smallest value of a torque, a current, a signal."""
-    if unit in ("rad", "rad/s"):
-        return []
-    sentences = []
-    levels, counts = np.unique(values, return_counts=True)
-    if len(levels) < 10:  # a switch, or a channel that is constant
-        return []
-    for place, beside, extreme in ((0, 1, "smallest"), (-1, -2, "largest")):
-        level, count = float(levels[place]), int(counts[place])
-        if level == 0.0 or count < CLIPPED * len(values) or count < 5 * counts[beside]:
-            continue
-        longest = max(sum(1 for _ in run) for at_level, run in groupby(values == level) if at_level)
-        if longest >= LONGEST:
-            share = 100.0 * count / len(values)
-            sentences.append(
-                f"{name} has its {extreme} value, {level:.6g} {unit}, in {share:.2g} % of the samples: saturated?"
-            )
-    return sentences
 
 
 def read_log(

@@ -12,7 +12,7 @@ from ...base.quantities import number, shown
 from ...base.results import Floats
 from ...base.sentences import listed, on_screen, silent
 from ...base.units import ARCSEC
-from ...drive.asked import Source
+from ...drive.asked import MotorLimits, Source
 from ...drive.project import Project
 from ...model.excitation import Harmonic, KinematicError, Line
 from ...model.gears.catalogue import gear as gear_of
@@ -30,9 +30,10 @@ from ..reading import from_text
 
 ENOUGH = 0.9  # of the motion: what the model must explain
 UNITS = {
-    "K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m", "B": "N*m*s/rad", "skew": "s",
+    "K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m", "B": "N*m*s/rad",
     "coulomb": "N*m", "viscous": "N*m*s/rad", "gravity": "N*m", "hysteresis": "N*m/rad", "yield_twist": "rad",
-    "load_friction": "",
+    "load_friction": "", "load_inertia": "kg*m^2", "torque_constant": "N*m/A", "torque_scale": "",
+    "motor_inertia": "kg*m^2", "motor_coulomb": "N*m", "motor_viscous": "N*m*s/rad", "motor_load_friction": "",
 }  # fmt: skip
 USUAL = 1.54, 1.79, 4.3e-4, 1.6e-3  # K2, K3, T1, T2 over K1: medians of the 179 laws of the catalogue
 SURE = 3.0  # standard deviations that an amplitude of a line in the project is away from 0
@@ -48,7 +49,9 @@ class IdentifiedLog(Fit):
     values, covariance, freedom, unidentified
         Of the numbers that the logs tell, as `value(name)` and `interval(name)` have them [SI]: K1, K2, K3, T1, T2, B,
         skew (the stamp of the motor's encoder less that of the load's), coulomb, viscous, load_friction, gravity,
-        hysteresis (its stiffness) and yield_twist, line(j, k): an amplitude, j a turn of the motor and k of the load.
+        hysteresis (its stiffness) and yield_twist, line(j, k): an amplitude, j a turn of the motor and k of the load;
+        by a motor's current or torque torque_constant or torque_scale, motor_inertia, motor_coulomb, motor_viscous and
+        motor_load_friction, a share of the gear's torque; load_inertia, where a torque has weighed the load.
     tied : list of (tuple of str, str)
         Names that the logs do not part, and the move that would.
     explained : float
@@ -71,7 +74,10 @@ class IdentifiedLog(Fit):
     project: Project | None
     answer: Answer
 
-    by_logarithm: ClassVar[tuple[str, ...]] = ("K1", "K2", "K3", "T1", "T2", "B", "hysteresis", "yield_twist")
+    by_logarithm: ClassVar[tuple[str, ...]] = (
+        "K1", "K2", "K3", "T1", "T2", "B", "hysteresis", "yield_twist", "torque_constant", "motor_inertia",
+        "load_inertia",
+    )  # fmt: skip
 
     @property
     def usable(self) -> bool:
@@ -83,7 +89,7 @@ class IdentifiedLog(Fit):
 
     def unit(self, name: str) -> str:
         """SI unit of a number."""
-        return UNITS.get(name, "rad")
+        return "s" if name.endswith("skew") else UNITS.get(name, "rad")
 
     def residuals(self, logs: Any) -> list[tuple[Floats, Floats]]:
         """Stamps [s] and measured less predicted angles of the load [rad] in other logs, for each piece without gaps.
@@ -107,6 +113,7 @@ class IdentifiedLog(Fit):
         """Sentences on what is left, and on what the logs do not tell."""
         left = self.answer.residual / ARCSEC, self.answer.scatter / ARCSEC
         told = [f"What is left is {left[0]:.3g} arcsec rms; the load's readings scatter by {left[1]:.3g} arcsec."]
+        told += self.answer.said
         return told + [f"The log does not part {listed(names)}: it takes {move}." for names, move in self.tied]
 
     def __str__(self) -> str:
@@ -126,24 +133,30 @@ def identify_log(
     project: Project | None = None,
     load_inertia: float | None = None,
     *,
+    torque_constant: float | None = None,
     progress: Callable[[str, float], None] = silent,
 ) -> IdentifiedLog:
     """Find the numbers of a joint in logs of its motor's and its load's angle, as they were recorded.
 
     The motor is held on its measured angle and the load runs freely behind the gear: three slopes, damping, hysteresis,
-    gravity, friction that sticks, lines of both turns, and the skew of the two encoders' stamps are found together.
+    gravity, friction that sticks, lines of both turns, and the skew of the two encoders' stamps are found together. A
+    current or a torque then tells the motor's inertia and friction.
     Stamps may be uneven, rows may be missing; the load's angles are compared at their own stamps.
 
     Parameters
     ----------
     logs : path, Log, dict of str to array, or sequence of these
-        Channels "time" [s], "motor_angle" and "load_angle" [rad], each on its own shaft.
+        Channels "time" [s], "motor_angle" and "load_angle" [rad], each on its own shaft; perhaps "current" [A] or
+        "motor_torque" [N*m] of the motor, and "torque" [N*m] at the load.
     gear : str, optional
         Name of a gear of the catalogue: its numbers are the first guess, and stay where the log does not tell them.
     project : Project, optional
         The drive as far as it is known, instead of the gear.
     load_inertia : float, optional
-        Inertia behind the gear [kg*m^2]. Default: the project's. Without one no stiffness can be known.
+        Inertia behind the gear [kg*m^2]. Default: the project's. Without one, or a torque that weighs the load, no
+        stiffness can be known.
+    torque_constant : float, optional
+        Torque of the motor per current [N*m/A]. Default: the project's. With the load's inertia it is found.
     progress : callable
         Told what is done, and which share of all.
 
@@ -166,17 +179,20 @@ def identify_log(
     if (gear is None) == (project is None):
         raise ValueError("give the gear's name or a project, one of the two: gear='CSG-25-100'")
     inertia = None if load_inertia is None else number("load_inertia [kg*m^2]", load_inertia, positive=True)
+    constant = None if torque_constant is None else number("torque_constant [N*m/A]", torque_constant, positive=True)
     if project is not None:
         law, ratio = _slopes(project), project.drive.N
         inertia = project.subject.load.J if inertia is None else inertia
+        sheet = project.motor_limits
+        constant = sheet.K_t if constant is None and sheet is not None and np.isfinite(sheet.K_t) else constant
     else:
         record = gear_of(str(gear))
         law, ratio = _slopes(record), record.ratio
     records = _logs(logs)
-    answer = answered(records, ratio, law, inertia, progress)
+    answer = answered(records, ratio, law, inertia, constant, progress)
     causes = (*answer.causes, *(_held(records) if answer.explained < ENOUGH else ()))
     found = answer.known
-    usable = not causes and answer.explained >= ENOUGH and inertia is not None
+    usable = not causes and answer.explained >= ENOUGH and answer.inertia_known
     made = _project(answer, gear, project) if usable else None
     progress("identified", 1.0)
     return IdentifiedLog(
@@ -245,23 +261,39 @@ def _project(answer: Answer, gear: str | None, given: Project | None) -> Project
     sizes = {pair: line for pair, line in zip(joint.lines, lines, strict=True) if _certain(answer, pair)}
     error = KinematicError(tuple(sizes.values())) if sizes else given.subject.error
     size, phase = _wave(v, ("gravity_sin", "gravity_cos"))
-    drag: Any = AngleTorque(size, 1, -phase)
-    for name, part in (("coulomb", Coulomb(v["coulomb"])), ("viscous", Viscous(v["viscous"]))):
-        if name in told and told[name] > 0.0:
-            drag = Parallel(drag, part)
+    drag = _with_friction(AngleTorque(size, 1, -phase), told, "")
     pulled = {"excitation": Harmonic(0.0, mean=-v["gravity_mean"])} if v["gravity_mean"] else {}
     train = given.subject.with_load(J=v["inertia"], drag=drag, **pulled)._replace(law=law, B=v["B"], error=error)
+    if told.get("motor_inertia", 0.0) > 0.0:
+        train = train.with_motor(J=told["motor_inertia"])
+    if (friction := _with_friction(None, told, "motor_")) is not None:
+        train = train.with_motor(drag=friction)
     if v["load_friction"] > 0.0:
         train = train._replace(friction=LoadFriction(v["load_friction"]))
     sources = (*given.sources, Source("gear", "", MEASURED), Source("damping", "", MEASURED))
+    limits = given.motor_limits
+    if "torque_constant" in told:
+        limits = (limits or MotorLimits())._replace(K_t=told["torque_constant"])
     scatter, correlation = _scatter(answer, "gear.law.first." if v["hysteresis"] else "gear.law.", list(sizes))
-    better = replace(given, subject=train, sources=sources, scatter=scatter, correlation=correlation)
+    better = replace(
+        given, subject=train, sources=sources, scatter=scatter, correlation=correlation, motor_limits=limits
+    )
     return from_text(project_text(better), given.path)
+
+
+def _with_friction(law: Any, told: dict[str, float], shaft: str) -> Any:
+    """A law, or None, with the dry and viscous friction that was found of a shaft."""
+    for name, kind in (("coulomb", Coulomb), ("viscous", Viscous)):
+        if told.get(shaft + name, 0.0) > 0.0:
+            part = kind(told[shaft + name])
+            law = part if law is None else Parallel(law, part)
+    return law
 
 
 def _scatter(answer: Answer, law: str, lines: Sequence[tuple[int, int]]) -> tuple[Any, Any]:
     """Deviations of the numbers that were found, relative, by their names in the file, and their correlation."""
-    names = {name: law + name for name in ("K1", "K2", "K3", "T1", "T2")} | {"B": "damping.B"}
+    names = {name: law + name for name in ("K1", "K2", "K3", "T1", "T2")}
+    names |= {"B": "damping.B", "motor_inertia": "motor.inertia"}
     names |= {f"line({j}, {k})": f"excitation.kinematic_error.{i}.amplitude" for i, (j, k) in enumerate(lines)}
     told = list(answer.known.values)
     at = [told.index(name) for name in names if name in told]

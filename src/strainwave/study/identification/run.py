@@ -1,6 +1,8 @@
 """One stretch of a measurement in which a shaft turns one way: a quantity over time and angle; names of channels."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -14,6 +16,7 @@ CANONICAL = {
 }  # fmt: skip
 FEWEST = 32
 STILL = 1e-9  # rad
+CLIPPED, LONGEST = 0.005, 3  # share of the samples at an extreme value, samples in a row there
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,3 +115,16 @@ def angle_before(time: Floats, angle: Floats, delay: float) -> Floats:
         out = moments < time[0] if end == 0 else moments > time[-1]
         delayed[out] = angle[end] + rate * (moments[out] - time[end])
     return np.asarray(delayed)
+
+
+def saturated(values: Floats) -> Iterator[tuple[float, str, float]]:
+    """Extreme values that many samples in a row have exactly: level, "smallest" or "largest", and share of all."""
+    levels, counts = np.unique(values, return_counts=True)
+    if len(levels) < 10:  # a switch, or a channel that is constant
+        return
+    for place, beside, extreme in ((0, 1, "smallest"), (-1, -2, "largest")):
+        level, count = float(levels[place]), int(counts[place])
+        if level == 0.0 or count < CLIPPED * len(values) or count < 5 * counts[beside]:
+            continue
+        if max(sum(1 for _ in run) for at_level, run in groupby(values == level) if at_level) >= LONGEST:
+            yield level, extreme, count / len(values)

@@ -33,30 +33,33 @@ DRAWN = 40  # drives by the intervals
 @click.argument("files", nargs=-1, required=True, type=file_type)
 @click.option("--gear", help="Name of a gear of the catalogue, in place of a project file.")
 @click.option("--load-inertia", help='Inertia behind the gear, "2.9 kg*m^2". Default: the project file\'s.')
+@click.option("--torque-constant", help='Torque of the motor per current, "0.12 N*m/A". Default: the project file\'s.')
 @output_option("Folder for identified.yaml, the project file with what was found, identified.json and identified.svg.")
 @reading_options
 @json_option
 def identify(
-    files: tuple[Path, ...], gear: str | None, load_inertia: str | None, output: Path | None, as_json: bool,
-    **reading: Any,
+    files: tuple[Path, ...], gear: str | None, load_inertia: str | None, torque_constant: str | None,
+    output: Path | None, as_json: bool, **reading: Any,
 ) -> None:  # fmt: skip
     """Find the numbers of a joint in logs of both encoders.
 
     FILES are logs as `strainwave read-log` reads them, with a time, motor_angle and load_angle, and perhaps a project
-    file (.yaml), whose numbers are the first guess; a gear of the catalogue does as well. Stamps may be uneven and
-    rows may be missing. What a log cannot tell is named, with the motion that would tell it.
+    file (.yaml), whose numbers are the first guess; a gear of the catalogue does as well. A current or a motor_torque
+    tells the motor's inertia and friction too. Stamps may be uneven and rows may be missing. What a log cannot tell is
+    named, with the motion that would tell it.
     """
     projects = [file for file in files if file.suffix.lower() in PROJECTS]
     if len(projects) > 1 or (bool(projects) == (gear is not None)):
         raise click.UsageError("give one project file (.yaml) or --gear NAME, and the logs")
     inertia = None if load_inertia is None else parse(load_inertia, "kg*m**2")
+    constant = None if torque_constant is None else parse(torque_constant, "N*m/A")
     guess = read_project(projects[0]) if projects else None
     reading |= {"trim": reading["trim"] or 0.0}  # what comes before a constant speed tells most
     logs = [log_of(file, **reading) for file in files if file not in projects]
     if not logs:
         raise click.UsageError("give at least one log of the joint")
     with Progress(gear or (guess.title if guess else "")) as progress:
-        result = identified(logs, gear, guess, inertia, progress=progress.show)
+        result = identified(logs, gear, guess, inertia, torque_constant=constant, progress=progress.show)
     numbers = to_json(data(result))
     if output is not None:
         contents = {SVG: figure(identified_log_rows(result), 230.0, "measured and predicted torsion"), JSON: numbers}
@@ -106,6 +109,7 @@ def data(result: IdentifiedLog) -> dict[str, Any]:
         },
         "tied": [{"names": list(names), "takes": move} for names, move in result.tied],
         "causes": list(result.causes),
+        "said": list(result.answer.said),
         "residual_rms_rad": result.answer.residual,
         "scatter_rad": result.answer.scatter,
     }

@@ -10,6 +10,8 @@ from ....base.results import Floats, SolveError
 from ....base.units import ARCSEC
 from .known import Known, known, one_way
 from .march import spring_torque
+from .meter import OF_GEAR, OF_MOTOR, meters
+from .metered import LIKELY, Metered, constant_of, doubt, joined, linear, metered
 from .model import Joint, scales
 from .pieces import pieces_of
 from .solve import BASIC, HIGHEST, OUTSIDE, completed, found, rms, running, scatter, settled, started
@@ -44,6 +46,12 @@ class Answer:
         Root mean square of the residual [rad], and the scatter of the load's readings.
     causes : tuple of str
         What the model lacks, a noun each.
+    inertia_known : bool
+        Whether the load's inertia was given, or a channel of torque has weighed it.
+    channels : tuple of Metered
+        What currents and torques tell.
+    said : tuple of str
+        What is to be known of them, a sentence each.
     """
 
     joint: Joint
@@ -52,14 +60,17 @@ class Answer:
     residual: float
     scatter: float
     causes: tuple[str, ...]
+    inertia_known: bool
+    channels: tuple[Metered, ...]
+    said: tuple[str, ...]
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound
 def answered(
-    logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None,
+    logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None, constant: float | None,
     progress: Callable[[str, float], None],
 ) -> Answer:  # fmt: skip
-    """Fit a joint to its logs; law is the datasheet's K1, K2, K3, T1, T2.
+    """Fit a joint to its logs; law is the datasheet's K1, K2, K3, T1, T2, constant the torque of a current [N*m/A].
 
     Raises
     ------
@@ -71,6 +82,10 @@ def answered(
     joint = _best(logs, ratio, law, inertia, progress)
     if not np.isfinite(rms(joint)):
         raise SolveError("the motion leaves every bound; check that gear, load inertia and log are of one joint")
+    by, said = None, list[str]()
+    if inertia is None:
+        joint, by, said = _weighed(joint, logs, ratio, law, constant, progress)
+        inertia = None if by is None else joint.values["inertia"]
     noise, causes = scatter(joint), list[str]()
     if rms(joint) > LEFT * noise:
         progress("causes", 0.8)
@@ -79,7 +94,52 @@ def answered(
     residual = float(np.sqrt(np.mean(np.concatenate(joint.residuals()) ** 2)))
     torsion = np.concatenate([torsion_of(joint, i) for i in range(len(joint.pieces))])
     explained = 1.0 - residual / max(float(np.sqrt(np.mean(torsion**2))), 1e-300)
-    return Answer(joint, known(joint, inertia is not None), explained, residual, noise, tuple(causes))
+    joint = _scaled(joint, logs, by, constant)
+    found, told = known(joint, inertia is not None), list[Metered]()
+    for names in (OF_GEAR, OF_MOTOR):
+        meter, why = meters(joint, logs, names)
+        said += why
+        if meter is not None and (fit := linear(meter)) is not None:
+            weighs = None if inertia is None else meter.name == by
+            told.append(metered(meter, fit, found.of_free, constant_of(meter.name, constant), weighs))
+            said += told[-1].said
+    whole = joined(found, told, next((one for one in told if one.name == by), None), joint.values["inertia"])
+    return Answer(
+        joint, whole, explained, residual, noise, tuple(causes), inertia is not None, tuple(told), tuple(said)
+    )  # fmt: skip
+
+
+def _weighed(
+    joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], constant: float | None,
+    progress: Callable[[str, float], None],
+) -> tuple[Joint, str | None, list[str]]:  # fmt: skip
+    """The fit with the load's inertia by a channel whose torque is known, the channel's name, and doubts.
+
+    A motion without torques tells all inertias, stiffnesses and torques but for a common factor, which is K1's here.
+    """
+    said: list[str] = []
+    for names in (OF_GEAR, OF_MOTOR):
+        meter, _ = meters(joint, logs, names)
+        one = None if meter is None else constant_of(meter.name, constant)
+        if meter is None or one is None or (fit := linear(meter)) is None:
+            continue
+        factor = abs(fit.values["scale"]) * one
+        said += doubt(meter, 1.0 / factor, LIKELY)
+        if said:
+            continue
+        inertia = factor * joint.values["inertia"]
+        first = _first(logs, ratio, law, inertia, BASIC)
+        again = found(first, float(np.sqrt(law[0] / inertia)), progress)
+        return _scaled(again, logs, meter.name, constant), meter.name, said
+    return joint, None, said
+
+
+def _scaled(joint: Joint, logs: Sequence[Any], by: str | None, constant: float | None) -> Joint:
+    """The joint with the torques that a channel says."""
+    meter, one = (None, None) if by is None else (meters(joint, logs, (by,))[0], constant_of(by, constant))
+    if meter is None or one is None or (fit := linear(meter)) is None:
+        return joint
+    return joint.scaled(abs(fit.values["scale"]) * one)
 
 
 def torsion_of(joint: Joint, i: int, about: float = 1.0) -> Floats:

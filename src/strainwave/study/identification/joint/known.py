@@ -26,13 +26,17 @@ Tie = tuple[tuple[str, ...], str]
 
 
 class Known(NamedTuple):
-    """Values by name [SI] with covariance and degrees of freedom, sentences on what is not told, and ties."""
+    """Values by name [SI] with covariance and degrees of freedom, sentences on what is not told, and ties.
+
+    `of_free` (free + 3 pieces, ...) is the covariance of the joint's free numbers and starts, in units.
+    """
 
     values: dict[str, float]
     covariance: Floats
     freedom: Floats
     unidentified: dict[str, str]
     tied: list[Tie]
+    of_free: Floats
 
 
 def known(joint: Joint, inertia_given: bool) -> Known:
@@ -67,6 +71,7 @@ def known(joint: Joint, inertia_given: bool) -> Known:
     return Known(
         {name: value for name, value in values.items() if name not in unidentified}, full[np.ix_(told, told)],
         derived_freedom(rates[told], covariance[:many, :many], freedom[:many]), unidentified, tied,
+        covariance,
     )  # fmt: skip
 
 
@@ -164,7 +169,7 @@ def _ties(
         found.append(
             (
                 ("load inertia", *(name for name in MECHANICAL if name in told or name == "K1")),
-                "the load's inertia, or a torque measured at the load",
+                "the load's inertia, a torque measured at the load, or a motor's current with its torque constant",
             )
         )
     if one_way(joint):

@@ -131,17 +131,19 @@ def march(
 ) -> None:  # fmt: skip
     """March over a grid of steps h [s]; `drive` (4, 2 n + 1) has u, u', pull and y at its half steps.
 
-    `start` is (angle, speed, memory); `states` (n + 1, 2) gets angle and speed, `read` the angle at `places` [steps].
+    `start` is (angle, speed, memory); `states` (n + 1, 3) gets angle, speed and the gear's torque, `read` the angle at
+    `places` [steps].
     """
     p, drive, start, gains, places, states, read = borrowed((p, drive, start, gains, places, states, read))
     n = states.shape[0] - 1
     q, v, z, sign = start[0], start[1], start[2], np.sign(start[1])
     if sign == 0.0:
         sign = loose(q, z, 0, 0.0, p, drive)
-    for k in range(n):
-        states[k, 0], states[k, 1] = q, v
-        q, v, z, sign = through(q, v, z, sign, 2 * k, h, p, drive, gains)
-    states[n, 0], states[n, 1] = q, v
+    for k in range(n + 1):
+        twist, rate = drive[0, 2 * k] - q, drive[1, 2 * k] - v
+        states[k, 0], states[k, 1], states[k, 2] = q, v, spring_torque(twist, p) + p[B] * rate + p[KB] * z
+        if k < n:
+            q, v, z, sign = through(q, v, z, sign, 2 * k, h, p, drive, gains)
     for j in range(places.shape[0]):
         k = min(max(int(places[j]), 0), n - 1)
         s = places[j] - k

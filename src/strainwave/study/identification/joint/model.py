@@ -18,6 +18,7 @@ OWN = (  # numbers besides lines and starts, in the order of the kernel, then th
     "inertia", "K1", "K2", "K3", "T1", "T2", "B", "hysteresis", "yield_twist", "coulomb", "viscous", "load_friction",
     "gap", "asymmetry", "drag", "gravity_cos", "gravity_sin", "gravity_mean", "offset", "skew",
 )  # fmt: skip
+TORQUES = ("inertia", "K1", "K2", "K3", "T1", "T2", "B", "hysteresis", "coulomb", "viscous", "drag")
 OF_KERNEL = 15
 POSITIVE = 9  # the first of them, whose logarithms are free
 APART = 1.02  # of T1: the least T2
@@ -159,12 +160,29 @@ class Joint:
 
     def predicted(self, i: int, values: dict[str, float], start: Floats, drive: Floats | None = None) -> Floats:
         """Angles of the load at its own stamps in a piece (m,)."""
-        piece = self.pieces[i]
         drive = self.drive(i, values) if drive is None else drive
+        return self.marched(i, values, start, drive)[1] + self.offset(i, values)
+
+    def marched(self, i: int, values: dict[str, float], start: Floats, drive: Floats) -> tuple[Floats, Floats]:
+        """Angle, speed and the gear's torque (n + 1, 3) on the grid of a piece; angles (m,) at the load's stamps."""
+        piece = self.pieces[i]
         at = (piece.time + values["skew"] - piece.begin) / piece.step
-        states, read = np.empty((len(piece) + 1, 2)), np.empty(len(at))
+        states, read = np.empty((len(piece) + 1, 3)), np.empty(len(at))
         run(march, self.kernel_numbers(values), drive, piece.step, start, self.gains, at, states, read)
-        return read + self.offset(i, values)
+        return states, read
+
+    def torque(self, i: int) -> Floats:
+        """Torque [N*m] of the gear on the grid of a piece (n + 1,)."""
+        return self.marched(i, self.values, self.starts[i], self.drive(i, self.values))[0][:, 2]
+
+    def turn_of_motor(self, i: int) -> Floats:
+        """Turn of the rigid gear for one of the motor on the grid of a piece (n + 1,): 1/ratio, and what lines add."""
+        turn = np.full(len(self.pieces[i]) + 1, 1.0 / self.ratio)
+        for pair in self.lines:
+            (c, _, _), (s, _, _) = self.line_waves(pair)[i]
+            a, b = (self.values[name] for name in line_names(pair))
+            turn += pair[0] * (b * c - a * s)[::2]
+        return turn
 
     def offset(self, i: int, values: dict[str, float] | None = None) -> float:
         """Reading of the load where motor and load are at 0, in a piece: each log after the first has its own."""
@@ -202,6 +220,11 @@ class Joint:
             starts = starts + change[len(self.free) :].reshape(-1, 3) * START_UNITS
         return replace(self, values=values, starts=starts)
 
+    def scaled(self, factor: float) -> "Joint":
+        """The joint with all inertias, stiffnesses and torques so many times as large: it moves alike."""
+        values = {n: factor * v if n in TORQUES or n.startswith("gravity") else v for n, v in self.values.items()}
+        return replace(self, values=values)
+
     def columns(self, names: Sequence[str]) -> list[Floats]:
         """Derivatives (m, names) of the predicted angles by numbers, per unit, in every piece."""
         found = []
@@ -209,20 +232,27 @@ class Joint:
             drive, start = self.drive(i, self.values), self.starts[i]
             base, columns = self.predicted(i, self.values, start, drive), []
             for name in names:
-                columns.append((self._turned(i, name, start, drive) - base) / DIFFERENCE)
+                values, other = self.varied(i, name, drive)
+                columns.append((self.predicted(i, values, start, other) - base) / DIFFERENCE)
             found.append(np.stack(columns, axis=1) if columns else np.empty((len(base), 0)))
         return found
 
-    def _turned(self, i: int, name: str, start: Floats, drive: Floats) -> Floats:
+    def varied(self, i: int, name: str, drive: Floats) -> tuple[dict[str, float], Floats]:
+        """Values with one number a little off, and the drive of a piece with them."""
         values = self.changed(name, DIFFERENCE)
         if name in self.waves[i]:
             other = drive.copy()
             other[:3] += (values[name] - self.values[name]) * self.waves[i][name]
-        elif self.gains[0] and name.startswith(("offset", "skew")):
-            other = None
-        else:
-            other = drive
-        return self.predicted(i, values, start, other)
+            return values, other
+        return values, self.drive(i, values) if self.gains[0] and name.startswith(("offset", "skew")) else drive
+
+    def torque_columns(self, i: int) -> Floats:
+        """Derivatives (n + 1, free + 3) of the gear's torque on the grid of a piece by free numbers and its start."""
+        drive, start, base = self.drive(i, self.values), self.starts[i], self.torque(i)
+        cases = [(*self.varied(i, name, drive), start) for name in self.free]
+        cases += [(self.values, drive, start + DIFFERENCE * unit) for unit in np.diag(START_UNITS)]
+        found = [self.marched(i, values, begun, other)[0][:, 2] for values, other, begun in cases]
+        return (np.stack(found, axis=1) - base[:, None]) / DIFFERENCE
 
     def start_columns(self, i: int) -> Floats:
         """Derivatives (m, 3) of a piece's angles by its start, per unit."""

@@ -96,25 +96,38 @@ def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats,
     ValueError
         If an angle is missing.
     """
-    channels = log.channels if isinstance(log, Log) else {k: v for k, v in log.items() if k != "time"}
-    time = log.time if isinstance(log, Log) else np.asarray(log["time"], float)
-    own = log.own if isinstance(log, Log) else {}
     found: list[Floats] = []
     for name in ("motor_angle", "load_angle"):
-        if name not in channels:
+        channel = channel_of(log, name)
+        if channel is None:
+            channels = log.channels if isinstance(log, Log) else [key for key in log if key != "time"]
             tie = "no torsion is seen, and the stiffness and the load's inertia are tied"
             raise ValueError(
                 f"log {which + 1} has no channel {name!r}; it has {joined(channels)}: name its column. Without both "
                 f"angles {tie}; order_scan reads lines of a torque"
             )
-        t, values = own.get(name, (time, np.asarray(channels[name], float)))
-        good = np.isfinite(values) & np.isfinite(t)
-        t, values = t[good], values[good]
+        t, values = channel
         if len(t) > 1 and np.min(steps := np.diff(t)) <= 0.0:
             at = float(t[int(np.argmin(steps))])
             raise ValueError(f"log {which + 1}: stamps go back or repeat at {at:.9g} s; sort it")
         found += [t, values]
     return found[0], found[1], found[2], found[3]
+
+
+def channel_of(log: Log | Mapping[str, Any], name: str) -> tuple[Floats, Floats] | None:
+    """Times and finite readings of a channel as it was sampled; None where the log has none."""
+    if isinstance(log, Log):
+        if name not in log.channels:
+            return None
+        time, values = log.own.get(name, (log.time, log.channels[name]))
+    else:
+        if name not in log:
+            return None
+        time, values = np.asarray(log["time"], float), np.asarray(log[name], float)
+    if values.shape != time.shape:
+        raise ValueError(f"channel {name!r} has the shape {values.shape}, and its times {time.shape}; give one length")
+    good = np.isfinite(values) & np.isfinite(time)
+    return time[good], values[good]
 
 
 def pieces_of(logs: Sequence[Any], ratio: float, step: float) -> tuple[list[Piece], float]:

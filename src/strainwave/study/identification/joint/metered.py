@@ -1,0 +1,263 @@
+"""What a channel of torque tells: its constant or the load's inertia, and the motor's inertia and friction."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from ....base.results import Floats
+from ..intervals import derived_freedom, spread
+from .known import MECHANICAL, Known, Tie
+from .meter import COLUMNS, FARTHEST, OF_MOTOR, Meter
+from .pieces import FEWEST
+
+SKEWS, ROUNDS, EARLY = 41, 6, 1e-4  # skews tried, then rounds; s by which one is varied
+APART = 1e-3  # of a column's length, that those before must leave of it
+TELL_SCALE, TELL_INERTIA = 0.07, 0.1  # largest standard deviation of a number that is told, of its own size
+TELL_TORQUE, TELL_SHARE, TELL_SKEW = 0.02, 0.03, 1e-3  # of the largest torque; of load friction; s
+EXPLAINED = 0.5  # of the readings' motion: what is the least that is believed
+LEAST_CONSTANT, NEAR, ALIKE = 2e-3, 0.3, 0.1  # N·m/A of the smallest motors; shares by which constants differ
+LIKELY = 5.0  # times: a stiffness that is so far off the datasheet's is none of this gear
+MOTOR = COLUMNS[2:]
+REVERSAL = "torques of several sizes and both signs, with a reversal"
+MOVES = {
+    "motor_inertia": "harder accelerations of the motor", "motor_coulomb": "a reversal of the motor",
+    "motor_viscous": "another speed", "motor_load_friction": REVERSAL,
+}  # fmt: skip
+
+
+class Linear(NamedTuple):
+    """Least squares of a channel.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        Numbers of the columns by name, and the skew.
+    names : list of str
+        Those that are told apart, in the order of `covariance`, `freedom` and the rows of `back`, which takes changes
+        of the readings to theirs.
+    keep : (windows,) array
+        Which windows count.
+    sign : float
+        -1 where readings are of opposite sign.
+    explained, left : float
+        Share of the readings' motion that is explained, and what is left, root mean square.
+    curves : list of (times, measured, predicted)
+        In every part; not a number where windows do not count.
+    """
+
+    values: dict[str, float]
+    names: list[str]
+    covariance: Floats
+    freedom: Floats
+    back: Floats
+    keep: Floats
+    sign: float
+    explained: float
+    left: float
+    curves: list[tuple[Floats, Floats, Floats]]
+
+
+@dataclass(frozen=True, eq=False)
+class Metered:
+    """What a channel tells: its name and unit, numbers as `Known` has them, curves as `Linear` has them.
+
+    `deviation` is that of the channel's scale, relative; `said` are sentences.
+    """
+
+    name: str
+    unit: str
+    values: dict[str, float]
+    covariance: Floats
+    freedom: Floats
+    unidentified: dict[str, str]
+    tied: list[Tie]
+    deviation: float
+    curves: list[tuple[Floats, Floats, Floats]]
+    said: list[str]
+
+
+def linear(meter: Meter) -> Linear | None:
+    """Least squares of a channel and of its skew against the motor's angle; None where too little moves."""
+    y, names = meter.readings, [*COLUMNS[: len(COLUMNS) if meter.of_motor else 2], "skew"]
+    skew = min(np.linspace(-FARTHEST, FARTHEST, SKEWS).tolist(), key=lambda late: _left(meter, late, y))
+    if np.count_nonzero(keep := meter.kept(skew)) < FEWEST:
+        return None
+    for _ in range(ROUNDS):
+        table = meter.table(skew)
+        late = (meter.table(skew + EARLY) - meter.table(skew - EARLY)) @ _least(table[keep], y[keep]) / (2.0 * EARLY)
+        wide = np.column_stack([table, late])
+        found = _least(wide[keep], y[keep])
+        skew = float(np.clip(skew + found[-1], -FARTHEST, FARTHEST))
+    sign = -1.0 if found[0] < 0.0 else 1.0
+    wide[:, :-1] *= sign
+    apart = _apart(wide[keep])
+    used, found = wide[keep][:, apart], np.zeros(len(names))
+    found[apart] = _least(used, y[keep])
+    predicted = wide @ found
+    residual = (y - predicted)[keep]
+    edges = np.flatnonzero((np.diff(meter.records[keep]) != 0) | (np.diff(np.flatnonzero(keep)) != 1)) + 1
+    scatter = spread(used, residual, np.diff([0, *edges, len(residual)]).tolist())
+    parts = [(part.time[part.many :: part.many], meter.records == n) for n, part in enumerate(meter.parts)]
+    return Linear(
+        dict(zip(names, [*found[:-1].tolist(), skew], strict=True)), [names[i] for i in apart], scatter.covariance,
+        scatter.freedom, np.linalg.pinv(used), keep, sign, 1.0 - float(np.std(residual) / np.std(y[keep])),
+        float(np.sqrt(np.mean(residual**2))),
+        [(time, y[rows], np.where(keep[rows], predicted[rows], np.nan)) for time, rows in parts],
+    )  # fmt: skip
+
+
+def _left(meter: Meter, skew: float, y: Floats) -> float:
+    """Mean square of what is left at a skew."""
+    keep, table = meter.kept(skew), meter.table(skew)
+    if np.count_nonzero(keep) < FEWEST:
+        return math.inf
+    return float(np.mean((y - table @ _least(table[keep], y[keep]))[keep] ** 2))
+
+
+def _least(table: Floats, y: Floats) -> Floats:
+    """Least squares by columns that may depend on each other."""
+    size = np.maximum(np.linalg.norm(table, axis=0), 1e-300)
+    return np.asarray(np.linalg.lstsq(table / size, y, rcond=1e-6)[0] / size)
+
+
+def _apart(table: Floats) -> list[int]:
+    """Columns that those before do not give."""
+    found: list[int] = []
+    for i, column in enumerate(table.T):
+        left = column - table[:, found] @ _least(table[:, found], column) if found else column
+        if np.linalg.norm(left) > APART * np.linalg.norm(column):
+            found.append(i)
+    return found
+
+
+def constant_of(channel: str, current: float | None) -> float | None:
+    """Torque [N*m] that a channel's reading of 1 says; current is the torque constant [N*m/A], if known."""
+    return current if channel == "current" else 1.0
+
+
+def unit_of(channel: str) -> str:
+    """Unit of a channel."""
+    return "A" if channel == "current" else "N*m"
+
+
+def metered(meter: Meter, fit: Linear, of_free: Floats, constant: float | None, weighs: bool | None) -> Metered:
+    """What a channel tells; of_free is the covariance of the joint's free numbers and starts.
+
+    With the load's inertia (weighs is False) the constant is found. A channel that weighs the load has given that by
+    its constant. Without both (None) nothing is known.
+    """
+    main = "torque_constant" if meter.name == "current" else "torque_scale"
+    by_joint = fit.back @ meter.by_torque(fit.values["skew"], fit.values)[fit.keep]
+    covariance = fit.covariance + by_joint @ of_free @ by_joint.T
+    numbers = _numbers(meter, fit, constant if weighs else None, main)
+    rates = np.array([[by.get(name, 0.0) for name in fit.names] for _, by in numbers.values()])
+    full = rates @ covariance @ rates.T
+    share = math.sqrt(covariance[0, 0]) / abs(fit.values["scale"])
+    wide = {name: math.sqrt(full[i, i]) for i, name in enumerate(numbers)}
+    whole = ("load inertia" if weighs else main, *(MOTOR if meter.of_motor else ()))
+    tied = [(whole, "the load's inertia, or the channel's torque constant")]
+    if weighs is not None:
+        tied = _ties(meter, fit, {name: (numbers[name][0], sd) for name, sd in wide.items()}, share, whole)
+    unidentified = {name: f"the log does not tell {name}; it takes {move}" for group, move in tied for name in group}
+    told = [i for i, name in enumerate(numbers) if name not in unidentified]
+    return Metered(
+        meter.name, unit_of(meter.name), {name: numbers[name][0] for name in numbers if name not in unidentified},
+        full[np.ix_(told, told)], derived_freedom(rates[told], covariance, fit.freedom), unidentified, tied, share,
+        fit.curves, _said(meter, fit, constant, weighs),
+    )  # fmt: skip
+
+
+def _numbers(meter: Meter, fit: Linear, given: float | None, main: str) -> dict[str, tuple[float, dict[str, float]]]:
+    """Values by their public names, and their derivatives by the columns."""
+    c, found = fit.values, dict[str, tuple[float, dict[str, float]]]()
+    for name in (name for name in fit.names if name in MOTOR):
+        by_scale = given is None or name == "motor_load_friction"
+        unit = 1.0 / c["scale"] if by_scale else float(given or 0.0)
+        found[name] = c[name] * unit, {name: unit} | ({"scale": -c[name] * unit * unit} if by_scale else {})
+    if given is None:
+        found[main] = 1.0 / c["scale"], {"scale": -1.0 / c["scale"] ** 2}
+    if "skew" in fit.names:
+        found[f"{meter.name}_skew"] = c["skew"], {"skew": 1.0}
+    return found
+
+
+def _ties(
+    meter: Meter, fit: Linear, values: dict[str, tuple[float, float]], share: float, whole: tuple[str, ...]
+) -> list[Tie]:  # fmt: skip
+    """Groups of names that are not parted, and the move that would part them; values are with their deviations."""
+    if fit.explained < EXPLAINED:
+        return [(whole, f"another model, or another channel: {100.0 * max(fit.explained, 0.0):.0f} % is explained")]
+    if not share <= TELL_SCALE:
+        return [(whole, "larger torques through the gear")]
+    if meter.of_motor and "motor_load_friction" not in fit.names:
+        return [(whole, REVERSAL)]
+    size = float(np.max(np.abs(meter.readings[fit.keep] - fit.values["offset"]))) / fit.values["scale"]
+    inertia = values.get("motor_inertia", (0.0, 0.0))[0]
+    limits = {
+        "motor_inertia": TELL_INERTIA * abs(inertia), "motor_coulomb": TELL_TORQUE * size,
+        "motor_viscous": TELL_TORQUE * size / meter.fastest, "motor_load_friction": TELL_SHARE,
+    }  # fmt: skip
+    limits = (limits if meter.of_motor else {}) | {f"{meter.name}_skew": TELL_SKEW}
+    lost = [name for name, most in limits.items() if not values.get(name, (0.0, math.inf))[1] <= most]
+    return [((name,), MOVES.get(name, "a jerk")) for name in lost]
+
+
+def _said(meter: Meter, fit: Linear, constant: float | None, weighs: bool | None) -> list[str]:
+    """What is to be known of a channel."""
+    share, unit = 100.0 * max(fit.explained, 0.0), unit_of(meter.name)
+    said = [f"The model explains {share:.1f} % of {meter.name}; {fit.left:.3g} {unit} rms are left."]
+    if fit.explained < EXPLAINED:
+        return said
+    if fit.sign < 0.0:
+        said.append(f"{meter.name} is of opposite sign to the torque that turns the shaft: it was turned.")
+    if weighs is False:
+        found = 1.0 / fit.values["scale"]
+        if constant is None and found < LEAST_CONSTANT:
+            said.append(
+                f"A torque constant of {found:.3g} N·m/A is that of no motor: {meter.name} seems to be in mA and was "
+                "read in A; give its unit."
+            )
+        elif constant is not None:
+            said += doubt(meter, found / constant, 1.0 + ALIKE)
+        if meter.of_motor:
+            said.append("The motor's numbers and the scale hang on the load's inertia: they are as many percent off.")
+    return said
+
+
+def doubt(meter: Meter, ratio: float, most: float) -> list[str]:
+    """Why a channel's torque is that many times what its readings say; none within a factor of `most`."""
+    if 1.0 / most < ratio < most:
+        return []
+    N, why = meter.joint.ratio, "check its unit and the load's inertia"
+    if abs(abs(math.log(ratio)) - math.log(1e3)) < NEAR:
+        why = "it seems to be in another unit, a thousand times off; give its unit"
+    elif abs(math.log(ratio * N if meter.of_motor else ratio / N)) < NEAR:
+        why = f"it seems to be of the other shaft; name it {'torque' if meter.of_motor else 'motor_torque'}"
+    return [f"{meter.name} reads {1.0 / ratio:.4g} times the torque that is known otherwise: {why}."]
+
+
+def joined(known: Known, told: Sequence[Metered], weighs: Metered | None, inertia: float) -> Known:
+    """All numbers; those that hang on an inertia that a channel has weighed have its scatter too."""
+    values, tied = dict(known.values), list(known.tied)
+    blocks, freedom, unidentified = [known.covariance], [known.freedom], dict(known.unidentified)
+    for one in told:
+        values |= one.values
+        tied += one.tied
+        blocks.append(one.covariance)
+        freedom.append(one.freedom)
+        unidentified |= one.unidentified
+    if not any(one.name in OF_MOTOR for one in told):
+        move = "a current or a torque of the motor"
+        tied.append((MOTOR[:3], move))
+        unidentified |= {name: f"the log does not tell {name}; it takes {move}" for name in MOTOR}
+    covariance, degrees = block_diag(*blocks), np.concatenate(freedom)
+    if weighs is not None and "load inertia" not in weighs.unidentified:
+        others = {name for one in told if one is not weighs for name in one.values if "skew" not in name}
+        by = np.array([v if n in MECHANICAL or n in others else 0.0 for n, v in values.items()] + [inertia])
+        covariance = block_diag(covariance, 0.0) + weighs.deviation**2 * np.outer(by, by)
+        values, degrees = values | {"load_inertia": inertia}, np.append(degrees, max(np.min(weighs.freedom), 1.0))
+    return known._replace(values=values, covariance=covariance, freedom=degrees, unidentified=unidentified, tied=tied)
