@@ -10,6 +10,7 @@ from math import copysign, cos, hypot, sin
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.interpolate import make_interp_spline
 
 import strainwave as sw
 
@@ -77,3 +78,10 @@ def measured(seed=1, **unknown):
         "motor_angle": motor,
         "load_angle": load + NOISE * np.random.default_rng(seed).standard_normal(2000),
     }
+
+
+def current(log, constant):
+    """Current [A] of the motor by its loop, which has the exact angle."""
+    t, motor = log["time"], log["motor_angle"]
+    speed = make_interp_spline(t, motor, 5)(t, 1)
+    return (K_P * (100.0 * t - 7.5 * t * t - motor) + K_D * (100.0 - 15.0 * t - speed)) / constant

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from measured_axis import PROJECT, RATE, measured
+from measured_axis import PROJECT, RATE, current, measured
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
@@ -26,10 +26,9 @@ def write(path, header, *columns):
 def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     (tmp_path / "axis.yaml").write_text(PROJECT, encoding="utf-8")
     log = measured()
-    header = "time [s];motor_angle [deg];pos [deg]"
-    file = write(
-        tmp_path / "run.csv", header, log["time"], *(np.degrees(log[a]) for a in ("motor_angle", "load_angle"))
-    )
+    header = "time [s];current [mA];motor_angle [deg];pos [deg]"
+    both = (np.degrees(log[a]) for a in ("motor_angle", "load_angle"))
+    file = write(tmp_path / "run.csv", header, log["time"], 1e3 * current(log, 0.12), *both)
     run = invoke("identify", file, tmp_path / "axis.yaml", "-o", tmp_path / "out", "--column", "load_angle=pos")
     assert run.exit_code == 0, run.stderr
     same = sw.read_log(file, {"load_angle": "pos"}, trim=0.0)
@@ -39,6 +38,10 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     table = json.loads((tmp_path / "out" / "identified.json").read_text(encoding="utf-8"))
     assert table["numbers"]["B"]["low"] == pytest.approx(found.interval("B").low, rel=1e-5)
     assert "measured less predicted" in (tmp_path / "out" / "identified.svg").read_text(encoding="utf-8")
+    assert table["numbers"]["torque_constant"]["value"] == pytest.approx(0.12, rel=0.01)
+    assert pytest.approx(found.value("motor_inertia"), rel=1e-6) == written.subject.motor.J
+    assert "% of current; " in table["said"][0]
+    assert ">current (A)<" in (tmp_path / "out" / "identified.svg").read_text(encoding="utf-8")
     assert dict(written.scatter)["damping.B"] == pytest.approx(found.deviation("B") / found.value("B"), rel=1e-5)
     assert "next: strainwave analyze" in run.stdout
     low, high = map(

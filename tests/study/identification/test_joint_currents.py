@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from measured_axis import GRAVITY, J_L, J_M, K1, K2, K_D, K_P, T1, B, angles, measured
+from measured_axis import GRAVITY, J_L, J_M, K1, K2, T1, B, angles, current, measured
 from scipy.interpolate import make_interp_spline
 
 import strainwave as sw
@@ -86,10 +86,7 @@ def test_without_a_current_the_motors_numbers_are_said_to_be_unknown():
 
 def test_a_torque_of_the_motor_from_scipy_gives_its_inertia_and_one_way_no_dry_friction():
     log = measured()
-    t, motor, _ = angles()
-    speed = make_interp_spline(t, motor, 5)(t, 1)
-    log["motor_torque"] = K_P * (100.0 * t - 7.5 * t * t - motor) + K_D * (100.0 - 15.0 * t - speed)
-    fit = sw.identify_log(log, gear="SHG-25-100", load_inertia=J_L)
+    fit = sw.identify_log(log | {"motor_torque": current(log, 1.0)}, gear="SHG-25-100", load_inertia=J_L)
     truth = {"motor_inertia": J_M, "torque_scale": 1.0, "motor_viscous": 0.0, "motor_load_friction": 0.0}
     assert all(covers(fit, truth, name) for name in truth)
     assert fit.value("motor_inertia") == pytest.approx(J_M, rel=0.03)
@@ -154,6 +151,15 @@ def test_a_current_of_another_motor_gives_no_number():
     fit, _ = told("current", noise)
     assert not {*SHAFT[:5]} & set(fit.values)
     assert all("another channel" in fit.unidentified[name] for name in SHAFT[:5])
+
+
+def test_a_torque_that_has_nothing_of_the_joint_weighs_nothing():
+    log, truth = made()
+    noise = np.random.default_rng(0).standard_normal(len(log["current"]))
+    fit = sw.identify_log(log | {"torque": 60.0 * noise}, gear=truth["gear"])
+    assert not fit.usable
+    with pytest.raises(ValueError, match="load's inertia"):
+        fit.value("K1")
 
 
 def test_a_channel_of_another_length_is_refused():

@@ -11,7 +11,7 @@ from ....base.units import ARCSEC
 from .known import Known, known, one_way
 from .march import spring_torque
 from .meter import OF_GEAR, OF_MOTOR, meters
-from .metered import LIKELY, Metered, constant_of, doubt, joined, linear, metered
+from .metered import LIKELY, Metered, constant_of, doubt, joined, lacking, linear, metered
 from .model import Joint, scales
 from .pieces import pieces_of
 from .solve import BASIC, HIGHEST, OUTSIDE, completed, found, rms, running, scatter, settled, started
@@ -99,10 +99,14 @@ def answered(
     for names in (OF_GEAR, OF_MOTOR):
         meter, why = meters(joint, logs, names)
         said += why
-        if meter is not None and (fit := linear(meter)) is not None:
-            weighs = None if inertia is None else meter.name == by
-            told.append(metered(meter, fit, found.of_free, constant_of(meter.name, constant), weighs))
-            said += told[-1].said
+        if meter is None:
+            continue
+        if (fit := linear(meter)) is None:
+            said.append(f"{meter.name} has too few samples in which the motor turns: it is left out.")
+            continue
+        weighs = None if inertia is None else meter.name == by
+        told.append(metered(meter, fit, found.of_free, constant_of(meter.name, constant), weighs))
+        said += told[-1].said
     whole = joined(found, told, next((one for one in told if one.name == by), None), joint.values["inertia"])
     return Answer(
         joint, whole, explained, residual, noise, tuple(causes), inertia is not None, tuple(told), tuple(said)
@@ -123,9 +127,11 @@ def _weighed(
         one = None if meter is None else constant_of(meter.name, constant)
         if meter is None or one is None or (fit := linear(meter)) is None:
             continue
-        factor = abs(fit.values["scale"]) * one
-        said += doubt(meter, 1.0 / factor, LIKELY)
-        if said:
+        scale = abs(fit.values["scale"])
+        factor = scale * one
+        doubts = doubt(meter, 1.0 / factor, LIKELY)
+        said += doubts
+        if doubts or lacking(meter, fit, float(np.sqrt(fit.covariance[0, 0])) / scale):
             continue
         inertia = factor * joint.values["inertia"]
         first = _first(logs, ratio, law, inertia, BASIC)

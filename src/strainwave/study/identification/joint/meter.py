@@ -111,28 +111,29 @@ def averaged(rows: Floats, many: int) -> Floats:
 
 def meters(joint: Joint, logs: Sequence[Any], names: Sequence[str]) -> tuple[Meter | None, list[str]]:
     """The first of the channels that is in the logs, and why it cannot be used, or in which part not."""
+    said: list[str] = []
     for name in names:
-        said, parts, there = list[str](), list[Part](), False
+        parts: list[Part] = []
         for which, log in enumerate(logs):
             if (found := channel_of(log, name)) is None:
                 continue
-            there = True
             time, value = found
+            where = f"{name} in log {which + 1}"
             if len(time) < FEWEST or not np.ptp(value) > 0.0:
                 how = f"stays at {value[0]:.4g}" if len(time) >= FEWEST else f"has {len(time)} samples"
-                said.append(f"{name} in log {which + 1} {how}: it tells nothing, and is left out.")
+                said.append(f"{where} {how}: it tells nothing, and is left out.")
                 continue
             clipped = np.zeros(len(value))
             for level, extreme, share in saturated(value):
                 clipped[value == level] = 1.0
                 said.append(
-                    f"{name} in log {which + 1} has its {extreme} value, {level:.6g}, in {100.0 * share:.2g} % of the "
-                    "samples: it seems saturated, and these are left out."
+                    f"{where} has its {extreme} value, {level:.6g}, in {100.0 * share:.2g} % of the samples: it seems "
+                    "saturated, and these are left out."
                 )
             parts += _parts(joint, which, time, value, clipped)
-        if there:
-            return (Meter(joint, name, parts) if parts else None), said
-    return None, []
+        if parts:
+            return Meter(joint, name, parts), said
+    return None, said
 
 
 def _parts(joint: Joint, which: int, time: Floats, value: Floats, clipped: Floats) -> list[Part]:

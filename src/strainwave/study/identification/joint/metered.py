@@ -14,7 +14,7 @@ from .known import MECHANICAL, Known, Tie
 from .meter import COLUMNS, FARTHEST, OF_MOTOR, Meter
 from .pieces import FEWEST
 
-SKEWS, ROUNDS, EARLY = 41, 6, 1e-4  # skews tried, then rounds; s by which one is varied
+SKEWS, ROUNDS, EARLY = 21, 6, 1e-4  # skews tried, then rounds; s by which one is varied
 APART = 1e-3  # of a column's length, that those before must leave of it
 TELL_SCALE, TELL_INERTIA = 0.07, 0.1  # largest standard deviation of a number that is told, of its own size
 TELL_TORQUE, TELL_SHARE, TELL_SKEW = 0.02, 0.03, 1e-3  # of the largest torque; of load friction; s
@@ -185,16 +185,21 @@ def _numbers(meter: Meter, fit: Linear, given: float | None, main: str) -> dict[
     return found
 
 
+def lacking(meter: Meter, fit: Linear, share: float) -> str:
+    """What it takes to tell the scale of a channel, of so large a deviation, relative; "" where it is told."""
+    if fit.explained < EXPLAINED:
+        return f"another model, or another channel: {100.0 * max(fit.explained, 0.0):.0f} % is explained"
+    if not share <= TELL_SCALE:
+        return "larger torques through the gear"
+    return REVERSAL if meter.of_motor and "motor_load_friction" not in fit.names else ""
+
+
 def _ties(
     meter: Meter, fit: Linear, values: dict[str, tuple[float, float]], share: float, whole: tuple[str, ...]
 ) -> list[Tie]:  # fmt: skip
     """Groups of names that are not parted, and the move that would part them; values are with their deviations."""
-    if fit.explained < EXPLAINED:
-        return [(whole, f"another model, or another channel: {100.0 * max(fit.explained, 0.0):.0f} % is explained")]
-    if not share <= TELL_SCALE:
-        return [(whole, "larger torques through the gear")]
-    if meter.of_motor and "motor_load_friction" not in fit.names:
-        return [(whole, REVERSAL)]
+    if move := lacking(meter, fit, share):
+        return [(whole, move)]
     size = float(np.max(np.abs(meter.readings[fit.keep] - fit.values["offset"]))) / fit.values["scale"]
     inertia = values.get("motor_inertia", (0.0, 0.0))[0]
     limits = {
