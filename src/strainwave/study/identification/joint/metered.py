@@ -21,7 +21,7 @@ TELL_TORQUE, TELL_SHARE, TELL_SKEW = 0.02, 0.03, 1e-3  # of the largest torque; 
 EXPLAINED = 0.5  # of the readings' motion: what is the least that is believed
 LEAST_CONSTANT, NEAR, ALIKE = 2e-3, 0.3, 0.1  # N·m/A of the smallest motors; shares by which constants differ
 LIKELY = 5.0  # times: a stiffness that is so far off the datasheet's is none of this gear
-MOTOR = COLUMNS[2:]
+MOTOR, SCALES = COLUMNS[2:], ("torque_constant", "torque_scale")
 REVERSAL = "torques of several sizes and both signs, with a reversal"
 MOVES = {
     "motor_inertia": "harder accelerations of the motor", "motor_coulomb": "a reversal of the motor",
@@ -150,7 +150,7 @@ def metered(meter: Meter, fit: Linear, of_free: Floats, constant: float | None, 
     With the load's inertia (weighs is False) the constant is found. A channel that weighs the load has given that by
     its constant. Without both (None) nothing is known.
     """
-    main = "torque_constant" if meter.name == "current" else "torque_scale"
+    main = SCALES[meter.name != "current"]
     by_joint = fit.back @ meter.by_torque(fit.values["skew"], fit.values)[fit.keep]
     covariance = fit.covariance + by_joint @ of_free @ by_joint.T
     numbers = _numbers(meter, fit, constant if weighs else None, main)
@@ -261,8 +261,8 @@ def joined(known: Known, told: Sequence[Metered], weighs: Metered | None, inerti
         unidentified |= {name: f"the log does not tell {name}; it takes {move}" for name in MOTOR}
     covariance, degrees = block_diag(*blocks), np.concatenate(freedom)
     if weighs is not None and "load inertia" not in weighs.unidentified:
-        others = {name for one in told if one is not weighs for name in one.values if "skew" not in name}
-        by = np.array([v if n in MECHANICAL or n in others else 0.0 for n, v in values.items()] + [inertia])
+        alike = {*MECHANICAL, *(name for one in told if one is not weighs for name in (*MOTOR[:3], *SCALES))}
+        by = np.array([value if name in alike else 0.0 for name, value in values.items()] + [inertia])
         covariance = block_diag(covariance, 0.0) + weighs.deviation**2 * np.outer(by, by)
         values, degrees = values | {"load_inertia": inertia}, np.append(degrees, max(np.min(weighs.freedom), 1.0))
     return known._replace(values=values, covariance=covariance, freedom=degrees, unidentified=unidentified, tied=tied)
