@@ -70,7 +70,7 @@ class TypedError(Exception):
 
 def typed(function, *arguments, **_options):
     """Find the types of a kernel with its arguments, and of what it calls by address, in place of a run of it."""
-    things = [arg.native()[0] if isinstance(arg, address.ByAddress) else arg for arg in arguments]
+    things = [arg.native() if isinstance(arg, address.ByAddress) else arg for arg in arguments]
     dispatcher(function, classes(things)).get_call_template(tuple(map(numba.typeof, things)), {})
     raise TypedError
 

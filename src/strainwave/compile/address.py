@@ -16,8 +16,8 @@ import numpy as np
 
 from .tree import leaves, rebuilt, shown
 
-RECENT = 8  # things whose words are kept for the next kernel
-_recent: tuple[tuple[Any, str, Any, Any], ...] = ()
+RECENT = 16  # things whose words are kept for the next kernel
+_recent: tuple[tuple["ByAddress", Any], ...] = ()
 
 VECTOR, MATRIX = "vector", "matrix"  # kinds of arguments of an entry: contiguous arrays of floats
 
@@ -26,29 +26,34 @@ class ByAddress:
     """A thing for `jit.run`: to a kernel run as Python it is `thing`, to machine code what `addressed` makes of it.
 
     `addressed` gets a function that gives the address of the words of a thing and keeps these as long as the result is
-    used. With a name in `again` it is kept for the next kernels that get the same thing.
+    used; of another `ByAddress` it gives the native form. With a name in `again` it is kept for the next kernels that
+    get the same thing.
     """
 
-    def __init__(self, thing: Any, addressed: Callable[[Callable[[Any], int]], Any], again: str = "") -> None:
+    def __init__(self, thing: Any, addressed: Callable[[Callable[[Any], Any]], Any], again: str = "") -> None:
         self.thing, self.addressed, self.again = thing, addressed, again
+        self.owners: list[Any] = []
 
-    def native(self) -> tuple[Any, Any]:
-        """What machine code gets, and the memory that it needs."""
+    def native(self) -> Any:
+        """What machine code gets; the memory that it needs is kept as long as this object."""
         global _recent
-        for recent in _recent:
-            if self.again and recent[0] is self.thing and recent[1] == self.again:
-                return recent[2], recent[3]
-        owners: list[Any] = []
+        for recent, made in _recent:
+            if self.again and recent.thing is self.thing and recent.again == self.again:
+                self.owners.append(recent)
+                return made
 
-        def words(thing: Any) -> int:
+        def words(thing: Any) -> Any:
+            if isinstance(thing, ByAddress):
+                self.owners.append(thing)
+                return thing.native()
             memory = thing if isinstance(thing, np.ndarray) else words_of(thing)
-            owners.append((thing, memory))
+            self.owners.append((thing, memory))
             return int(memory.__array_interface__["data"][0])
 
-        result = self.addressed(words), owners
+        made = self.addressed(words)
         if self.again:
-            _recent = ((self.thing, self.again, *result), *_recent[: RECENT - 1])
-        return result
+            _recent = (self, made), *_recent[: RECENT - 1]
+        return made
 
 
 def at(place: Any) -> Any:
@@ -110,11 +115,11 @@ def words_of(thing: Any) -> Any:
     words = np.zeros(len(items) + 1, np.int64)
     floats = words.view(np.float64)
     for i, item in enumerate(items):
-        if isinstance(item, float | np.floating):
+        if isinstance(item, (float, np.floating)):
             floats[i] = item
             continue
         try:
-            words[i] = int(item) if isinstance(item, bool | np.bool_) else index(item)
+            words[i] = int(item) if isinstance(item, np.bool_) else index(item)
         except (TypeError, OverflowError):
             raise TypeError(
                 f"a model holds {shown(item)}, and compiled code takes floats, whole numbers up to 2^63, tuples, "
@@ -127,7 +132,7 @@ def word_of_leaf(thing: Any, leaf: int) -> int:
     """Place of a leaf of a model among its words."""
     items: list[Any] = []
     _collect(thing, items)
-    return [i for i, item in enumerate(items) if isinstance(item, float | np.floating)][leaf]
+    return [i for i, item in enumerate(items) if isinstance(item, (float, np.floating))][leaf]
 
 
 def _collect(thing: Any, items: list[Any]) -> None:

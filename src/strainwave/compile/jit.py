@@ -126,19 +126,16 @@ def run(function: Callable[..., Any], *args: Any, light: bool | None = None, aft
     loaded = "numba" in sys.modules
     as_light = light is not None and not loaded
     as_light = as_light and (_all_light.get() or bool(light and next(_light_runs) < LIGHT_RUNS))
-    things = tuple(arg.thing if isinstance(arg, ByAddress) else arg for arg in args)
+    things = tuple([arg.thing if isinstance(arg, ByAddress) else arg for arg in args])
     if not enabled() or as_light:
         return function(*things)
     classes = classes_of(things) if after else ()
     if after and _runs[function, classes] < (0 if loaded else after):
         _runs[function, classes] += 1
         return function(*things)
-    _numba()
-    from numba.core import errors
-
+    errors = _numba().core.errors
     try:
-        made = [arg.native() if isinstance(arg, ByAddress) else (arg, None) for arg in args]
-        given = tuple(thing for thing, _ in made)
+        given = tuple([arg.native() if isinstance(arg, ByAddress) else arg for arg in args])
         return _form(function, classes_of(given))(*given)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
         if after:  # it has run as Python before

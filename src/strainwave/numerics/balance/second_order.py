@@ -160,11 +160,12 @@ class SecondOrder(NamedTuple):
         """Whether a few of its kernels take NumPy less time than Numba takes to load."""
         return self.springs.is_sampled() and self.size() <= LIGHT
 
-    def addressed(self, words: Callable[[Any], int]) -> EquationsAt:
+    def addressed(self, words: Callable[[Any], Any]) -> EquationsAt:
         """The equations for machine code."""
         own, virtual = self.leaf == self.omega_leaf, self.leaf <= STRENGTH
         slope = SecondOrder.by_speed if own else SecondOrder.by_strength if virtual else None
-        return equations_at(self.native(words), words, None if own else SecondOrder.prepare, slope, self.error)
+        native = words(ByAddress(self, self.native, "words"))
+        return equations_at(native, words, None if own else SecondOrder.prepare, slope, self.error)
 
     def native(self, words: Callable[[Any], int]) -> "SecondOrder":
         """The problem with its oscillator and law by address: of one type for all."""
@@ -190,7 +191,8 @@ class SecondOrder(NamedTuple):
     def displacements(self, points: Floats) -> Floats:
         """Coefficients (points, 2H+1) of x in blocks, with those of all orders."""
         errors = self.error
-        if with_leaf(self.system, self.leaf, 0.0).error is not self.system.error:  # it varies along the branch
+        # it may vary along the branch
+        if self.leaf != self.omega_leaf and with_leaf(self.system, self.leaf, 0.0).error is not self.system.error:
             systems = [with_leaf(self.system, self.leaf, value) for value in points[:, -1].tolist()]
             errors = np.array([forced(system, self.angles, self.analysis)[1] for system in systems])
         return all_orders(points[:, :-1] + errors, self.stride)
