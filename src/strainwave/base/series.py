@@ -66,8 +66,8 @@ def _waves(harmonics: int) -> NDArray[np.float64]:
 
 def _largest_loops(c: NDArray[np.float64], waves: NDArray[np.float64], largest: NDArray[np.float64]) -> None:
     rows, samples = waves.shape
-    step, values, half = 2.0 * math.pi / samples, np.empty(samples), samples // 2 + 1
-    even, odd = np.empty(half), np.empty(half)
+    step, half = 2.0 * math.pi / samples, samples // 2 + 1
+    even, odd, sizes = np.empty(half), np.empty(half), np.empty(half)
     for p in range(c.shape[0]):
         for j in range(half):
             even[j], odd[j] = c[p, 0], 0.0
@@ -75,13 +75,13 @@ def _largest_loops(c: NDArray[np.float64], waves: NDArray[np.float64], largest: 
             for j in range(half):
                 even[j] += c[p, i + 1] * waves[i, j]
                 odd[j] += c[p, i + 2] * waves[i + 1, j]
-        for j in range(half):  # cosines are even over the period, sines are odd
-            values[-j], values[j] = even[j] - odd[j], even[j] + odd[j]
+        for j in range(half):  # cosines are even over the period, sines are odd: the larger of both halves
+            sizes[j] = abs(even[j]) + abs(odd[j])
         best = 0
-        for j in range(1, samples):
-            if abs(values[j]) > abs(values[best]):
+        for j in range(1, half):
+            if sizes[j] > sizes[best]:
                 best = j
-        angle, between = step * best, 0.0
+        angle, between = (step if even[best] * odd[best] >= 0.0 else -step) * best, 0.0
         for n in range(STEPS + 1):
             cos, sin = math.cos(angle), math.sin(angle)
             cosine, sine, between, slope, bend = cos, sin, c[p, 0], 0.0, 0.0
@@ -93,7 +93,7 @@ def _largest_loops(c: NDArray[np.float64], waves: NDArray[np.float64], largest: 
                 cosine, sine = cosine * cos - sine * sin, cosine * sin + sine * cos
             if n < STEPS and bend != 0.0:
                 angle -= min(step, max(-step, slope / bend))
-        largest[p] = max(abs(values[best]), abs(between))
+        largest[p] = max(sizes[best], abs(between))
 
 
 @kernel_as(_largest_loops)

@@ -126,7 +126,7 @@ def turn_response(
     points = positive_count("points", points, MOST_POINTS)
     harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST)
     problem, traced, tail, origin = traced_turn(system, speeds, points, harmonics, coexisting)
-    placed, labels = with_crests(problem, traced.points, traced.labels)
+    placed, labels, _ = with_crests(problem, traced.points, traced.labels)
     hill, floquet = problem.hill(), None
     if not hill:
         placed, labels, floquet = with_stability(problem, placed, labels, False)

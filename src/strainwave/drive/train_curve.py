@@ -14,7 +14,7 @@ from ..base.protocols import DECAYS, FOLD, TOP, System, lacking, terms_of
 from ..base.quantities import number, shown
 from ..base.results import Floats
 from ..base.sentences import listed
-from ..base.series import largest_of_samples, oscillation
+from ..base.series import largest_of_samples, largest_size, oscillation
 from ..model.error_spectrum import extremes
 from ..model.excitation import Harmonics, shortest
 from ..model.gears.limits import cubic_means
@@ -30,9 +30,8 @@ from ..model.train.motion import AngleTorque
 from ..model.train.shafts import NO_DRAG, Load, Motor
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.balance.fourier import from_blocks, synthesis
-from ..numerics.continuation.trace import Trace, solve, with_crests, with_multipliers
+from ..numerics.continuation.trace import Trace, series_of, solve, with_crests, with_multipliers
 from ..numerics.curves.over_a_turn import traced_turn
-from ..numerics.stability.second_order import displacement_peaks
 from .drive_response import DriveResponse
 from .friction.stick_slip import slides, with_slips
 from .operating_point import with_more
@@ -158,7 +157,7 @@ def largest_crest(
 
 def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> Crest:
     """The largest oscillation of the stable motions on a curve that lie in a range; of all where none is stable."""
-    points, labels = with_crests(problem, found.points, found.labels)
+    points, labels, _ = with_crests(problem, found.points, found.labels)
     crest = _largest_of(problem, points, speeds)
     if abs(with_multipliers(problem, crest.point[None], labels[:1], False)[2][0, 0]) < DECAYS:
         return crest
@@ -177,7 +176,7 @@ def _largest_of(problem: Any, points: Floats, speeds: tuple[float, float]) -> Cr
 
 
 def _oscillations(problem: Any, points: Floats) -> Floats:
-    return np.asarray(oscillation(from_blocks(problem.displacements(points).T).T))
+    return np.asarray(oscillation(series_of(problem, points)))
 
 
 def follows_its_angle(train: DriveTrain) -> bool:
@@ -214,8 +213,9 @@ def of_train(
     train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
     torque, motor = torques(train, angles, there)
     motor = motor + (0.0 if rough is None else rubbing(rough.motor.drag))
+    peaks = largest_size(from_blocks(state[0].T).T)
     response = DriveResponse(
-        curve, sweep_on(curve), displacement_peaks(state[0]), largest_of_samples(torque), cubic_means(torque),
+        curve, sweep_on(curve), peaks, largest_of_samples(torque), cubic_means(torque),
         not system.train.motor.free, without_angle, **sizes_of(motor),
     )  # fmt: skip
     if rough is None or train.motor.free or np.all(keep := slides(train, rough, angles, there)):

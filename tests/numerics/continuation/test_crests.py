@@ -12,9 +12,8 @@ from strainwave.base.series import highest_between, largest_size
 from strainwave.compile.tree import leaf_of
 from strainwave.drive.train_curve import FEW, at_load
 from strainwave.numerics.balance.choice import balance_of
-from strainwave.numerics.balance.fourier import from_blocks
 from strainwave.numerics.continuation import trace
-from strainwave.numerics.continuation.trace import put_in_order, solve, with_crests
+from strainwave.numerics.continuation.trace import put_in_order, series_of, solve, with_crests
 from strainwave.numerics.curves import response
 from strainwave.numerics.curves.over_a_turn import traced_turn
 
@@ -26,7 +25,7 @@ def test_the_crests_of_x_and_of_its_oscillation_at_one_speed_are_one_point():
     problem = balance_of(linear, leaf, leaf, 3)
     speeds = np.linspace(0.97, 1.03, 8)
     points = np.array([solve(problem, problem.linear_response(w)) for w in speeds])
-    found, labels = with_crests(problem, points, np.full(len(points), STEP))
+    found, labels, _ = with_crests(problem, points, np.full(len(points), STEP))
     assert len(found) == len(points) + 1
     assert found[labels == TOP, -1] == pytest.approx([math.sqrt(1.0 - 2.0 * ratio**2)], abs=1e-6)
 
@@ -40,8 +39,8 @@ def test_a_crest_beside_a_short_step_or_far_from_the_polynomial_is_found(close):
     problem = balance_of(linear, leaf, leaf, 3)
     speeds = sorted([0.86, 0.93, 0.995, 1.06, 1.13, *close])
     points = np.array([solve(problem, problem.linear_response(w)) for w in speeds])
-    found, labels = with_crests(problem, points, np.full(len(points), STEP))
-    sizes = largest_size(from_blocks(problem.displacements(found[labels == TOP]).T).T)
+    found, labels, _ = with_crests(problem, points, np.full(len(points), STEP))
+    sizes = largest_size(series_of(problem, found[labels == TOP]))
     assert sizes == pytest.approx([0.1 / (2.0 * ratio * math.sqrt(1.0 - ratio**2))], rel=1e-10)
 
 
@@ -62,7 +61,7 @@ def test_a_crest_is_not_refined_beyond_the_digits_of_its_size(monkeypatch):
 
     def solved(problem, guess):
         point = solve(problem, guess)
-        sizes.append(float(largest_size(from_blocks(problem.displacements(point[None]).T).T)[0]))
+        sizes.append(float(largest_size(series_of(problem, point[None]))[0]))
         return point
 
     off = cycle((3e-7, -3e-7, 6e-7, -6e-7, 9e-7, -9e-7))
@@ -71,7 +70,7 @@ def test_a_crest_is_not_refined_beyond_the_digits_of_its_size(monkeypatch):
     drive = sw.Drive(4.5e-4, 0.65, 50.0, 11.4, sw.Cubic(3e4, 1e4))
     train = drive.train(control=control, load_torque=load, kinematic_error=error, omega=150.0)
     problem, found, _, _ = traced_turn(at_load(train), (50.0, 310.0), FEW, 16, False)
-    series = from_blocks(problem.displacements(found.points).T).T
+    series = series_of(problem, found.points)
     values = largest_size(series)
     monkeypatch.setattr(trace, "highest_between", noisy)
     monkeypatch.setattr(trace, "solve", solved)

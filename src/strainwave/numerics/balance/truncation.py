@@ -80,7 +80,7 @@ def tails_together(problems: list[Any], curves: list[Floats]) -> list[Tail]:
     """
     first, kinds = problems[0], {mapped(lambda _: 0.0, problem.system) for problem in problems}
     sizes = {problem.hill() and (problem.stride, problem.size()) for problem in problems}
-    if len(problems) == 1 or len(kinds) > 1 or len(sizes) > 1 or not (first.hill() and all(map(len, curves))):
+    if len(kinds) > 1 or len(sizes) > 1 or not (first.hill() and all(map(len, curves))):
         return [tail_along(problem, points) for problem, points in zip(problems, curves, strict=True)]
     selected = [points[few_of(points)] for points in curves]
     counts = [len(points) for points in selected]
@@ -90,8 +90,7 @@ def tails_together(problems: list[Any], curves: list[Floats]) -> list[Tail]:
             return np.concatenate(fields)
         return fields[0] if len({*fields}) == 1 else np.repeat(fields, counts)[:, None]
 
-    pairs = zip(problems, selected, strict=True)
-    systems = [with_leaf(problem.system, problem.leaf, points[:, -1:]) for problem, points in pairs]
+    systems = [with_leaf(p.system, p.leaf, points[:, -1:]) for p, points in zip(problems, selected, strict=True)]
     points = np.concatenate(selected)
     shares = share_left_out(mapped(joined, *systems), first.turns, points[:, :-1], first.stride)
     tails, end = [], 0

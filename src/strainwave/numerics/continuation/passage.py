@@ -51,11 +51,11 @@ class Coexisting:
         self.alone = {*ends[~may, -1].tolist()} - {*ends[may, -1].tolist()}
         return bool(may.any()) or curve.outcome != END
 
-    def guesses(self, problem: Balance, value: float, passed: list[Floats]) -> list[Floats]:
-        """Guesses at a frequency for orbits beside those passed there; searched for once, where there may be any."""
+    def guesses(self, problem: Balance, value: float, points: Floats) -> list[Floats]:
+        """Guesses at a frequency for orbits beside those of a branch; searched for once, where there may be any."""
         if self.begun and value not in self.searched and value not in self.alone:
             self.searched.add(value)
-            found = connected(problem, value, passed[:1])
+            found = connected(problem, value, points_at(points, value)[:1])
             self.known.setdefault(value, []).extend(found.tables)
             if not found.whole:
                 self.unfinished.add(value)
@@ -179,7 +179,7 @@ def whole(
     branch = trace(problem, first, 1.0 if upwards else -1.0, lo, hi, step, growth=GROWTH)
     if branch.outcome == LOST:
         return branch
-    guesses = coexisting.guesses(problem, far, points_at(branch.points, far))
+    guesses = coexisting.guesses(problem, far, branch.points)
     branch, missed = extended(problem, branch, lo, hi, step, far, [problem.linear_response(far)], guesses)
     coexisting.note(problem, missed)
     coexisting.give_up(problem, missed)
@@ -189,7 +189,7 @@ def whole(
             points, branch.labels, STUCK if outcome in (END, CLOSED) else outcome, _ending(points, outcome, far)
         )
     if outcome == END:
-        guesses = coexisting.guesses(problem, begin, points_at(branch.points, begin))
+        guesses = coexisting.guesses(problem, begin, branch.points)
         longer, missed = extended(problem, backwards(branch), lo, hi, step, begin, [], guesses)
         coexisting.give_up(problem, missed)
         if longer.outcome in (END, CLOSED):

@@ -1,5 +1,6 @@
 """Branches of periodic orbits: solved at a point, traced and described, with folds that the steps passed over."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -30,6 +31,7 @@ LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
 MOST_CRESTS = 200  # the highest of a curve: more are rounding
 REACH = 2  # points to both sides of a crest
 ROUNDS, SETTLED = 10, 1e-12  # solutions of a crest, and the relative rise above one that is none
+FORESEEN = 4e-11  # error of the polynomial, squared, of a rise: a quarter of it is left to rise
 RISEN = 1e-3  # relative rise above the points from which on crests are looked for once more
 OFF = 0.03  # of the step between two points: what is solved farther from the polynomial may be on another branch
 SAME = 1e-6  # of the arc of these: what is nearer is one point
@@ -183,72 +185,62 @@ def put_in_order(points: Floats, labels: Any) -> None:
                 points[[a, a + 1]], labels[[a, a + 1]] = points[[a + 1, a]], labels[[a + 1, a]]
 
 
-def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Floats, Any]:
-    """Points and labels of a curve with the crests of |x| and of |x - mean| among them, labelled TOP.
+def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Floats, Any, Floats]:
+    """Points, labels and largest |x| of a curve with the crests of |x| and of |x - mean| among them, labelled TOP.
 
     A crest that rises far above its neighbours may be a false one, at a corner of the law: they are looked for again.
     """
     for _ in range(ROUNDS):
-        before = _largest(problem, points)
-        points, labels = _with_crests(problem, points, labels)
-        if np.all(_largest(problem, points) <= (1.0 + RISEN) * before):
+        series = series_of(problem, points)
+        peaks = largest_size(series)
+        sizes: list[tuple[Measure, Floats]] = [(largest_size, peaks)]
+        if np.any(np.abs(series[:, 0]) > MEAN * peaks):
+            sizes.append((oscillation, oscillation(series)))
+        crests: list[tuple[int, int, Floats]] = []
+        risen = 1.0
+        for measure, values in sizes:
+            for i in crests_of(values):
+                seam = points[i, -1] in (points[i - 1, -1], points[i + 1, -1])
+                crest = None if seam else _crest(problem, points, i, series, values, measure)
+                if crest is None:
+                    continue
+                place = i if crest[0] > 0.0 else i - 1
+                neighbours = [*points[place : place + 2], *(point for index, _, point in crests if index == place)]
+                if all(_apart(crest[1], point) > ONE for point in neighbours):  # often the two crests are one
+                    crests.append((place, TOP, crest[1]))
+                    risen = max(risen, crest[2] / np.max(values))
+        if crests:
+            points, labels, places, new = stability.inserted(points, labels, crests)
+            peaks = np.insert(peaks, places, largest_size(series_of(problem, new)))
+        if risen <= 1.0 + RISEN:
             break
-    return points, labels
-
-
-def _largest(problem: Balance, points: Floats) -> Floats:
-    series = _series(problem, points)
-    return np.array([float(np.max(measure(series), initial=0.0)) for measure in (largest_size, oscillation)])
-
-
-def _with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Floats, Any]:
-    if len(points) < 3:
-        return points, labels
-    series = _series(problem, points)
-    peaks = largest_size(series)
-    sizes: list[tuple[Measure, Floats]] = [(largest_size, peaks)]
-    if np.any(np.abs(series[:, 0]) > MEAN * peaks):
-        sizes.append((oscillation, oscillation(series)))
-    crests: list[tuple[int, int, Floats]] = []
-    for measure, values in sizes:
-        for i in crests_of(values):
-            seam = points[i, -1] in (points[i - 1, -1], points[i + 1, -1])
-            crest = None if seam else _crest(problem, points, i, series, values, measure)
-            if crest is None:
-                continue
-            place = i if crest[0] > 0.0 else i - 1
-            neighbours = [points[place], points[place + 1], *(point for index, _, point in crests if index == place)]
-            if all(_apart(crest[1], point) > ONE for point in neighbours):  # often the two crests are one
-                crests.append((place, TOP, crest[1]))
-    if not crests:
-        return points, labels
-    points, labels, _, _ = stability.inserted(points, labels, crests)
-    return points, labels
+    return points, labels, peaks
 
 
 def crests_of(values: Floats) -> list[int]:
     """Places of the highest values that are above both neighbours, and no less than a hundredth of the largest."""
     inner = values[1:-1]
-    above = (inner >= values[:-2]) & (inner > values[2:]) & (inner > LEAST * np.max(values))
+    above = (inner >= values[:-2]) & (inner > values[2:]) & (inner > LEAST * np.max(values, initial=0.0))
     places = 1 + np.flatnonzero(above)
     return sorted(places[np.argsort(-values[places], kind="stable")[:MOST_CRESTS]].tolist())
 
 
 def _crest(
     problem: Balance, points: Floats, i: int, series: Floats, sizes: Floats, measure: Measure
-) -> tuple[float, Floats] | None:
-    """Crest next to a point, after which it lies where the first number is positive; None where the point is it.
+) -> tuple[float, Floats, float] | None:
+    """Crest next to a point, after which it lies where the first number is positive, and its size; None at the point.
 
     It is the highest place of the polynomial through five points, solved for at the parameter there, or nearer to
     a known point where that is far from the polynomial.
     """
-    scale = np.full(points.shape[1], 1.0 / max(float(np.linalg.norm(points[i, :-1])), 1e-300))
+    scale = np.full(points.shape[1], 1.0 / max(_size(points[i, :-1]), 1e-300))
     scale[-1] = 1.0 / max(abs(float(points[i, -1])), 1e-300)
     window = points[max(i - REACH, 0) : i + REACH + 1] * scale
     centre = min(i, REACH)
-    arc = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(window, axis=0), axis=1)))
+    arc, distinct, step = np.zeros(len(window)), np.ones(len(window), bool), window[1:] - window[:-1]
+    np.cumsum(np.sqrt(np.vecdot(step, step)), out=arc[1:])
     first, mid, last, least = arc[centre - 1], arc[centre], arc[centre + 1], SAME * arc[-1]
-    distinct = np.append(True, np.diff(arc) > least)
+    distinct[1:] = arc[1:] - arc[:-1] > least
     if not (distinct[centre] and distinct[centre + 1]):
         return None
     steps, best, size, crest, share = (mid - first, last - mid), mid, float(sizes[i]), None, 1.0
@@ -262,11 +254,11 @@ def _crest(
             break
         guess = weights_at(arc, s) @ window / scale
         point = solve(problem, guess)
-        if point is None or float(np.linalg.norm((point - guess) * scale)) > OFF * steps[int(s > mid)]:
+        if point is None or _size((point - guess) * scale) > OFF * steps[int(s > mid)]:
             share *= 0.5
             continue
         share = 1.0
-        solved = _series(problem, point[None])
+        solved = series_of(problem, point[None])
         value = float(measure(solved)[0])
         rise = value - size
         if (s > best) == (rise >= 0.0):
@@ -274,20 +266,23 @@ def _crest(
         else:
             last = max(s, best)
         if rise >= 0.0:
-            best, size, crest = s, value, (s - mid, point)
-        if abs(rise) <= SETTLED * size:  # the polynomial's own rise is rounding from here on
-            break
+            best, size, crest = s, value, (s - mid, point, value)
+        if abs(rise) <= SETTLED * size or (value - top) ** 2 <= FORESEEN * size * rise:
+            break  # what is left to rise is rounding
         arc, window, series = np.append(arc, s), np.vstack([window, point * scale]), np.vstack([series, solved])
     return crest
 
 
 def _apart(a: Floats, b: Floats) -> float:
     """Distance of two points, of the motion and of the speed, relative to their sizes."""
-    motion = np.linalg.norm(a[:-1] - b[:-1]) / max(float(np.linalg.norm(b[:-1])), 1e-150)
-    return float(motion + abs(a[-1] / b[-1] - 1.0))
+    return _size(a[:-1] - b[:-1]) / max(_size(b[:-1]), 1e-150) + float(abs(a[-1] / b[-1] - 1.0))
 
 
-def _series(problem: Balance, points: Floats) -> Floats:
+def _size(a: Floats) -> float:
+    return math.sqrt(a @ a)
+
+
+def series_of(problem: Balance, points: Floats) -> Floats:
     """Coefficients (points, 2H+1) of x: mean, cos 1, sin 1, ..."""
     return np.asarray(from_blocks(problem.displacements(points).T).T)
 
@@ -304,14 +299,16 @@ def describe(
     points, labels = np.ascontiguousarray(curve.points), curve.labels
     status, message = ending(curve, parameter, points[:, -1])
     tail = tail_along(problem, points) if tail is None else tail
+    peaks = np.empty(0)
     if locate:
-        points, labels = with_crests(problem, points, labels)
+        points, labels, peaks = with_crests(problem, points, labels)
     points, labels, floquet = with_multipliers(problem, points, labels, locate, floquet)
-    series = problem.displacements(points)
-    peaks = stability.displacement_peaks(series) if len(points) else np.empty(0)
+    coefficients = series_of(problem, points)
+    if len(peaks) != len(points):
+        peaks = largest_size(coefficients)
     values, turns = points[:, -1].copy(), int(problem.turns)
     omega = base_speed(problem, values.copy())
-    coefficients, stable = from_blocks(series.T).T, np.abs(floquet[:, 0]) < protocols.DECAYS
+    stable = np.abs(floquet[:, 0]) < protocols.DECAYS
     special: dict[int, list[Orbit]] = {label: [] for label in NAMES}
     for i in np.flatnonzero((labels == FOLD) | (labels > TOP)).tolist():
         label, w = int(labels[i]), float(omega[i])

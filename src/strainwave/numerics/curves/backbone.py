@@ -16,6 +16,7 @@ from ...base.law import springs_only
 from ...base.protocols import Balance, with_parts
 from ...base.quantities import numbers, shown
 from ...base.results import Floats, Status
+from ...base.series import largest_size
 from ...compile.tree import leaf_of
 from ..balance.first_order import linearised, newton
 from ..balance.fourier import from_blocks
@@ -24,7 +25,6 @@ from ..balance.linear_part import one_harmonic
 from ..balance.rates import SAME
 from ..balance.second_order import second_order
 from ..balance.truncation import FREE, Tail
-from ..stability.second_order import displacement_peaks
 
 FIRST, LEAST_STEP = 0.1, 1e-4  # of an amplitude: where steps to it begin, and the least of them
 NEAR = 0.1  # relative: frequencies further from where a step leads are those of another motion
@@ -122,7 +122,7 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
 
     h, solved, points, tails = grown(freed, h, MOST_HARMONICS if harmonics is None else h, FREE)
     tail = float(np.max(tails, initial=0.0))
-    peaks = displacement_peaks(points[:, :-1]) if len(points) else np.empty(0)
+    coefficients = from_blocks(points[:, :-1].T).T
     status, message = Status.OK, "finished"
     if not np.all(solved):
         missing = ", ".join(f"{a:.4g}" for a in sizes[~solved][:4])
@@ -134,7 +134,7 @@ def backbone(system: Any, amplitudes: ArrayLike, *, harmonics: int | None = None
     if len(points):
         speed = float(points[np.argmax(tails), -1])
         status, message = Tail(tail, tail, speed, h).verdict(status, message, "omega", speed)
-    return Backbone(sizes[solved], points[:, -1], peaks, from_blocks(points[:, :-1].T).T, tail, status, message)
+    return Backbone(sizes[solved], points[:, -1], largest_size(coefficients), coefficients, tail, status, message)
 
 
 def _along(problem: Balance, amplitudes: Floats) -> list[Floats | None]:

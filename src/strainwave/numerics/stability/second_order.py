@@ -1,4 +1,4 @@
-"""Stability of the orbits of a second-order balance problem, and the largest displacement over a period.
+"""Stability of the orbits of a second-order balance problem.
 
 A disturbance y of u obeys J y'' + B y' + T'(u(t)) y = 0. With y = exp(-B t/(2J)) z this is Hill's equation z'' + q z
 = 0, which Numerov's fourth-order rule turns into w_{n+1} = t_n w_n - w_{n-1}. The period map of that recurrence has
@@ -20,14 +20,13 @@ import numpy as np
 from ...base.law import breakpoints_of
 from ...base.protocols import BRANCH_POINT, DOUBLING, FOLD, Balance
 from ...base.results import Booleans, Complexes, Floats, Integers, SolveError
-from ...base.series import largest_size
 from ...compile.address import ByAddress
 from ...compile.jit import borrowed, kernel_as, run
 from ...compile.tree import with_leaf
 from ..addressed import varied
 from ..balance.condensed.motions import Disturbances
 from ..balance.first_order import linearised, newton
-from ..balance.fourier import all_orders, from_blocks, synthesis
+from ..balance.fourier import all_orders, synthesis
 from ..balance.linear_algebra import row_times
 from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
@@ -138,7 +137,7 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces = np.empty(len(points))
     with np.errstate(all="ignore"):
-        native = ByAddress(problem, problem.native)
+        native = ByAddress(problem, problem.native, "words")
         run(stability, native, grid, np.ascontiguousarray(points), traces, light=problem.light(), after=FEW)
     coarse = problem.springs.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
@@ -199,11 +198,6 @@ def orbit_scales(problem: Balance, values: Floats) -> tuple[Floats, Floats]:
     omega, system = base_speed(problem, values), with_leaf(problem.system, problem.leaf, values)
     log = -np.pi * problem.turns * system.B / system.J / omega
     return omega, np.exp(np.minimum(log, 0.5 * LARGEST_LOG))  # its square is the product of the multipliers
-
-
-def displacement_peaks(series: Floats) -> Floats:
-    """Largest absolute value over a period of every series (rows of coefficients in blocks)."""
-    return largest_size(from_blocks(series.T).T)
 
 
 def products(traces: Floats, decay: Floats) -> tuple[Floats, Floats]:

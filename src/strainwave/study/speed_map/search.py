@@ -23,13 +23,13 @@ from ...model.train.train_forms import AtLoad
 from ...numerics.attractors.attractors import box_at, starts_in
 from ...numerics.attractors.settle import SEEN, Bounded, Settled, settled
 from ...numerics.balance.choice import balance_of
-from ...numerics.balance.fourier import from_blocks, with_velocity
+from ...numerics.balance.fourier import with_velocity
 from ...numerics.balance.harmonics import MOST_HARMONICS, highest_order
 from ...numerics.balance.linear_part import one_harmonic
 from ...numerics.balance.rates import number_of_states
 from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import tail_along
-from ...numerics.continuation.trace import describe, solve
+from ...numerics.continuation.trace import describe, series_of, solve
 from ...numerics.curves.parameter_response import both_ways
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
@@ -176,7 +176,7 @@ def solved(system: Any, seed: Settling, per_turn: int) -> Start | None:
     point = solve(problem, problem.sampled(run.y[:, : len(angles)], seed.omega))
     if point is None:
         return None
-    lows, highs = extremes(from_blocks(problem.displacements(point[None]).T).T)
+    lows, highs = extremes(series_of(problem, point[None]))
     x = run.y[0]
     apart = max(abs(float(np.min(x)) - lows[0]), abs(float(np.max(x)) - highs[0]))
     return None if apart > ELSEWHERE * float(np.ptp(x)) else Start(problem, point, float(lows[0]), float(highs[0]))
