@@ -300,7 +300,7 @@ def corrected(
 
     def equations(z: Floats) -> tuple[Floats, Floats]:
         r, matrix, column = linearised(problem, z)
-        return np.append(r, row @ z - row @ guess), np.block([[matrix, column[:, None]], [row[None, :]]])
+        return np.append(r, row @ z - row @ guess), np.vstack([np.column_stack([matrix, column]), row])
 
     point = newton(equations, guess if start is None else start, 1.0 / scale, 1e-12)
     if point is None:
@@ -322,8 +322,8 @@ def root_on_chord(
             points[s] = point
         return points[s]
 
-    try:
-        return there(bracketed_root(lambda s: function(there(s)), 0.0, 1.0, xtol=1e-12))
+    try:  # at a corner of the law the function may jump: there each bit is one solution more
+        return there(bracketed_root(lambda s: function(there(s)), 0.0, 1.0, xtol=1e-9))
     except (SolveError, ValueError, np.linalg.LinAlgError):
         return None
 
