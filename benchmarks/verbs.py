@@ -1,4 +1,4 @@
-"""Which verb answers which question, and what it costs: prints the table of docs/which-verb.md.
+"""Which verb answers which question, and what it costs: prints the table of docs/command-line.md.
 
     python benchmarks/verbs.py [--rounds 3]
 

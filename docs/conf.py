@@ -101,7 +101,7 @@ def link_names(app, doctree):
             name = (match[1] or match[2].capitalize()).replace("report.", "app.report.")
             page = app.env.docname
             where = {"refdomain": "py", "reftype": "obj", "reftarget": f"strainwave.{name}", "refdoc": page}
-            link = addnodes.pending_xref("", code.deepcopy(), refexplicit=True, refwarn=page == "which-verb", **where)
+            link = addnodes.pending_xref("", code.deepcopy(), refexplicit=True, refwarn=page == "command-line", **where)
             code.replace_self(link)
 
 

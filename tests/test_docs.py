@@ -36,8 +36,8 @@ matplotlib.use("Agg")
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = {path.name: path for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]}
-FIELDS = ROOT / "docs" / "api" / "project-file-reference.md"  # written by the program, and has no names of the library
-API = sorted({*(ROOT / "docs" / "api").glob("*.md")} - {FIELDS})
+NO_NAMES = ("index", "changelog", "project-file-reference")  # pages beside those of the library's names
+API = sorted(path for path in (ROOT / "docs" / "api").glob("*.md") if path.stem not in NO_NAMES)
 SCATTER = "scatter: {load.inertia: 3 %}\n"
 FENCE = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -121,19 +121,21 @@ def test_every_public_name_is_on_one_api_page():
 
 
 def test_every_api_page_begins_with_a_sentence_for_each_of_its_names():
-    assert {f"api/{path.stem}" for path in API} == set(re.findall(r"^api/\w+$", page("api.md"), re.MULTILINE))
+    index = (ROOT / "docs" / "api" / "index.md").read_text(encoding="utf-8")
+    assert {path.stem for path in API} == set(re.findall(r"^\w+$", index, re.MULTILINE))
     assert all(path.read_text(encoding="utf-8").count("{{ summary }}") == 1 for path in API)
     described = [thing for name in PUBLIC if callable(thing := attrgetter(name)(sw))]
     assert [thing for thing in described if not inspect.getdoc(thing).split("\n")[0].endswith((".", "?"))] == []
 
 
 def test_the_table_of_verbs_has_verbs_and_commands():
+    questions = page("command-line.md").partition("\n## ")[0]
     rows = re.findall(
         r"^\| [^|]+\? \| `(?:sw\.(?:report\.)?)?([\w.]+)[^|]*` \| (?:`([\w-]+)`)? *\| [\d.]+\N{NO-BREAK SPACE}m?s \|$",
-        page("which-verb.md"),
+        questions,
         re.MULTILINE,
     )
-    assert len(rows) == page("which-verb.md").count("\n| ") - 1 >= 20
+    assert len(rows) == questions.count("\n| ") - 1 >= 20
     assert {verb for verb, _ in rows} - {*PUBLIC, "project.response", "write"} == set()
     assert {command for _, command in rows if command} - set(COMMANDS) == set()
     assert [verb for verb, _ in rows if f"{verb}`" not in sw.__doc__] == []  # `help(sw)` has them too
@@ -158,11 +160,19 @@ def test_the_first_project_has_the_answer_that_its_page_says(tmp_path, monkeypat
     assert Path("axis/report.html").is_file()
 
 
-def test_every_command_and_option_is_on_the_command_line_page():
-    commands = [cli.get_command(None, name) for name in COMMANDS]
+def test_every_command_is_on_the_command_line_page_and_every_option_there_exists():
+    commands = [cli, *(cli.get_command(None, name) for name in COMMANDS)]
     options = {option for command in commands for parameter in command.params for option in parameter.opts}
-    assert not_on("command-line.md", {f"strainwave {name}" for name in COMMANDS}) == []
-    assert not_on("command-line.md", {option for option in options if option.startswith("-")}) == []
+    assert [name for name in COMMANDS if not re.search(rf"`(?:strainwave )?{name}[` ]", page("command-line.md"))] == []
+    assert set(re.findall(r"`(?:strainwave )?(--[\w-]+)", page("command-line.md"))) - options <= {"--help"}
+
+
+def test_every_file_on_the_ways_through_the_code_exists():
+    ways = page("inside.md").partition("## Four ways through the code")[2].partition("\n## ")[0]
+    files = re.findall(r"`((?:src|tests)/[\w./]+)`", ways)
+    assert ways.count("\n**") == 4
+    assert len(files) >= 20
+    assert [name for name in files if not (ROOT / name).exists()] == []
 
 
 ASKED = re.compile(r"^\| [^|]+\? \| `strainwave ([^`|]+)` \| (.+) \|$", re.MULTILINE)

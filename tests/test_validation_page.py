@@ -63,7 +63,7 @@ def test_scipy_repeats_the_orbit_of_example_01():
 
 
 def test_every_command_of_the_comparison_exists():
-    page = (TESTS.parent / "docs" / "coming-from.md").read_text(encoding="utf-8")
+    page = (TESTS.parent / "docs" / "glossary.md").read_text(encoding="utf-8")
     commands = set(re.findall(r"`(benchmarks/\w+\.py)", page))
     assert commands >= {"benchmarks/response.py", "benchmarks/ensemble.py"}
     assert [command for command in commands if not (TESTS.parent / command).is_file()] == []

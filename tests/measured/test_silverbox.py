@@ -28,7 +28,7 @@ def script():
 def test_free_runs_leave_what_the_page_says(capsys):
     module = script()
     errors = module.main(RECORD)
-    # a cubic spring with linear damping and an offset leaves .351, .452 and .354 mV (page)
+    # a cubic spring with linear damping and an offset leaves .351, .452 and .354 mV
     assert [errors[name] < limit for name, limit in zip(module.TESTS, (0.25, 0.32, 0.25), strict=True)] == [True] * 3
     said = PAGE.read_text(encoding="utf-8")
     for line in capsys.readouterr().out.splitlines():
