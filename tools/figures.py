@@ -1,25 +1,22 @@
-"""Make docs/_static/amplification.svg, the figure of the README, from its example."""
+"""Make docs/_static/axis.svg, the figure of the README, from the README's project."""
 
-import sys
+import re
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-import matplotlib
-
-matplotlib.use("svg")
-from matplotlib import pyplot as plt
+from strainwave.app.commands.cli import cli
 
 ROOT = Path(__file__).resolve().parent.parent
-TARGET = ROOT / "docs/_static/amplification.svg"
+TARGET = ROOT / "docs/_static/axis.svg"
 
 
 def main() -> None:
-    """Run the example and save its figure, the same bytes each time."""
-    sys.path.insert(0, str(ROOT / "examples/speeds"))
-    import amplification
-
-    plt.rcParams["svg.hashsalt"] = "s"
-    amplification.main()
-    plt.savefig(TARGET, metadata={"Date": None})
+    """Draw the response of the project, the same bytes each time."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    with TemporaryDirectory() as folder:
+        project = Path(folder) / "axis.yaml"
+        project.write_text(re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)[0], encoding="utf-8")
+        cli(["response", str(project), "-o", str(TARGET)], standalone_mode=False)
 
 
 if __name__ == "__main__":
