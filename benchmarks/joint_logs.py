@@ -307,6 +307,12 @@ def oneway(many, first=1001):
     print(f"unknown numbers said in {said} of {many}; a number for one of them in {wrong}")
 
 
+def warned(found, kind):
+    """Whether an answer is refused, or says that more moves the load, or that it saw torques of one sign only."""
+    unseen = kind in ("gap", "asymmetry") and "asymmetry" in found.unidentified
+    return not found.usable or found.answer.more > 0.0 or unseen
+
+
 def outside(many, first=2001):
     """Logs of machines outside the class: refused or named."""
     kinds, named = ("gap", "asymmetry", "drag", "resonance"), 0
@@ -314,7 +320,7 @@ def outside(many, first=2001):
         kind = kinds[seed % 4]
         log, truth = made(seed, outside=kind)
         found, seconds = fitted(log, truth)
-        named += not found.usable
+        named += warned(found, kind)
         print(seed, kind, truth["gear"], truth["motion"], found.headline(), f"{seconds:.1f} s", flush=True)
     print(f"refused or named {named} of {many}")
 

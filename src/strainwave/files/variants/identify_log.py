@@ -28,7 +28,7 @@ from ..logs.read import read_log
 from ..project_text import project_text
 from ..reading import from_text
 
-ENOUGH = 0.9  # of the motion: what the model must explain
+ENOUGH, NEARLY = 0.9, 0.98  # of the motion: what the model must explain, and where more than the scatter is left
 UNITS = {
     "K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m", "B": "N*m*s/rad",
     "coulomb": "N*m", "viscous": "N*m*s/rad", "gravity": "N*m", "hysteresis": "N*m/rad", "yield_twist": "rad",
@@ -36,7 +36,7 @@ UNITS = {
     "motor_inertia": "kg*m^2", "motor_coulomb": "N*m", "motor_viscous": "N*m*s/rad", "motor_load_friction": "",
 }  # fmt: skip
 USUAL = 1.54, 1.79, 4.3e-4, 1.6e-3  # K2, K3, T1, T2 over K1: medians of the 179 laws of the catalogue
-SURE = 3.0  # standard deviations that an amplitude of a line in the project is away from 0
+SURE = 3.4  # standard deviations that an amplitude of a line in the project is away from 0: a file takes 30 %
 HELD = 0.5  # share of a moving load's readings that are the ones before
 
 
@@ -101,10 +101,15 @@ class IdentifiedLog(Fit):
     def headline(self) -> str:
         """What the model explains, before any number."""
         share = f"{100.0 * max(self.explained, 0.0):.{1 if self.explained < 0.99 else 2}f} % of the motion"
-        if self.causes:
-            return f"The log shows {listed(self.causes)}, which the model lacks: it explains {share}."
+        shows = f"The log shows {listed(self.causes)}, which the model lacks" if self.causes else ""
         if self.explained < ENOUGH:
-            return f"The model explains only {share}. Do not use its numbers."
+            return f"The model explains only {share}. Do not use its numbers. {shows}{'.' if shows else ''}".rstrip()
+        if self.causes:
+            return f"{shows}: it explains {share}."
+        if self.answer.more:
+            use = "" if self.explained >= NEARLY else " Do not use its numbers."
+            more = f"{self.answer.more:.2g} times the readings' scatter is left"
+            return f"Something outside of the model moves the load: it explains {share}, and {more}.{use}"
         if not self.usable:
             return f"Without the load's inertia or a torque no stiffness can be known; the model explains {share}."
         return f"The model explains {share}."
@@ -192,7 +197,8 @@ def identify_log(
     answer = answered(records, ratio, law, inertia, constant, progress)
     causes = (*answer.causes, *(_held(records) if answer.explained < ENOUGH else ()))
     found = answer.known
-    usable = not causes and answer.explained >= ENOUGH and answer.inertia_known
+    least = NEARLY if answer.more else ENOUGH
+    usable = not causes and answer.explained >= least and answer.inertia_known
     made = _project(answer, gear, project) if usable else None
     progress("identified", 1.0)
     return IdentifiedLog(

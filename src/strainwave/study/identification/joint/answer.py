@@ -14,15 +14,31 @@ from .meter import OF_GEAR, OF_MOTOR, meters
 from .metered import LIKELY, Metered, constant_of, doubt, joined, lacking, linear, metered
 from .model import Joint, scales
 from .pieces import pieces_of
-from .solve import BASIC, HIGHEST, OUTSIDE, completed, found, rms, running, scatter, settled, started
+from .solve import (
+    BASIC,
+    HIGHEST,
+    OUTSIDE,
+    completed,
+    fell,
+    found,
+    rms,
+    running,
+    scatter,
+    settled,
+    shown,
+    started,
+    without,
+)  # fmt: skip
 
 RESOLVED = 0.06  # of 1/omega of the stiffest slope: a step of the grid
 CLOUD = 600  # points
 GUESSES = (6.0, 12.0, 24.0)  # Hz, resonances that are tried where no inertia is given
 LEFT = 1.2  # of the readings' scatter: a residual that needs another cause
 NEAR = 3.0  # of the readings' scatter: what a named cause leaves at most
-BETTER, NEEDED = 0.8, 1.02  # of the residual: what a cause leaves at most, and what is left without it at least
-PEAK, LOWEST, LOWEST_ORDER = 12.0, 0.5, 0.2  # of a residual's mean power: a peak; Hz, and per turn
+BETTER = 0.8  # of the residual: what a cause leaves at most
+PEAK, CLOSE, OVER = 0.3, 0.1, 8.0  # of a residual's power, how near to its place, and over what is beside: a peak
+ABOVE = 1.3  # of the joint's own resonance: the least second one
+LOWEST_ORDER = 0.2  # per turn
 CAUSES = {
     "gap": "a gap (backlash) of {:.3g} arcsec between the two sides of the gear",
     "asymmetry": "a stiffness that differs by {:.3g} % of itself to either side (asymmetry)",
@@ -45,7 +61,7 @@ class Answer:
     residual, scatter : float
         Root mean square of the residual [rad], and the scatter of the load's readings.
     causes : tuple of str
-        What the model lacks, a noun each.
+        What the model lacks and a test supports, a noun each.
     inertia_known : bool
         Whether the load's inertia was given, or a channel of torque has weighed it.
     channels : tuple of Metered
@@ -63,6 +79,11 @@ class Answer:
     inertia_known: bool
     channels: tuple[Metered, ...]
     said: tuple[str, ...]
+
+    @property
+    def more(self) -> float:
+        """How many times the readings' scatter is left, where it is more than chance and of no known cause; or 0."""
+        return self.residual / self.scatter if self.residual > LEFT * self.scatter and not self.causes else 0.0
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound
@@ -87,10 +108,12 @@ def answered(
         joint, by, said = _weighed(joint, logs, ratio, law, constant, progress)
         inertia = None if by is None else joint.values["inertia"]
     noise, causes = scatter(joint), list[str]()
-    if rms(joint) > LEFT * noise:
+    if rms(joint) > LEFT * noise or shown(joint, OUTSIDE):
         progress("causes", 0.8)
         joint, causes = _caused(joint, logs, ratio, law, inertia)
     progress("intervals", 0.95)
+    if "load_friction" not in joint.free and not one_way(joint):  # without a reversal it is a stiffness
+        joint = settled(replace(joint, free=(*joint.free, "load_friction")))  # after a choice intervals are too narrow
     residual = float(np.sqrt(np.mean(np.concatenate(joint.residuals()) ** 2)))
     torsion = np.concatenate([torsion_of(joint, i) for i in range(len(joint.pieces))])
     explained = 1.0 - residual / max(float(np.sqrt(np.mean(torsion**2))), 1e-300)
@@ -165,8 +188,6 @@ def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: flo
     values["offset"] = means[pieces[0].log]
     more = {f"offset {log + 1}": mean - values["offset"] for log, mean in means.items() if log != pieces[0].log}
     of |= dict.fromkeys(more, of["offset"])
-    if one_way(empty):  # dry friction is then a part of gravity's mean
-        free = tuple("gravity_mean" if name == "coulomb" else name for name in free)
     return replace(empty, values=values | more, scales=of, free=(*free, *more))
 
 
@@ -189,49 +210,55 @@ def _caused(
 ) -> tuple[Joint, list[str]]:  # fmt: skip
     """The fit with what a test supports beyond the model, and the names of it."""
     given = joint.values["inertia"] if inertia is None else inertia
-    omega, trials = float(np.sqrt(law[0] / given)), dict[str, Joint]()
-    for cause in OUTSIDE:
-        first = _first(logs, ratio, law, given, (*BASIC, cause))
-        if cause == "gap":
-            first = replace(first, values=first.values | {"gap": 10.0 * first.scales["gap"].unit})
-        trials[cause] = running(first, omega, joint.lines, "hysteresis" in joint.free)
-    name = min(trials, key=lambda cause: rms(trials[cause]))
-    best = completed(trials[name])
-    if rms(best) < min(BETTER * rms(joint), NEAR * scatter(best)):
-        without = replace(best, values=best.values | {name: 0.0}, free=tuple(one for one in best.free if one != name))
-        if rms(without := settled(without)) < NEEDED * rms(best):  # it has but led out of a trap
-            return without, _peaks(without) if rms(without) > LEFT * scatter(without) else []
-        value = best.values[name]
-        size = {"gap": value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
-        return best, [CAUSES[name].format(size)]
-    return joint, _peaks(joint)
+    omega, most = float(np.sqrt(law[0] / given)), BETTER if rms(joint) > LEFT * scatter(joint) else 1.0
+    for afresh in (False, True):
+        trials = dict[str, Joint]()
+        for cause in OUTSIDE:
+            first = _first(logs, ratio, law, given, BASIC) if afresh else joint
+            first = replace(first, free=(*first.free, cause))
+            if cause == "gap":
+                first = replace(first, values=first.values | {"gap": 10.0 * first.scales["gap"].unit})
+            trials[cause] = running(first, omega, joint.lines, "hysteresis" in joint.free) if afresh else settled(first)
+        name = min(trials, key=lambda cause: rms(trials[cause]))
+        best = completed(trials[name])
+        if fell(joint, best) and rms(best) < min(most * rms(joint), NEAR * scatter(best)):
+            best = without(best, name)
+            if name not in best.free:  # it has but led out of a trap
+                return best, _left(best) if rms(best) > LEFT * scatter(best) else []
+            value = best.values[name]
+            size = {"gap": value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
+            return best, [CAUSES[name].format(size)]
+    return joint, _left(joint) if rms(joint) > LEFT * scatter(joint) else []
 
 
-def _peaks(joint: Joint) -> list[str]:
-    """What a residual repeats with, in the longest piece: a line of the motor's turn, or a frequency."""
+def _left(joint: Joint) -> list[str]:
+    """What a residual in the longest piece is, if a test supports it: a line of the motor's turn, or a resonance."""
     i = int(np.argmax([len(piece.time) for piece in joint.pieces]))
     piece, residual = joint.pieces[i], joint.residuals()[i]
     at = piece.begin + 0.5 * piece.step * np.arange(len(piece.motor))
     turned = np.interp(piece.time, at, piece.motor) / (2.0 * np.pi)
     size = float(np.sqrt(np.mean(residual**2))) / ARCSEC
-    frequency, of_time = _peak(piece.time, residual, LOWEST)
-    if np.all(np.diff(turned) != 0.0) and len(set(np.sign(np.diff(turned)).tolist())) == 1:
+    own = np.sqrt(joint.values["K1"] / joint.values["inertia"]) / (2.0 * np.pi)
+    frequency, of_time = _peak(piece.time, residual, ABOVE * own)
+    if len(set(np.sign(np.diff(turned)).tolist())) == 1:
         order, of_turn = _peak(turned * np.sign(turned[-1] - turned[0]), residual, LOWEST_ORDER)
-        if of_turn > max(of_time, PEAK):
+        if of_turn > of_time:
             return [f"a line of order {order:.3g} of the motor's turn, {size:.3g} arcsec rms"]
-    if of_time > PEAK:
-        return [f"a motion that rings near {frequency:.3g} Hz (a second resonance?), {size:.3g} arcsec rms"]
-    return [f"a motion of {size:.3g} arcsec rms that no term of the model has"]
+    if of_time:
+        return [f"a motion that rings near {frequency:.3g} Hz (a second resonance), {size:.3g} arcsec rms"]
+    return []
 
 
 def _peak(places: Floats, values: Floats, lowest: float) -> tuple[float, float]:
-    """Where the power of values is largest, per unit of their places, and how large, over its mean."""
+    """Where the power of values has a peak, per unit of their places, and which share of it; 0 where it is none."""
     even = np.linspace(places[0], places[-1], len(places))
     power = np.abs(np.fft.rfft(np.interp(even, places, values - np.mean(values)) * np.hanning(len(even)))) ** 2
     found = np.fft.rfftfreq(len(even), even[1] - even[0])
-    power[found < lowest] = 0.0
-    at = int(np.argmax(power))
-    return float(found[at]), float(power[at] / max(np.mean(power), 1e-300))
+    at = float(found[np.argmax(power * (found >= lowest))])
+    off = np.abs(found / at - 1.0)
+    share = float(np.sum(power[off < CLOSE]) / max(np.sum(power), 1e-300))
+    beside = np.mean(power[(off > CLOSE) & (off < 3.0 * CLOSE)])
+    return at, share if share > PEAK and np.mean(power[off < 0.5 * CLOSE]) > OVER * beside else 0.0
 
 
 def residual_orders(joint: Joint) -> tuple[Floats, Floats]:

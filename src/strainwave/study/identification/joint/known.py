@@ -6,7 +6,7 @@ import numpy as np
 
 from ....base.results import Floats
 from ....base.sentences import listed
-from ..intervals import derived_freedom, spread
+from ..intervals import derived_freedom, spread, without
 from .model import Joint, line_names
 from .solve import reached, rms
 from .solve import scatter as scatter_of
@@ -18,7 +18,9 @@ TELL = {  # largest standard deviation of a number that is told: of the logarith
     "coulomb": 0.01, "viscous": 0.03, "gravity": 0.03,
 }  # fmt: skip
 TELL_SKEW, TELL_SHARE, TELL_LINE = 1e-4, 0.01, 5e-6  # s, of load friction, rad
+FAINT, CIRCLE = 3.0, 1.25  # deviations of an amplitude that may be 0; 95 % of a circle over that of a line
 PARTNERS = 0.9  # correlation of numbers that are not parted
+BEYOND = 1.1  # of a corner: a torque that tells it
 TURNING, MOVING, ONE_SPEED = 0.02, 0.05, 0.15  # share of the time, of the largest speed, and about the usual speed
 MECHANICAL = ("K1", "K2", "K3", "T1", "T2", "B", "coulomb", "viscous", "gravity", "hysteresis")
 
@@ -48,19 +50,28 @@ def known(joint: Joint, inertia_given: bool) -> Known:
     seen = np.linalg.norm(table, axis=0) * priors > SEEN * rms(joint)
     many = len(joint.free)
     covariance, freedom = np.diag(priors**2), np.ones(len(priors))
-    scatter = spread(table[:, seen], residual, [len(piece.time) for piece in joint.pieces])
-    own, other = np.diag(scatter.covariance), np.diag(by_input := _of_input(joint, table[:, seen]))
-    wider = np.sqrt(np.maximum(np.diag(_of_counts(joint, table[:, seen])) / own, 1.0))
+    few = int(np.count_nonzero(seen))
+    held = np.concatenate([table[:, seen], np.diag(rms(joint) / priors[seen])])  # what is known before is a row each
+    before = np.concatenate([np.zeros((len(table), few)), rms(joint) * np.sqrt(few) * np.eye(few)])
+    scatter = spread(held, np.append(residual, np.zeros(few)), [len(p.time) for p in joint.pieces] + [1] * few)
+    by_input = _of_input(joint, held) + _of_changes(held, before)
+    own, other = np.diag(scatter.covariance), np.diag(by_input)
+    wider = np.sqrt(np.maximum(np.diag(_of_counts(joint, held)) / own, 1.0))
     own = own * wider**2
     covariance[np.ix_(seen, seen)] = scatter.covariance * np.outer(wider, wider) + by_input
     freedom[seen] = (own + other) ** 2 / (own**2 / scatter.freedom + other**2 / DRAWS)
     values, rates = _told(joint)
-    before = np.linalg.inv(table[:, :many].T @ table[:, :many] / rms(joint) ** 2 + np.diag(priors[:many] ** -2.0))
+    posterior = np.linalg.inv(table[:, :many].T @ table[:, :many] / rms(joint) ** 2 + np.diag(priors[:many] ** -2.0))
     full = rates @ covariance[:many, :many] @ rates.T
+    lines = np.array([value if name.startswith("line") else np.inf for name, value in values.items()])
+    wide = np.where(lines < FAINT * np.sqrt(np.diag(full)), CIRCLE, 1.0)
+    full *= np.outer(wide, wide)
     deviation = np.sqrt(np.diag(full))
     limits = np.array([_limit(joint, name, value) for name, value in values.items()])
     lost = [name for name, sd, most in zip(values, deviation, limits, strict=True) if not sd <= most]
-    tied = _ties(joint, lost, inertia_given, rates @ before @ rates.T, list(values))
+    tied = _ties(joint, lost, inertia_given, rates @ posterior @ rates.T, list(values))
+    if "asymmetry" not in joint.free and not _sided(joint, held):
+        tied.append((("asymmetry",), "torques of both signs"))
     unidentified: dict[str, str] = {}
     for group, move in tied:
         for name in group:
@@ -73,6 +84,14 @@ def known(joint: Joint, inertia_given: bool) -> Known:
         derived_freedom(rates[told], covariance[:many, :many], freedom[:many]), unidentified, tied,
         covariance,
     )  # fmt: skip
+
+
+def _sided(joint: Joint, table: Floats) -> bool:
+    """Whether stiffnesses that differ by 1 % to either side would be seen beside the numbers of the table (rows, p)."""
+    column = np.concatenate(joint.columns(["asymmetry"]))[:, 0] * joint.weights
+    column = np.append(column, np.zeros(len(table) - len(column)))
+    size = np.linalg.norm(table, axis=0)
+    return bool(np.linalg.norm(without(table / size, column)) > rms(joint))
 
 
 def _of_input(joint: Joint, table: Floats) -> Floats:
@@ -105,8 +124,9 @@ def _of_counts(joint: Joint, table: Floats) -> Floats:
 
 
 def _of_changes(table: Floats, changes: Floats) -> Floats:
-    """Covariance (p, p) of least squares by changes (rows, draws) of their data."""
+    """Covariance (p, p) of least squares by changes (rows, draws) of their data, of the first rows at least."""
     size = np.linalg.norm(table, axis=0)
+    changes = np.pad(changes, ((0, len(table) - len(changes)), (0, 0)))
     found = np.linalg.lstsq(table / size, changes, rcond=None)[0] / size[:, None]
     return np.asarray(found @ found.T / changes.shape[1])
 
@@ -176,9 +196,12 @@ def _ties(
         found.append((("coulomb", "gravity mean"), "a reversal of the load: move it to and fro"))
         many = "another speed and a reversal" if one_speed(joint) else "a reversal, and a jerk after which it rings"
         found.append((("skew", "offset", "viscous"), many))
-    if "gravity_mean" in joint.free and "T1" in lost:
+    low, high = reached(joint)
+    reach = max(-low, high)
+    if one_way(joint) and min(-low, high) < BEYOND * joint.values["T1"]:  # all corners move with the torque's zero
+        found.append((("T1", "T2", "gravity mean"), "torques beyond T1 to both sides"))
+    elif "gravity_mean" in joint.free and "T1" in lost:
         found.append((("T1", "gravity mean"), "torques beyond T1 to both sides"))
-    reach = reached(joint)
     for corner, slope in (("T1", "K2"), ("T2", "K3")):
         group = tuple(name for name in (slope, corner) if name in lost)
         if group:

@@ -22,7 +22,7 @@ TORQUES = ("inertia", "K1", "K2", "K3", "T1", "T2", "B", "hysteresis", "coulomb"
 OF_KERNEL = 15
 POSITIVE = 9  # the first of them, whose logarithms are free
 APART = 1.02  # of T1: the least T2
-DIFFERENCE = 1e-4  # of a number's scale
+DIFFERENCE = 1e-5  # of a number's scale: a larger one tells apart by a bend of the law what no log parts
 
 Pair = tuple[int, int]
 

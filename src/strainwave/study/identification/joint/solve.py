@@ -14,7 +14,7 @@ from .model import Joint, Pair, line_names
 FIRST_LINES: tuple[Pair, ...] = ((2, 0), (4, 0), (1, 0), (2, 2))
 BASIC = ("K1", "K2", "K3", "T1", "T2", "B", "coulomb", "viscous", "gravity_cos", "gravity_sin",
          "offset", "skew")  # fmt: skip
-CONVERGED, UNDAMPED = 0.02, 1e-7  # fall of the sum of squares; damping at which numbers that are alike are parted
+CONVERGED, MOST_DAMPED = 0.02, 1e12  # fall of the sum of squares that is left; damping of steps that lead nowhere
 MOST = 25
 
 
@@ -38,25 +38,24 @@ def cost(joint: Joint, sigma: float) -> float:
     return total if np.isfinite(total) else np.inf
 
 
-def solved(joint: Joint, sigma: float, most: int = MOST, undamped: float = 1e-2) -> Joint:
-    """Least squares by Levenberg's method, scaled by the columns; it goes on until the damping is small."""
-    damping = 1e-3
+def solved(joint: Joint, sigma: float, most: int = MOST) -> Joint:
+    """Least squares by Levenberg's method, damped in units of the priors, until the undamped step takes nothing."""
+    damping = 1.0
     for _ in range(most):
         matrix, side, before = normal(joint, sigma)
         size = np.sqrt(np.diag(matrix))
-        scaled = matrix / np.outer(size, size)
+        scaled, slope, prior = matrix / np.outer(size, size), side / size, joint.away()[1] * size
+        if slope @ np.linalg.solve(scaled, slope) < CONVERGED:
+            break
         while True:
-            change = np.linalg.solve(scaled + damping * np.eye(len(size)), side / size)
-            trial = joint.moved(change / size)
+            trial = joint.moved(np.linalg.solve(scaled + damping * np.diag(prior**-2.0), slope) / size)
             after = cost(trial, sigma)
             if after < before:
                 break
             damping *= 8.0
-            if damping > 1e6:
+            if damping > MOST_DAMPED:
                 return joint
-        far, joint, damping = damping > undamped, trial, max(damping / 10.0, 1e-10)
-        if not far and before - after < CONVERGED:
-            break
+        joint, damping = trial, damping / 10.0
     return joint
 
 
@@ -87,6 +86,7 @@ def found(joint: Joint, omega: float, progress: Callable[[str, float], None]) ->
     for share, hysteresis in ((0.1, False), (0.4, True)):
         progress("drawn to the log", share)
         trial = completed(running(joint, omega, FIRST_LINES, hysteresis))
+        trial = without(trial, "hysteresis", "yield_twist") if hysteresis else trial  # it may but lead out of a trap
         if not fits or rms(trial) < BETTER * rms(fits[-1]):
             fits.append(trial)
         if rms(fits[-1]) < AT_FLOOR * scatter(fits[-1]):
@@ -172,8 +172,7 @@ def settled(joint: Joint, rounds: int = 3) -> Joint:
         white = scatter(joint)
         joint = replace(joint, pieces=tuple(piece.weighed(white) for piece in joint.pieces))
         before = rms(joint)
-        close = before < FAR_OFF * white
-        joint = solved(joint.aligned(), before, undamped=UNDAMPED if close else 1e-2)
+        joint = solved(joint.aligned(), before)
         if rms(joint) > 0.99 * before:
             break
     return joint
@@ -218,57 +217,69 @@ class Score:
 def with_more_lines(joint: Joint, highest: int = HIGHEST) -> Joint:
     """The joint with the lines that its residual shows, the strongest first."""
     tried = [(j, k) for j in range(1, highest + 1) for k in range(-WIDEST, WIDEST + 1) if (j, k) not in joint.lines]
+    names = [name for pair in tried for name in line_names(pair)]
+    columns = np.concatenate(joint.with_lines(*tried).columns(names))  # which a line more hardly changes
     for _ in range(MOST_LINES):
-        score, wider = Score(joint), joint.with_lines(*tried)
-        names = [name for pair in tried for name in line_names(pair)]
-        gains = score.gains(np.concatenate(wider.columns(names)), 2)
+        score = Score(joint)
+        gains = score.gains(columns, 2)
         best, least = int(np.argmax(gains)), POWER_OF_TERM if rms(joint) < FAR_OFF * scatter(joint) else MUCH
         if gains[best] < max(SURE, least * len(score.residual)):
             return joint
+        columns = np.delete(columns, [2 * best, 2 * best + 1], axis=1)
         joint = settled(joint.with_lines(tried.pop(best)), 2)
     return joint
 
 
-def with_terms(joint: Joint, names: tuple[str, ...]) -> Joint:
-    """The joint with those of the terms that its residual shows."""
+def shown(joint: Joint, names: Sequence[str]) -> dict[str, float]:
+    """Terms that the joint lacks and its residual shows, with how far the whitened sum of squares falls by them."""
     lacking = [name for name in names if name not in joint.free]
-    while lacking:
-        score = Score(joint)
-        gains = score.gains(np.stack([_term_column(joint, name) for name in lacking], axis=1), 1)
-        best = int(np.argmax(gains))
-        if gains[best] < SURE:
-            return joint
-        trial = _with_term(joint, lacking[best])
-        if _fell(joint, trial):
-            joint = trial
-        lacking.pop(best)
+    if not lacking:
+        return {}
+    gains = Score(joint).gains(np.stack([_term_column(joint, name) for name in lacking], axis=1), 1)
+    return {name: gain for name, gain in zip(lacking, gains.tolist(), strict=True) if gain >= SURE}
+
+
+def with_terms(joint: Joint, names: Sequence[str]) -> Joint:
+    """The joint with those of the terms that its residual shows."""
+    while gains := shown(joint, names):
+        best = max(gains, key=lambda name: gains[name])
+        trial = _with_term(joint, best)
+        joint = trial if fell(joint, trial) else joint
+        names = [name for name in names if name != best]
     return joint
 
 
-def _fell(joint: Joint, trial: Joint) -> bool:
+def fell(joint: Joint, trial: Joint) -> bool:
     """Whether another fit leaves so much less that it is no chance."""
     return bool((rms(joint) / rms(trial)) ** 2 - 1.0 > max(POWER_OF_TERM, SURE / len(joint.weights)))
+
+
+def without(joint: Joint, *names: str) -> Joint:
+    """The joint without a term, the first of its names, where what it takes may be chance."""
+    kept = tuple(name for name in joint.free if name not in names)
+    less = settled(replace(joint, values=joint.values | {names[0]: 0.0}, free=kept))
+    return joint if (rms(less) / rms(joint)) ** 2 - 1.0 > SURE / len(joint.weights) else less
 
 
 def with_corners(joint: Joint) -> Joint:
     """The joint whose corners are tried below the largest torque: from above it they are not seen."""
     for corner in ("T1", "T2"):
-        reach = reached(joint)
+        reach = float(np.max(np.abs(reached(joint))))
         if joint.values[corner] > CLOSE * reach and reach > FROM * joint.scales[corner].first:
             trial = settled(replace(joint, values=joint.values | {corner: TRIED * reach}))
-            joint = trial if _fell(joint, trial) else joint
+            joint = trial if fell(joint, trial) else joint
     return joint
 
 
-def reached(joint: Joint) -> float:
-    """Largest torque [N*m] of the spring in the logs."""
-    most, p = 0.0, joint.kernel_numbers(joint.values)
+def reached(joint: Joint) -> tuple[float, float]:
+    """Least and largest torque [N*m] of the spring in the logs."""
+    ends, p = [0.0], joint.kernel_numbers(joint.values)
     for i, (piece, off) in enumerate(zip(joint.pieces, joint.residuals(), strict=True)):
         at = (piece.time + joint.values["skew"] - piece.begin) / (0.5 * piece.step)
         rigid = np.interp(at, np.arange(len(piece.motor)), joint.drive(i, joint.values)[0])
-        twist = np.abs(rigid - (piece.value - off - joint.offset(i)))
-        most = max(most, spring_torque(float(np.max(twist)), p))
-    return most
+        twist = rigid - (piece.value - off - joint.offset(i))
+        ends += [float(spring_torque(end, p)) for end in (float(np.min(twist)), float(np.max(twist)))]
+    return min(ends), max(ends)
 
 
 def _term_column(joint: Joint, name: str) -> Floats:
