@@ -38,7 +38,7 @@ NEAR = 3.0  # of the readings' scatter: what a named cause leaves at most
 BETTER = 0.8  # of the residual: what a cause leaves at most
 PEAK, CLOSE, OVER = 0.3, 0.1, 8.0  # of a residual's power, how near to its place, and over what is beside: a peak
 ABOVE = 1.3  # of the joint's own resonance: the least second one
-LOWEST_ORDER = 0.2  # per turn
+LOWEST_ORDER, BETWEEN = 0.2, 0.1  # per turn; how far from whole an order is that no line of the model has
 CAUSES = {
     "gap": "a gap (backlash) of {:.3g} arcsec between the two sides of the gear",
     "asymmetry": "a stiffness that differs by {:.3g} % of itself to either side (asymmetry)",
@@ -241,8 +241,10 @@ def _left(joint: Joint) -> list[str]:
     own = np.sqrt(joint.values["K1"] / joint.values["inertia"]) / (2.0 * np.pi)
     frequency, of_time = _peak(piece.time, residual, ABOVE * own)
     if len(set(np.sign(np.diff(turned)).tolist())) == 1:
-        order, of_turn = _peak(turned * np.sign(turned[-1] - turned[0]), residual, LOWEST_ORDER)
-        if of_turn > of_time:
+        torsion = torsion_of(joint, i)  # a line that the model lacks bends its fit, and the residual with it
+        slow = np.polynomial.Polynomial.fit(turned, torsion, 4)(turned)
+        order, of_turn = _peak(turned * np.sign(turned[-1] - turned[0]), torsion - slow, LOWEST_ORDER)
+        if of_turn and abs(order - round(order)) > BETWEEN:
             return [f"a line of order {order:.3g} of the motor's turn, {size:.3g} arcsec rms"]
     if of_time:
         return [f"a motion that rings near {frequency:.3g} Hz (a second resonance), {size:.3g} arcsec rms"]
