@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from shlex import quote
+from textwrap import wrap
 from threading import Event, Thread
 from time import monotonic
 from types import TracebackType
@@ -30,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.archive import refuse_inputs
-from ..base.facts import Fact, data, lines
+from ..base.facts import Fact, aligned, data, lines
 from ..base.results import Interrupted
 from ..base.sentences import number as number
 from ..base.sentences import percent as percent
@@ -249,24 +250,9 @@ def _pairs_as_typed(given: re.Match[str]) -> str:
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:
-    """Print a table on stdout; NO_COLOR and pipes are respected."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(
-        title=title, caption=caption or None, box=box.SIMPLE_HEAD, title_justify="left", caption_justify="left"
-    )
-    body = [[number(cell) for cell in row] for row in rows]
-    for i, column in enumerate(columns):
-        numeric = bool(body) and all(row[i][:1].strip("−–0123456789") == "" for row in body)
-        table.add_column(column, justify="right" if numeric else "left")
-    for row in body:
-        table.add_row(*row)
-    console = Console(highlight=False, markup=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, markup=False, width=max(110, console.width))
-    console.print(table)
+    """Print a table on stdout."""
+    cells = [list(columns), *([number(cell) for cell in row] for row in rows)]
+    print("\n".join(filter(None, [title, *(f" {line}" for line in aligned(cells)), *wrap(caption, 80)])))
 
 
 FULL = "free some space or choose another place; what was there before is unchanged"

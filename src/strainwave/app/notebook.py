@@ -1,17 +1,15 @@
-"""A result as HTML: its summary as a table, its arrays as another, and its figure as SVG.
+"""A result as HTML: its text, its figure as SVG, and a table of its arrays.
 
 Everything is in the text: no style sheet, no script, no file. Text has the notebook's own colour; the figure has a
 white ground, and so looks the same in light and in dark notebooks.
 """
 
-import re
 from html import escape
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.sentences import WIDTH
 from ..plot.svg import stacked
 from .console import number
 from .view import sign
@@ -19,7 +17,6 @@ from .view import sign
 CELL = "text-align:left;vertical-align:top;padding:1px 10px 1px 0"
 CARD_WIDTH, TALL, LOW = 620.0, 270.0, 190.0  # of the figure, of a panel on its own, and of one of several [px]
 CARD = f"background:#ffffff;max-width:{CARD_WIDTH:.0f}px;border-radius:4px;margin:4px 0"
-LONGEST_NAME = 40  # letters before a colon, that are the name of a row
 
 
 def html(result: object) -> str:
@@ -33,62 +30,17 @@ def html(result: object) -> str:
     Returns
     -------
     str
-        A div with a table of the lines of `str(result)`, the figure if there is one, and a table of the arrays.
+        A div with `str(result)`, the figure if there is one, and a table of the arrays.
     """
     drawn = figure(result)
     card = f'<div style="{CARD}">{drawn}</div>' if drawn else ""
-    return f"<div>{_summary(str(result))}{card}{_arrays(result)}</div>"
+    return f"<div><pre>{escape(str(result))}</pre>{card}{_arrays(result)}</div>"
 
 
 def figure(result: Any) -> str:
     """The figure of a result as SVG; "" where it has none."""
     panels = result.panels()
     return stacked(panels, TALL if len(panels) < 2 else LOW, f"figure of {str(result).splitlines()[0]}", CARD_WIDTH)
-
-
-def _summary(text: str) -> str:
-    """Table of a summary: its first line is the caption, each other line a row of cells."""
-    caption, *lines = _whole_lines(text)
-    if not lines:
-        return f"<p>{escape(caption)}</p>"
-    rows = [_cells(line) for line in lines]
-    width = max(map(len, rows))
-    body = "".join(_row(cells, width) for cells in rows)
-    head = f'<caption style="{CELL};caption-side:top">{escape(caption)}</caption>'
-    return f'<table style="min-width:620px">{head}<tbody>{body}</tbody></table>'
-
-
-def _whole_lines(text: str) -> list[str]:
-    """Lines of a summary without the line breaks of the screen."""
-    lines: list[str] = []
-    before = ""
-    for line in text.splitlines():
-        if before and line.startswith("  ") and len(before) + 1 + len(line.split(maxsplit=1)[0]) > WIDTH:
-            lines[-1] += " " + line.strip()
-        else:
-            lines.append(line)
-        before = line
-    return lines
-
-
-def _cells(line: str) -> list[str]:
-    """Cells of a line: its columns, the first without a name where it stands further in; or name and value."""
-    columns = re.split(r"\s{2,}", line.strip())
-    if len(columns) > 1:
-        return ["", *columns] if line.startswith("   ") else columns
-    name, mark, rest = columns[0].partition(": ") if ": " in line else columns[0].partition(" = ")
-    is_name = mark and len(name) <= LONGEST_NAME and "," not in name and name.count("(") == name.count(")")
-    return [name, rest] if is_name else columns
-
-
-def _row(cells: list[str], width: int) -> str:
-    if len(cells) == 1:
-        return f'<tr><td colspan="{width}" style="{CELL}">{escape(cells[0])}</td></tr>'
-    first, *others = cells
-    span = f' colspan="{width - len(others)}"' if width > len(cells) else ""
-    body = [f'<td style="{CELL}">{escape(cell)}</td>' for cell in others]
-    body[-1] = body[-1].replace("<td", f"<td{span}", 1)
-    return f'<tr><th scope="row" style="{CELL}">{escape(first)}</th>{"".join(body)}</tr>'
 
 
 def _arrays(result: Any) -> str:

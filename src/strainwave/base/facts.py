@@ -3,6 +3,7 @@
 The text of a result, the JSON of a command and the page are made of its `facts()`.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 from typing import Any, NamedTuple
@@ -20,6 +21,8 @@ UNITS = {  # what keys end in: the unit as it is printed, and its size in SI
     "_rpm_per_s": ("rpm/s", RPM), "_rpm": ("rpm", RPM), "_s": ("s", 1.0), "_h": ("h", 1.0), "_J": ("J", 1.0),
     "_kg_m2": ("kg·m²", 1.0), "_A": ("A", 1.0),
 }  # fmt: skip
+
+NUMBERS = re.compile(r"[−–\d.,×⁻⁰¹²³⁴-⁹ %]*")  # a cell of a table that holds numbers alone
 
 
 class Fact(NamedTuple):
@@ -75,13 +78,19 @@ def table(rows: Sequence[Sequence[Fact]]) -> list[list[str]]:
     return [heads, *([number(_in_unit(f.value, size)) for f, size in zip(row, sizes, strict=True)] for row in told)]
 
 
+def aligned(cells: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Lines of a table of texts, its heads first; columns of numbers stand to the right."""
+    columns = list(zip(*cells, strict=True))
+    ways = [str.rjust if all(map(NUMBERS.fullmatch, column[1:])) else str.ljust for column in columns]
+    widths = [max(map(len, column)) for column in columns]
+    for row in cells:
+        yield "  ".join(way(cell, width) for way, cell, width in zip(ways, row, widths, strict=True)).rstrip()
+
+
 def _told(fact: Fact) -> Iterator[str]:
     several = fact.value if isinstance(fact.value, tuple) else (fact.value,)
     if _is_table(fact.value):
-        cells = table(fact.value)
-        widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-        for first, *others in cells:
-            yield "  ".join([first.ljust(widths[0]), *map(str.rjust, others, widths[1:])])
+        yield from aligned(table(fact.value))
     elif all(isinstance(value, str) for value in several):
         yield from map(fact.words.format, several)
     else:

@@ -65,7 +65,7 @@ def test_the_tables_fit_a_terminal_of_80_columns_and_name_the_best(drive):
     assert max(map(len, lines)) <= 80
     assert lines[0] == "Turntable: rms of the pointing error about its mean at the samples, arcsec"
     assert [line.split()[0] for line in lines[1:5]] == ["motor", "loop", "inverse", "angle"]
-    assert any(line.split()[:2] == ["600", "inverse"] for line in lines)
+    assert any(line.split()[:2] == ["inverse", "600"] for line in lines)
     assert "drive.yaml" not in run.stderr
     assert "Turntable: inverse" in run.stderr  # progress
 

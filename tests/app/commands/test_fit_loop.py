@@ -87,7 +87,7 @@ def test_lack_of_fit_comes_first_and_is_in_the_numbers(tmp_path):
     lack, expected = json.loads(run.stdout)["lack_of_fit"], sw.fit_loop(X, torque).lack_of_fit
     assert lack["found"] is True
     assert lack["missed_N_m"] == pytest.approx(expected.missed, rel=1e-3)
-    assert plain.stdout.startswith("The law does not fit: it misses the torque along the loop by")
+    assert plain.stdout.startswith("loop.csv\nthe law does not fit: it misses the torque along the loop by")
     right = json.loads(invoke(write(tmp_path / "right.csv"), "--json").stdout)["lack_of_fit"]
     assert right["found"] is False
     assert right["noise_N_m"] == pytest.approx(0.2, rel=0.15)

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import click
 import numpy as np
@@ -17,7 +18,8 @@ from small_drive import at_the_load
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.sweep import axis, in_equation, named, summary, typed_unit
+from strainwave.app.commands.project_sweep import summary
+from strainwave.app.commands.sweep import axis, in_equation, named, placed, typed_unit
 from strainwave.base.quantities import parameters
 from strainwave.files.reading import read_project
 
@@ -94,15 +96,14 @@ def test_the_unit_that_was_typed_is_known(text, given):
     assert typed_unit(text, KNOWN)[1] == (own, given)
 
 
-def test_what_was_found_is_told_in_the_units_that_were_typed_and_angles_in_arcsec_too():
+def test_what_was_found_is_told_in_the_units_that_were_typed_and_angles_in_arcsec():
     peak = {"unit": "rad", "smallest": 1e-5, "largest": 2e-3, "largest_at": {"omega": 30.0 * np.pi, "B": 2.0}}
     report = {"title": "A drive", "points": 6, "over": {"omega": 3, "B": 2}, "variables": {"peak": peak}}
     report |= {"units": {"omega": ("rad/s", "rpm"), "B": ("N*m*s/rad", "N*m*s/rad")}, "errors": [], "store": "s"}
     report["remarks"] = ["All points are at one speed."]
-    told = summary(report | dict.fromkeys(("not_settled", "diverged", "failed"), 0))
-    assert (
-        "peak: 1×10⁻⁵ to 0.002 rad (2.0626 to 412.53 arcsec), the largest at omega = 900 rpm, B = 2 N·m·s/rad" in told
-    )
+    where = partial(placed, report["units"])
+    told = summary(report | dict.fromkeys(("diverged", "failed"), 0), where, ["diverged"])
+    assert "largest |error|: 2.0626 to 412.53 arcsec, the largest at omega = 900 rpm, B = 2 N·m·s/rad" in told
     assert "note: All points are at one speed." in told
 
 

@@ -7,7 +7,8 @@ import pytest
 from twelve_projects import PROJECTS
 
 import strainwave as sw
-from strainwave.app.report.sections.advice import Compensation
+from strainwave.app.report.section import Part
+from strainwave.app.report.sections.advice import compensation
 from strainwave.files.reading import from_text
 
 PROJECT = """\
@@ -27,43 +28,41 @@ def view(controller="controller: {period: 2 ms, delay: 0.5 ms, motor_encoder: 20
 
 
 def test_a_file_without_a_controller_has_no_such_section():
-    section = Compensation()
-    assert section.data(view("")) == {"compensation": None}
-    assert section.figures(view("")) == []
-    assert list(section.lines(view(""), {"compensation": None})) == []
+    assert compensation(view("")) == Part(data={"compensation": None})
 
 
 @pytest.mark.slow
 def test_the_section_has_the_numbers_of_the_library():
-    section, seen = Compensation(), view()
-    data = section.data(seen)["compensation"]
+    seen = view()
+    part = compensation(seen)
+    data = part.data["compensation"]
     one = sw.compensate(seen.project, "inverse")
     (row,) = data["controllers"]  # the file has no encoder on the load
     assert data["motor_speed_rpm"] == pytest.approx(700.0)  # the resonance lies above: the end of the range
     assert data["rms_before_rad"] == pytest.approx(one.before.rms, rel=1e-12)
     assert row["rms_after_rad"] == pytest.approx(one.after.rms, rel=1e-12)
     assert [gear["stiffness"] for gear in row["other_gears"]] == [-0.2, 0.2]
-    (line,) = section.lines(seen, {"compensation": data})
+    (line,) = part.lines
     assert line.startswith("controller inverse at 700 rpm: rms of the pointing error ")
-    (figure,) = section.figures(seen)
+    ((figure, _),) = part.figures
     assert "what is left of it" in figure
 
 
 @pytest.mark.slow
 def test_speeds_of_a_forcing_are_in_its_own_unit():
     article = from_text(PROJECTS["article"] + "controller: {period: 250 us}\n", Path("article.yaml"))
-    section, seen = Compensation(), SimpleNamespace(project=article)
-    data = section.data(seen)
+    part = compensation(SimpleNamespace(project=article))
+    data = part.data
     assert data["compensation"]["motor_speed_rpm"] is None
     assert data["compensation"]["omega_rad_per_s"] == pytest.approx(article.omega_0, rel=1e-9)
-    assert all(" at 385.5 rad/s: rms of the pointing error " in line for line in section.lines(seen, data))
+    assert all(" at 385.5 rad/s: rms of the pointing error " in line for line in part.lines)
 
 
 def test_what_cannot_be_computed_is_said_with_the_reason():
-    section, seen = Compensation(), view(bandwidth="150 Hz")
-    data = section.data(seen)["compensation"]
+    part = compensation(view(bandwidth="150 Hz"))
+    data = part.data["compensation"]
     assert "the plain loop is unstable with samples every 2000 us" in data["not_computed"]
     assert data["controllers"] == []
-    assert section.figures(seen) == []
-    (line,) = section.lines(seen, {"compensation": data})
+    assert not part.figures
+    (line,) = part.lines
     assert line.startswith("compensation was not computed: the plain loop is unstable")

@@ -144,12 +144,12 @@ def test_drives_are_compared_with_the_numbers_of_their_reports(judged):
         verdict = results(folder / name)["verdict"]
         assert verdict["headline"] in page
         for what in ("largest oscillation", "margin", "jumps", "torque", "smallest change"):
-            assert f"<td>{verdict['answers'].get(what, '–')}</td>" in page
-    assert "http" not in re.sub(r'xmlns="http://www.w3.org/2000/svg"', "", page)
+            assert f">{verdict['answers'].get(what, '–')}</td>" in page
+    assert "http:" not in re.sub(r'xmlns="http://www.w3.org/2000/svg"', "", page)
     assert output.endswith(f"comparison: {folder / 'verdicts.html'}\n")
 
 
-def test_a_comparison_says_which_load_the_curve_of_a_drive_is_for(tmp_path):
+def test_a_comparison_says_which_load_has_the_largest_oscillation(tmp_path):
     files = [project(tmp_path, "plain", 100), project(tmp_path, "arm", 100)]
     text = files[1].read_text(encoding="utf-8")
     ranged = text.replace("excitation: {", "excitation: {load_torque: {mean: {from: -20 N*m, to: 60 N*m}}, ")
@@ -159,11 +159,7 @@ def test_a_comparison_says_which_load_the_curve_of_a_drive_is_for(tmp_path):
     results = json.loads((folder / files[1].stem / "results.json").read_text(encoding="utf-8"))
     torque = results["largest_oscillation"]["load_torque_Nm"]
     assert torque > 20.0  # the middle of the range, which has not the largest oscillation
-    assert (
-        f"The curve of drive 2 is for {torque:g} N·m on its load, which has the largest oscillation; pass or fail is "
-        "for all from \N{MINUS SIGN}20 to 60 N·m."
-    ) in page
-    assert "The curve of drive 1" not in page
+    assert f" with {torque:g} N·m on the load." in page
 
 
 @pytest.mark.slow

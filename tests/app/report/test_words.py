@@ -8,12 +8,11 @@ import pytest
 from assumed_axis import axis
 
 import strainwave as sw
-from strainwave.app.report.report import _filters
-from strainwave.app.report.sections.advice import SpeedsToAvoid
+from strainwave.app.report.section import cell, head
+from strainwave.app.report.sections.advice import speeds_to_avoid
 from strainwave.app.report.sections.derived import certificates, facts
-from strainwave.app.report.sections.opening import Opening, warnings
-from strainwave.app.report.sections.resonances import jump_verdict, peak_verdict, resonance_lines
-from strainwave.app.report.sections.whole_train import WholeTrain
+from strainwave.app.report.sections.opening import warnings
+from strainwave.app.report.sections.resonances import peak_verdict
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import ARCSEC, RPM, Speeds
 from strainwave.drive.asked import MotorLimits
@@ -57,58 +56,16 @@ def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
     assert said[3:] == ["a warning", "a doubt"]
 
 
-TORQUES = dict.fromkeys(("repeated_peak_torque_Nm", "momentary_torque_Nm", "ratcheting_torque_Nm"))
-
-
-def key_numbers(shown, **torque):
-    """What the first page says of the largest oscillation, error and torque, all at 100 rpm."""
-    at = {"omega_rad_per_s": 100.0 * RPM, "load_torque_Nm": None, "of": "error equation"}
-    data = {
-        "natural_frequencies": [], "error": "pointing error", "largest_oscillation": {"oscillation_rad": 9e-4} | at,
-        "largest_error": {"peak_rad": 1e-3} | at, "largest_torque": {"torque_Nm": 1.0} | TORQUES | torque | at,
-    }  # fmt: skip
-    return Opening().key_numbers(shown, data)
-
-
-@pytest.mark.parametrize(
-    ("torque", "end"),
-    [
-        (2500.0, ": more than the ratcheting torque of 2300 N·m; the teeth skip, this is no result"),
-        (900.0, ": more than the momentary torque of 892 N·m"),
-        (600.0, ": more than the repeated peak torque of 523 N·m"),
-        (100.0, ""),
-    ],
-)
-def test_a_key_number_beyond_what_the_gear_bears_says_so(torque, end):
-    limits = dict(zip(TORQUES, (523.0, 892.0, 2300.0), strict=True))
-    shown = view(
-        SimpleNamespace(train=None, train_curve=None, run_alone=None, motor=None, moved=None, limits=()),
-        has_memory=False,
-    )
-    *_, (value, text, beyond) = key_numbers(shown, torque_Nm=torque, **limits)
-    assert value == f"{torque:g} N·m"
-    assert text == "largest torque through the gear in a steady motion, at 100 rpm at the motor" + end
-    assert beyond == bool(end)
-
-
-@pytest.mark.parametrize(
-    ("train", "alone"),
-    [
+def test_numbers_of_the_error_equation_say_so_where_the_whole_drive_has_no_stable_motion():
+    largest = Largest(9e-4, 100.0 * RPM, "error equation", "harmonic balance", None)
+    for train, alone in (
         (None, ""),
         (axis().train, " in the error equation alone, with the motor ideally held and the load rigid"),
-    ],
-)
-def test_numbers_of_the_error_equation_say_so_where_the_whole_drive_has_no_stable_motion(train, alone):
-    largest = Largest(9e-4, 100.0 * RPM, "error equation", "harmonic balance", None)
-    analysis = SimpleNamespace(
-        train=None if train is None else SimpleNamespace(train=train, ramp=None), train_curve=None, motor=None,
-        moved=None, limits=(), largest_oscillation=lambda: largest,
-    )  # fmt: skip
-    shown = view(analysis, has_memory=False, motor="loop")
-    (_, oscillation, _), (_, error, _), *_ = key_numbers(shown)
-    assert oscillation == f"largest oscillation of the pointing error{alone}, at 100 rpm at the motor"
-    assert error == f"largest pointing error{alone}, mean included, at 100 rpm at the motor"
-    assert shown.told(_worst(shown.analysis)).endswith(f" arcsec at 100 rpm at the motor{alone}.")
+    ):
+        study = None if train is None else SimpleNamespace(train=train, ramp=None)
+        analysis = SimpleNamespace(train=study, train_curve=None, largest_oscillation=lambda: largest)
+        shown = view(analysis, has_memory=False, motor="loop")
+        assert shown.told(_worst(shown.analysis)).endswith(f" arcsec at 100 rpm at the motor{alone}.")
 
 
 def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_the_ratio_of_the_spring():
@@ -133,13 +90,6 @@ def resonance(**more):
     speeds = {"omega_rad_per_s": 138.7, "motor_speed_rpm": 1324.5}
     row = {"name": "primary", "order": 2, "top": None, "jumps": [], "peak": None, "peak_error": None}
     return row | speeds | more
-
-
-def test_a_resonance_is_told_with_the_place_of_its_maximum():
-    top = {"omega_rad_per_s": 154.0, "motor_speed_rpm": 1470.6}
-    text = "primary resonance of order 2: small oscillations at 1324.5 rpm at the motor"
-    assert told(resonance_lines(resonance(top=top))) == [text + ", largest at 1470.6 rpm at the motor"]
-    assert told(resonance_lines(resonance())) == [text]
 
 
 def test_a_peak_by_multiple_scales_is_measured_against_the_curve_or_said_to_be_estimated():
@@ -171,23 +121,6 @@ def test_the_certificate_of_a_train_is_that_of_its_own_curve_beside_that_of_the_
         assert [row["relative_difference"] for row in rows] == sizes
 
 
-def test_jumps_are_told_of_the_computed_curve_first():
-    at = [{"omega_rad_per_s": rpm * RPM} for rpm in (1621.1, 1629.9)]
-
-    def verdict(row):
-        return told(jump_verdict(row))
-
-    assert verdict({"jumps": [], "folds": []}) == ""
-    assert verdict({"jumps": [], "folds": at}) == (
-        "Here the computed curve does not jump; multiple scales would at 1621.1 rpm at the motor and 1629.9 rpm at "
-        "the motor."
-    )
-    assert verdict({"jumps": at[:1], "folds": at[1:]}) == (
-        "The computed curve jumps at 1621.1 rpm at the motor; multiple scales would at 1629.9 rpm at the motor."
-    )
-    assert verdict({"jumps": at[:1], "folds": []}).endswith("rpm at the motor, that of multiple scales does not.")
-
-
 def advised(
     bands, largest, slow, remedies=(), sweep=None, peaks=(), limit=None, beyond=(), exceeded=(), run_up=None, jumping=()
 ):  # fmt: skip
@@ -198,7 +131,7 @@ def advised(
         train_curve=None, verdict=Verdict(Answer.BUT, merged([*bands, *beyond]), (), exceeded), jumping=jumping,
         posture=None,
     )  # fmt: skip
-    return told(SpeedsToAvoid().data(view(analysis))["advice"])
+    return told(speeds_to_avoid(view(analysis)).data["advice"])
 
 
 def test_speeds_to_avoid_are_one_sentence_with_the_reason_and_the_jumps():
@@ -267,14 +200,11 @@ def test_remedies_are_told_with_their_effect_and_none_is_recommended_that_makes_
 def test_tables_have_no_more_digits_than_what_they_rest_on():
     sizes = {}
     for project in (axis(), axis(band="30 Hz, damping: 0.7", more="")):
-        shown = _filters(View(project, None, ARCSECONDS))
-        sizes[project.digits()] = shown["angle"](123.456 * ARCSEC), shown["angle_unit"](12.3456 * ARCSEC)
-        assert shown["angle"](project.limit) == "60"
-        assert (shown["speed"](project.speeds.limits[1]), shown["speed"](None)) == ("3000", "–")
-        sizes[project.digits()] += (shown["speed"](98.7654321 * RPM),)
-    assert sizes == {3: ("123", "12.3 arcsec", "98.8"), 4: ("123.5", "12.35 arcsec", "98.765")}
-
-
-@pytest.mark.parametrize(("angle", "said"), [(0.0, ", at a load angle of 0"), (None, "")])
-def test_the_modes_of_a_train_are_told_with_the_load_angle_that_they_belong_to(angle, said):
-    assert WholeTrain().angle({"operating_point": {"load_angle_rad": angle}}) == said  # None where no torque follows it
+        shown = View(project, None, ARCSECONDS)
+        sizes[project.digits()] = [cell(shown, "x_rad", size * ARCSEC) for size in (123.456, 12.3456)]
+        assert cell(shown, "x_rad", project.limit) == "60"
+        assert cell(shown, "at_rad_per_s", [project.speeds.limits[1], None]) == "3000, –"
+        sizes[project.digits()].append(cell(shown, "at_rad_per_s", 98.7654321 * RPM))
+        assert (cell(shown, "phase_rad", 1.5), head(shown, "phase_rad")) == ("1.5", "phase (rad)")
+        assert head(shown, "peak_from_rest_rad") == "peak from rest (arcsec)"
+    assert sizes == {3: ["123", "12.3", "98.8"], 4: ["123.5", "12.35", "98.765"]}

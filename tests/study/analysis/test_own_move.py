@@ -42,7 +42,7 @@ def test_an_analysis_has_the_largest_torques_of_the_move_of_the_file():
     assert moved.peak_speed == pytest.approx(N * SPEED, rel=0.03)
     assert moved.peak_motor_torque > 2.0 * motor  # steady motions ask for less
     assert report.results["move"]["motor"]["peak_speed_rpm"] == pytest.approx(moved.peak_speed / RPM)
-    assert f"{moved.peak_motor_torque:.4g} N·m  largest torque of the motor in the move of the file" in report.summary
+    assert f"move of the file: It takes up to {moved.peak_motor_torque:.4g} N·m of the motor" in report.summary
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from strainwave import BoucWen, SolveError
-from strainwave.app.report.sections.whole_train import RunUpOfTrain, motor_in_words, parts, reduction
+from strainwave.app.report.sections.whole_train import motor_in_words, parts, reduction
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.results import Status
 from strainwave.drive.loop_margin import motor_name
@@ -100,11 +100,6 @@ def test_parts_of_a_train_are_named_as_the_file_has_them():
     assert of.left_out[1:] == ("the motor's drag", "the 2 couplings")
     held = project("mode: held", f"coupling: {COUPLING}")
     assert parts(View(held, None, None)) == "a motor that is ideally held, a load behind a coupling"
-
-
-def test_heat_is_listed_by_its_size():
-    found = RunUpOfTrain().heat({"gear damping": 0.111, "gear law": 0.0, "coupling 2": 6.66e-4, "coupling 1": 1.81e-3})
-    assert found == "0.111 J (gear damping), 0.00181 J (coupling 1), 0.000666 J (coupling 2)"
 
 
 def test_a_loop_that_has_no_tuning_is_named_by_its_kind():

@@ -7,20 +7,21 @@ import platform
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import click
 
 from ... import __version__
+from ...base.facts import Fact, data, lines
 from ...compile import cache, jit
 from ...compile.jit import target_cpu
 from ..console import to_json
 from .options import json_option
 
 CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "ruamel.yaml", "click", "rich", "platformdirs")
+OFF = "off (STRAINWAVE_JIT=0 or NUMBA_DISABLE_JIT=1)"
 EXTRAS = {
     "plot": ("matplotlib",),
-    "report": ("jinja2",),
+    "report": (),
     "sym": ("sympy",),
     "cluster": ("distributed",),
     "control": ("control",),
@@ -31,26 +32,32 @@ EXTRAS = {
 }
 
 
-def report() -> dict[str, Any]:
-    """Collect the facts that `doctor` prints."""
+def facts() -> tuple[Fact, ...]:
+    """Everything that `doctor` says, once."""
     units, cpu = target_cpu()
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     folder = cache.cache_folder()
     writable, reason = _writable(folder)
     size = sum(f.stat().st_size for f in folder.glob("**/*") if f.is_file()) if os.path.isdir(folder) else 0
-    return {
-        "strainwave": __version__,
-        "python": platform.python_version(),
-        "executable": sys.executable,
-        "system": f"{platform.system()} {platform.release()} {platform.machine()}",
-        "packages": {name: _version(name) for name in CORE},
-        "compilation": "on" if jit.enabled() else "off (STRAINWAVE_JIT=0 or NUMBA_DISABLE_JIT=1)",
-        "cache": {"folder": str(folder), "writable": writable, "why": reason, "bytes": size},
-        "cores": {"machine": os.cpu_count(), "usable": cores},
-        "cpu": cpu,
-        "simd": units,
-        "extras": {extra: all(importlib.util.find_spec(m) for m in modules) for extra, modules in EXTRAS.items()},
-    }
+    state = "writable" if writable else f"NOT writable, so code is compiled again at every start: {reason}"
+    packages = {name: _version(name) for name in CORE}
+    extras = {extra: all(importlib.util.find_spec(m) for m in modules) for extra, modules in EXTRAS.items()}
+    return (
+        Fact("strainwave", __version__, "strainwave {}"), Fact("python", platform.python_version(), "Python: {}"),
+        Fact("executable", sys.executable, "executable: {}"),
+        Fact("system", f"{platform.system()} {platform.release()} {platform.machine()}", "system: {}"),
+        Fact("cpu", cpu, f"cpu: {{}}, {cores} of {os.cpu_count()} cores usable"),
+        Fact("cores", {"machine": os.cpu_count(), "usable": cores}),
+        Fact("simd", units), Fact("", " ".join(units) or "none known", "simd: {}"),
+        Fact("compilation", "on" if jit.enabled() else OFF, "compilation: {}"),
+        Fact("cache", {"folder": str(folder), "writable": writable, "why": reason, "bytes": size}),
+        Fact("", f"{folder} ({size / 1e6:.1f} MB, {state})", "cache: {}"),
+        Fact("packages", packages),
+        Fact("", ", ".join(f"{name} {v or 'MISSING'}" for name, v in packages.items()), "packages: {}"),
+        Fact("extras", extras),
+        Fact("", tuple(f"{one}: installed" if there else f"{one}: not installed; pip install 'strainwave[{one}]'"
+                       for one, there in extras.items()), "extra {}"),
+    )  # fmt: skip
 
 
 def _version(package: str) -> str | None:
@@ -77,23 +84,5 @@ def _writable(folder: Path) -> tuple[bool, str]:
 @json_option
 def doctor(as_json: bool) -> None:
     """Report versions, cache, processor and optional parts."""
-    facts = report()
-    if as_json:
-        click.echo(to_json(facts))
-        return
-    cache, cores = facts["cache"], facts["cores"]
-    state = (
-        "writable" if cache["writable"] else f"NOT writable, so code is compiled again at every start: {cache['why']}"
-    )
-    rows = {
-        "system": facts["system"],
-        "cpu": f"{facts['cpu']}, {cores['usable']} of {cores['machine']} cores usable",
-        "simd": " ".join(facts["simd"]) or "none known",
-        "compilation": facts["compilation"],
-        "cache": f"{cache['folder']} ({cache['bytes'] / 1e6:.1f} MB, {state})",
-        "packages": ", ".join(f"{name} {v or 'MISSING'}" for name, v in facts["packages"].items()),
-    }
-    for extra, installed in facts["extras"].items():
-        rows[f"extra {extra}"] = "installed" if installed else f"not installed; pip install 'strainwave[{extra}]'"
-    click.echo(f"strainwave {facts['strainwave']}, Python {facts['python']} ({facts['executable']})")
-    click.echo("\n".join(f"{name:<13} {value}" for name, value in rows.items()))
+    told = facts()
+    click.echo(to_json(data(told)) if as_json else "\n".join(lines(told)))

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from ...base.quantities import convert
 from ...base.results import Floats
+from ...base.units import Speeds
 from ...drive.project import Project
 from ...drive.train_curve import refuse_free
 from ...files.notes import load_remark, unsaid
@@ -64,7 +66,8 @@ def swept(
         ],
         "tuning": data.attrs["tuning"],
     }
-    click.echo(to_json(report) if as_json else summary(report, project))
+    counts = "jumping", "truncated"
+    click.echo(to_json(report) if as_json else summary(report, partial(_placed, project.speeds), counts))
 
 
 def doubts(project: Project, axes: Mapping[str, Sequence[str]]) -> Iterator[str]:
@@ -153,20 +156,23 @@ def _at(value: "xr.DataArray") -> str:
     return f"{text} {sign(value.attrs.get('units', ''))}".rstrip()
 
 
-def summary(report: dict[str, Any], project: Project) -> str:
-    """Return the report as text: with the speed of the motor, as the ratio may vary, or of the forcing phase."""
-    speeds = project.speeds
-    shaft = "rpm at the motor" if speeds.by_motor else "rad/s of the forcing phase"
+def summary(report: dict[str, Any], place: Callable[[dict[str, Any]], str], counts: Sequence[str]) -> str:
+    """Return the report of a sweep as text; `place` says where the largest value of a variable is."""
     over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
-    lines = [f"{report['title']}: whole drive at {report['points']} points over {over}"]
-    for name, ends in report["variables"].items():
-        unit = "arcsec" if ends["unit"] == "rad" else ends["unit"]
-        for end in ("smallest", "largest"):
-            size = number(convert(ends[end], ends["unit"], unit), DIGITS)
-            place = ", ".join(f"{path} = {value}" for path, value in ends[f"{end}_at"].items())
-            speed = number(speeds.scale * ends[f"{end}_speed"], DIGITS)
-            lines.append(f"  {WHAT[name]}, {end}: {size} {sign(unit)} with {place} (at {speed} {shaft})")
-    lines.append(f"  with jumps: {report['jumping']}, truncated: {report['truncated']}, failed: {report['failed']}")
-    lines += [f"  {error}" for error in report["errors"]]
-    lines += [f"  note: {remark}" for remark in report["remarks"]]
-    return "\n".join([*lines, f"  store: {report['store']} (the same command again goes on with it)"])
+    lines = [f"{report['points']} points over {over}"]
+    for name, known in report["variables"].items():
+        unit = "arcsec" if known["unit"] == "rad" else known["unit"]
+        ends = [number(convert(known[end], known["unit"], unit), DIGITS) for end in ("smallest", "largest")]
+        span = f"{' to '.join(ends)} {sign(unit)}".rstrip()
+        lines.append(f"  {WHAT.get(name, name)}: {span}, the largest at {place(known)}")
+    lines.append("  " + ", ".join(f"{name.replace('_', ' ')}: {report[name]}" for name in (*counts, "failed")))
+    lines += [f"  {line}" for line in (*report["errors"], *(f"note: {remark}" for remark in report["remarks"]))]
+    lines.append(f"  store: {report['store']} (zarr; the same command again goes on with it)")
+    return f"{report['title']}: " + "\n".join(lines)
+
+
+def _placed(speeds: Speeds, known: dict[str, Any]) -> str:
+    """Where the largest value is, with the speed of the motor, as the ratio may vary, or of the forcing phase."""
+    shaft = "rpm at the motor" if speeds.by_motor else "rad/s of the forcing phase"
+    place = ", ".join(f"{path} = {value}" for path, value in known["largest_at"].items())
+    return f"{place} (at {number(speeds.scale * known['largest_speed'], DIGITS)} {shaft})"

@@ -117,8 +117,8 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         Fact("", f"{_speeds(folds)} {unit}" if folds else "none", "folds, where the curve turns: {}"),
         Fact("jump_up_speed", speeds.own(sweep.jump_up) if sweep else None),
         Fact("jump_down_speed", speeds.own(sweep.jump_down) if sweep else None),
-        Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands)),
-        Fact("", tuple(_hysteresis(speeds, band) for band in bands) or (NOT_BISTABLE if judged.whole else ()), "{}"),
+        Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands), "{}"),
+        Fact("", NOT_BISTABLE if judged.whole and not bands else (), "{}"),
         *(Fact(key, value) for key, value in plain.items()),
         Fact("", left_out, "{}"),
         *(() if sure is None else sure.facts(project.limit)),
@@ -136,14 +136,10 @@ def _beat(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
     curve, top = found.curve, found.top
     if curve.envelope is None or curve.beat is None:
         return ()
-    smallest, period = float(curve.envelope[top, 1]), 2.0 * math.pi * curve.beat / float(curve.omega[top])
-    sentence = (
-        f"the error {beat_said(project.whole)[1]}, there {number(period, 3)} s: "
-        f"{angle_unit(smallest).text(smallest, project.digits())} in the turn where it is smallest; {A_TURN}"
-    )
+    period, every = 2.0 * math.pi * curve.beat / float(curve.omega[top]), beat_said(project.whole)[1]
     return (
-        Fact("beat.turns", curve.beat), Fact("beat.period_s", period), Fact("beat.smallest_arcsec", smallest),
-        Fact("", (sentence,), "{}"),
+        Fact("beat.turns", curve.beat), Fact("beat.period_s", period, f"the error {every}, there {{}}"),
+        Fact("beat.smallest_arcsec", float(curve.envelope[top, 1]), f"{{}} in the turn where it is smallest; {A_TURN}"),
     )  # fmt: skip
 
 
@@ -198,18 +194,12 @@ def _torques(project: Project, judged: Any) -> str:
 
 def _band(speeds: Speeds, band: Any) -> tuple[Fact, ...]:
     """Facts of a band of hysteresis."""
-    names = {"from": "low", "to": "high", "jump_up": "jump_up", "jump_down": "jump_down"}
-    ends = (Fact(f"{end}_speed", speeds.own(getattr(band, name))) for end, name in names.items())
-    return *ends, Fact("whole", band.whole)
-
-
-def _hysteresis(speeds: Speeds, band: Any) -> str:
-    """A band of hysteresis in words."""
-    jumps = {"jumps up": band.jump_up, "drops": band.jump_down}
-    ways = [f"{way} at {_speeds([speeds.own(omega)])}" for way, omega in jumps.items() if math.isfinite(omega)]
-    ends = _speeds([speeds.own(band.low), speeds.own(band.high)], " to ")
-    beyond = "" if band.whole else "; a jump lies outside the range"
-    return f"hysteresis: {ends} {speeds.own_unit}{', the error ' if ways else ''}{' and '.join(ways)}{beyond}"
+    ends = {
+        "from": ("low", f"hysteresis from [{speeds.own_unit}]"), "to": ("high", "to"),
+        "jump_up": ("jump_up", "jumps up at"), "jump_down": ("jump_down", "drops at"),
+    }  # fmt: skip
+    told = (Fact(f"{end}_speed", speeds.own(getattr(band, name)), words) for end, (name, words) in ends.items())
+    return *told, Fact("whole", band.whole, "in the range")
 
 
 @click.command()
@@ -231,7 +221,7 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
         panels = comparison_panels(result.titles, result.responses, limits, drives[0].speeds, alone)
         figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
         table = as_csv(list(rows[0]), [row.values() for row in rows])
-        write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(rows, figure)})
+        write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(result, figure)})
     written = f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}"
     click.echo(
         to_json({"drives": rows, "remarks": result.remarks})

@@ -11,6 +11,7 @@ import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -92,7 +93,8 @@ def sweep(
     report["tuning"] = tuning(drive, [name for name in names if project_sweep.of_file(drive, name)], False)
     speed = at_one_speed(drive, float(system.omega), list(axes))
     report["remarks"] = [*filter(None, [report["tuning"]]), *remarks(drive), *speed, *bare(grids, units)]
-    click.echo(to_json(report) if as_json else summary(report))
+    counts = "not_settled", "diverged"
+    click.echo(to_json(report) if as_json else project_sweep.summary(report, partial(placed, units), counts))
 
 
 def refuse_options_of_trajectories() -> None:
@@ -286,22 +288,9 @@ def _widen(known: dict[str, Any], values: "xr.DataArray") -> None:
         known["largest_at"] = {str(path): float(place) for path, place in top.coords.items()}
 
 
-def summary(report: dict[str, Any]) -> str:
-    """Return what was found as text."""
-    units = report["units"]
-    over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
-    lines = [f"{report['title']}: {report['points']} points over {over}"]
-    for name, known in report["variables"].items():
-        place = ", ".join(f"{path} = {_in_unit(value, *units[path])}" for path, value in known["largest_at"].items())
-        span = _span(known, known["unit"])
-        if known["unit"] == "rad":
-            span += f" ({_span(known, 'arcsec')})"
-        lines.append(f"  {name}: {span}, the largest at {place}")
-    lines.append(f"  not settled: {report['not_settled']}, diverged: {report['diverged']}, failed: {report['failed']}")
-    lines += [f"  {error}" for error in report["errors"]]
-    lines.append(f"  {WHAT_X_IS}")
-    lines += [f"  note: {remark}" for remark in report["remarks"]]
-    return "\n".join([*lines, f"  store: {report['store']} (zarr; xarray.open_zarr reads it)"])
+def placed(units: dict[str, tuple[str, str]], known: dict[str, Any]) -> str:
+    """Where the largest value is, in the units that were given."""
+    return ", ".join(f"{path} = {_in_unit(value, *units[path])}" for path, value in known["largest_at"].items())
 
 
 def _in_unit(value: float, own: str, given: str) -> str:
@@ -317,8 +306,3 @@ def _as_typed(error: str, units: dict[str, tuple[str, str]]) -> str:
         return error
     typed = ", ".join(f"{path} = {_in_unit(float(value), *units[path])}" for path, _, value in values)
     return parts[1] + typed + parts[3]
-
-
-def _span(known: dict[str, Any], unit: str) -> str:
-    ends = (number(convert(known[end], known["unit"], unit), DIGITS) for end in ("smallest", "largest"))
-    return f"{' to '.join(ends)} {sign(unit)}".rstrip()

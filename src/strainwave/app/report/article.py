@@ -1,7 +1,7 @@
 """The article's Tables 3 and 4 side by side, and their folder: a page, CSV files and figures."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from html import escape
 from itertools import pairwise
@@ -24,6 +24,7 @@ from ...theory.slow_flow.results import SlowResponse
 from ...theory.slow_flow.setting import PRIMARY, SUBHARMONIC, SUPERHARMONIC
 from ..console import as_csv, columns, number, slug
 from .report import plain_page
+from .section import html_table
 from .sections.resonances import overlaid
 
 EVERY = 4  # sample of a motion in its file, 16 per cycle of the fastest component
@@ -167,9 +168,11 @@ def files(result: article.Reproduction, second_order: bool) -> dict[str, Any]:
     body = [f"<p>{escape(line)}</p>" for line in (*header(), f"Rule: {result.rule}.")]
     for (title, rows), name in zip(found.items(), ("table-3", *(f"table-4-{slug(key)}" for key in SETS)), strict=True):
         contents[f"{name}.csv"] = as_csv(list(KEYS), [row.values() for row in rows])
-        body.append(f"<h2>{escape(title)}</h2>{_html(shown(rows, second_order))}")
+        body.append(
+            f"<h2>{escape(title)}</h2>{html_table(shown(rows, second_order)[0], shown(rows, second_order)[1:])}"
+        )
     body += [f'<p class="note">{escape(why[0].upper() + why[1:])}.</p>' for why in reasons(found)]
-    body.append(f"<h2>Formulas</h2>{_html([FORM_HEADS, *FORMS])}")
+    body.append(f"<h2>Formulas</h2>{html_table(FORM_HEADS, FORMS)}")
     for name, title, panels, height, note in (
         ("regimes", "Runge-Kutta and multiple scales", regimes(result.runs), 205.0, "From rest to 5/mu"),
         ("responses", "Responses over the detuning", responses(responded), 260.0, said),
@@ -186,11 +189,3 @@ def files(result: article.Reproduction, second_order: bool) -> dict[str, Any]:
         name = f"response-{slug(str(flow.resonance))}.csv"
         contents[name] = [("sigma_rad_per_s", detuning(flow, places["omega"][1])), *arrays]
     return {"article.html": plain_page(TITLE, "\n".join(body)), **contents}
-
-
-def _html(table: Iterable[Sequence[Any]]) -> str:
-    """A table of the page, its heads first; numbers to four digits."""
-    first, *rows = [[escape(number(cell)) for cell in row] for row in table]
-    body = "\n".join(f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in rows)
-    head = "</th><th>".join(first)
-    return f'<div class="scroll"><table><thead><tr><th>{head}</th></tr></thead>\n<tbody>{body}</tbody></table></div>'

@@ -1,12 +1,8 @@
-"""Remedies that make the error smaller: as data, in a sentence and as a bar chart."""
+"""Remedies that make the error smaller: as data and in a sentence."""
 
-from collections.abc import Sequence
-from html import escape
-from textwrap import wrap
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...base.sentences import Sentence, Speed
-from ...plot.svg import FONT, INK, LETTER, WIDTH, text_at
 from ...study.analysis.load_cases import worst_of
 from ...study.analysis.remedies import CANCELLED, NOTHING, Remedy
 from ...study.speed_map.avoid import Avoid
@@ -14,9 +10,6 @@ from ..console import number
 from ..view import View, sizes
 
 FEW = 6  # remedies of the sentence; the table has all
-ROW, LINE, THICK, TOP = 12.0, 16.0, 13.0, 40.0  # space between rows, of a line of text, of a bar, above them [px]
-NAME, GAP = 42, 7.0  # letters of a line of a name, and distance of texts [px]
-FILL = "#0072B2"
 
 
 def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
@@ -26,7 +19,7 @@ def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
     return {
         "remedies": [_row(view, remedy, largest) for remedy in remedies],
         "remedy_sentence": _sentence(view, remedies, speed),
-        "no_help": _no_help(remedies),
+        "no_help": no_help(remedies),
         "not_tried": list(view.analysis.not_tried),
     }
 
@@ -36,14 +29,6 @@ def largest_of(view: View, avoid: Avoid) -> tuple[float, float]:
     worst = worst_of(view.analysis.load_cases)
     deciding = avoid if worst is None or worst.avoid is None else worst.avoid
     return deciding.largest, deciding.at
-
-
-def remedies_figure(view: View) -> str:
-    """Change of the oscillation by every remedy that helps, the most helpful first; "" where none does."""
-    known = [remedy for remedy in view.analysis.remedies if remedy.share != CANCELLED and remedy.helps]
-    rows = [Bar(str(one), one.ratio - 1.0, f"−{number(100.0 * (1.0 - one.ratio), 2)} %") for one in known]
-    title = "change of the largest oscillation"
-    return bars(rows, title, f"{title} by each remedy") if rows else ""
 
 
 def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
@@ -73,7 +58,7 @@ def after_change(view: View, remedy: Remedy) -> dict[str, Any]:
     return sizes(None if avoid is None else remedy.ratio * largest_of(view, avoid)[0], "oscillation")
 
 
-def _no_help(remedies: tuple[Remedy, ...]) -> str:
+def no_help(remedies: tuple[Remedy, ...]) -> str:
     """Sentence on the changes that leave the oscillation as it is or make it larger; "" without one."""
     useless = ", ".join(str(remedy) for remedy in remedies if not remedy.helps)
     return f"These changes do not help: {useless}." if useless else ""
@@ -82,7 +67,7 @@ def _no_help(remedies: tuple[Remedy, ...]) -> str:
 def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
     """Sentence on the remedies of the peak at a speed [rad/s], the most helpful first, and those that do not help."""
     remedies = tuple(remedy for remedy in remedies if remedy.share != CANCELLED)
-    helpful, useless = [remedy for remedy in remedies if remedy.helps], _no_help(remedies)
+    helpful, useless = [remedy for remedy in remedies if remedy.helps], no_help(remedies)
     if not helpful:
         return useless
     worst = worst_of(view.analysis.load_cases)
@@ -102,50 +87,3 @@ def _effect(remedy: Remedy, speed: float) -> str:
 
 def _speed(omega: float) -> Speed:
     return Speed(omega, digits=4, bare=True)
-
-
-class Bar(NamedTuple):
-    """A relative change, which is negative, with the name of its cause and the text of its value."""
-
-    name: str
-    change: float
-    value: str
-
-
-def bars(rows: Sequence[Bar], title: str, label: str) -> str:
-    """Draw the changes below each other, in their order.
-
-    Parameters
-    ----------
-    rows : sequence of Bar
-        From top to bottom.
-    title : str
-        Above the chart.
-    label : str
-        Text for screen readers.
-
-    Returns
-    -------
-    str
-        One SVG element, 760 px wide.
-    """
-    names = [wrap(row.name, NAME) or [""] for row in rows]
-    left = GAP + LETTER * max((len(line) for lines in names for line in lines), default=0) + GAP
-    room = 2.0 * GAP + LETTER * max((len(row.value) for row in rows), default=0)
-    zero, y, parts = WIDTH - GAP, TOP, list[str]()
-    scale = (zero - left - room) / max(-row.change for row in rows)
-    for row, lines in zip(rows, names, strict=True):
-        middle = y + 0.5 * LINE * len(lines)
-        parts += [text_at(left - GAP, y + LINE * (i + 0.75), line, "end") for i, line in enumerate(lines)]
-        start = zero + row.change * scale
-        place = f'x="{start:.1f}" y="{middle - 0.5 * THICK:.1f}" width="{zero - start:.1f}"'
-        parts.append(f'<rect {place} height="{THICK:g}" fill="{FILL}" stroke="{INK}"/>')
-        parts.append(text_at(start - GAP, middle + 0.25 * LINE, row.value, "end"))
-        y += LINE * len(lines) + ROW
-    axis = f'<path d="M{zero:.1f} {TOP - 6.0:.1f}V{y - 0.5 * ROW:.1f}" stroke="{INK}"/>'
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" aria-label="{escape(label)}" '
-        f'viewBox="0 0 {WIDTH:.0f} {y:.0f}" fill="{INK}" font-size="{FONT}" '
-        f'font-family="Segoe UI, Helvetica Neue, Arial, DejaVu Sans, sans-serif">'
-        f"{text_at(GAP, 18.0, title, 'start')}{''.join(parts)}{axis}</svg>"
-    )

@@ -3,8 +3,7 @@
 The page of a comparison: one table and one figure of several drives, in a file that needs nothing else.
 """
 
-import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from html import escape
 from pathlib import Path
@@ -14,51 +13,55 @@ from urllib.parse import quote
 import numpy as np
 
 from ...base.archive import version
+from ...base.facts import table
 from ...base.results import Branch, Floats
-from ...base.sentences import Angle, Speed, listed, silent
+from ...base.sentences import silent
 from ...base.units import Speeds
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.reading import read_project
+from ...files.variants.comparison import ProjectComparison
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
+from ...study.analysis.verdict import Answer
 from ...study.analysis.words import equation_alone
-from ..console import WHAT_X_IS, number, percent, slug, staged, to_json, write_csv
+from ..console import WHAT_X_IS, number, slug, staged, to_json, write_csv
 from ..view import View
-from .section import Part, Section, asked
+from .section import Part, asked, figured, html_table, paragraph
 from .sections import SECTIONS
 from .sections.whole_train import about_appendix
 
 # of a page of one wide table, after that of a report
 STYLE = """
 main { padding: 1.2rem; } h1 { margin-bottom: .6rem; } p { max-width: none; } main > figure { max-width: 30rem; }
-tr.over td { background: #fff7f1; }
 @page { size: A4 landscape; margin: 14mm; } @media print { main > figure { max-width: 135mm; } }
 """
-# keys of a row, and what stands above them
-COLUMNS = (
-    ("title", "drive"), ("gear", "gear"), ("oscillation_arcsec", "largest oscillation (arcsec)"),
-    ("limit_arcsec", "limit (arcsec)"), ("speed_rpm", "at (rpm)"), ("load_torque_N_m", "under a load of (N·m)"),
-    ("keep_out_of", "speeds to keep out of"), ("torque_N_m", "torque in the gear (N·m)"),
-    ("omega_0_rad_per_s", "natural frequency ω₀ (rad/s)"), ("damping_ratio", "damping ratio"),
-    ("reflected_inertia_kg_m2", "motor inertia at the load (kg·m²)"), ("load_inertia_kg_m2", "load inertia (kg·m²)"),
-    ("folds", "folds"),
-)  # fmt: skip
 ANSWERS = ("largest oscillation", "margin", "jumps", "torque", "motor", "smallest change", "without a change")
-TEXTS = ("title", "gear", "keep_out_of")
 NOTES = {
     "oscillation": "Oscillation is the largest distance of the error from its mean, of all stable motions.",
     "load": "Oscillation, speeds and torque are those under all torques of the load, gravity among them, as in "
     "`strainwave analyze`; each curve is for the torque on the load that has the largest oscillation.",
     "x": f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}.",
     "rest": "Speeds are those of the motor or of the forcing. Natural frequency and damping ratio are those at rest, "
-    "in the motor mode of the file, without its loop. A shaded drive is above its limit or has no stable motion.",
+    "in the motor mode of the file, without its loop.",
 }
 NOTE = " ".join(NOTES.values())
 
+REST = (
+    "Resonances, motions in time, hysteresis, derived numbers, the project file and where every number comes from: "
+    f'<a href="appendix.html">appendix</a>. {NOTES["x"]}'
+)
+CONVENTIONS = (
+    f"Conventions: {WHAT_X_IS} (the vendors' angular transmission error is −x); u = x − e is the torsion; largest |x| "
+    "holds the mean and the oscillation, amplitudes of single harmonics are 0-to-peak. All numbers with units are in "
+    "results.json, all curves in the CSV files beside this page. Formulas: method of multiple scales, first and "
+    "second order, with the corrections of the errata list in the documentation; response: {}; integration: "
+    "Dormand–Prince 5(4) with located switches."
+)
 PAGES = {"appendix.html": True, "report.html": False}  # and whether the parts of the appendix stand there
 HERE = Path(__file__).parent
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"  # pages load nothing
 
 
 class Report(NamedTuple):
@@ -73,7 +76,7 @@ def write(
     project: Project | str | Path,
     folder: str | Path | None = None,
     *,
-    sections: Sequence[Section] = SECTIONS,
+    sections: Sequence[Any] = SECTIONS,
     progress: Callable[[str, float], None] = silent,
 ) -> Report:
     """Analyse a drive and write report.html, appendix.html, results.json and CSV files of its curves into a folder.
@@ -84,7 +87,7 @@ def write(
         The project, or its file.
     folder : str or Path, optional
         Where the files go, all at once when they are complete; it keeps its other files. Default: none is written.
-    sections : sequence of Section
+    sections : sequence of functions of a View, or of Section
         Parts of the report in order. Default: `SECTIONS`.
     progress : callable
         Told before every step what is done now, and the share of the work that is done; default: nobody.
@@ -110,7 +113,7 @@ def write(
         return write_view(view, part, sections)
 
 
-def write_view(view: View, folder: Path | None, sections: Sequence[Section] = SECTIONS) -> Report:
+def write_view(view: View, folder: Path | None, sections: Sequence[Any] = SECTIONS) -> Report:
     """Write the report of an analysis, if there is a folder; errors as `write`."""
     parts = [asked(section, view) for section in sections]
     files = [] if folder is None else [*write_curves(view, folder), "results.json", *PAGES]
@@ -123,7 +126,7 @@ def write_view(view: View, folder: Path | None, sections: Sequence[Section] = SE
     return Report(results, "\n".join([view.project.title, *lines]), view)
 
 
-def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
+def together(parts: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     """Join the data of all sections, each of which has keys of its own (ValueError)."""
     found: dict[str, Any] = {}
     for part in parts:
@@ -134,64 +137,31 @@ def together(parts: Iterable[dict[str, Any]]) -> dict[str, Any]:
 
 
 def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
-    """Render the page of the report or of its appendix, each section by its template."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
-    )
-    environment.filters |= _filters(view)
-    environment.globals |= {
-        "view": view,
-        "unit": view.angle.name,
-        "speed_unit": view.speeds.unit,
-        "speed_name": view.speeds.name,
-        "what_x_is": WHAT_X_IS,
-    }
-
-    def rendered(template: Path, names: dict[str, Any]) -> str:
-        return environment.from_string(template.read_text(encoding="utf-8")).render(names)
-
-    style = (HERE / "page.css").read_text(encoding="utf-8")
-    bodies = [
-        (p.section.heading, body)
-        for p in parts
-        if getattr(p.section, "appendix", False) is appendix
-        if (body := rendered(p.template, p.data | p._asdict() | {"rows": p.rows})).strip()
-    ]
-    about = about_appendix(view) if appendix else ""
-    names = {"bodies": bodies, "appendix": appendix, "style": style, "about_appendix": about}
-    return rendered(HERE / "page.html.j2", names)
+    """Write the page of the report or of its appendix, each section below its heading."""
+    letters = iter("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
+    title, about = view.project.title, about_appendix(view) if appendix else ""
+    body = [
+        f"<h1>{escape(title)}: appendix</h1>\n",
+        f'<p class="sub">To the <a href="report.html">report</a>, which has the verdict. <b>{escape(about)}</b></p>\n',
+    ] if appendix else []  # fmt: skip
+    for part in parts:
+        if part.appendix is appendix and (html := part.html(view)):
+            named = f"{next(letters)}. {part.heading}" if appendix else part.heading
+            body.append((f"<h2>{escape(named)}</h2>\n" if named else "") + html)
+    foot = escape(CONVENTIONS.format(view.analysis.exact.method)) if appendix else REST
+    return plain_page(f"{title} – {'appendix' if appendix else 'dynamic error'}", "".join(body), foot=foot)
 
 
-def _filters(view: View) -> dict[str, Callable[..., Any]]:
-    """Filters of numbers on the page: they add units, and write speeds and angles in the units of the report."""
-    speeds = view.speeds
-
-    def speed(omega: float | None) -> str:
-        return "–" if omega is None else view.write(Speed(omega, digits=5, bare=True))
-
-    def angle(rad: float | None) -> str:
-        return "–" if rad is None else view.write(Angle(rad, bare=True))
-
-    return {
-        "number": number,
-        "speed": speed,
-        "speed_unit": lambda omega: f"{speed(omega)} {speeds.unit}",
-        "angle": angle,
-        "angle_unit": lambda rad: f"{angle(rad)} {view.angle.name}",
-        "percent": percent,
-        "with_unit": lambda value, unit, digits=4: f"{number(value, digits)} {unit}",
-        "sentence": lambda text: text[:1].upper() + text[1:].rstrip(".") + "." if text else "",
-    }
-
-
-def comparison_page(rows: Sequence[dict[str, Any]], figure: str) -> str:
-    """Write the HTML page of rows of `strainwave compare` and its figure (SVG), the smallest oscillation first."""
-    numbered = [row | {"title": f"{i}: {row['title']}"} for i, row in enumerate(rows, 1)]  # as the figure has them
-    ordered = sorted(numbered, key=lambda row: math.inf if _lost(row) else row["oscillation_arcsec"])
-    head = "".join(f"<th{'' if key in TEXTS else ' class=n'}>{escape(name)}</th>" for key, name in COLUMNS)
-    return _page(len(rows), summary(ordered), head, map(_row, ordered), figure, NOTE)
+def comparison_page(found: ProjectComparison, figure: str) -> str:
+    """Write the HTML page of `strainwave compare` and its figure (SVG), the smallest oscillation first."""
+    order = np.argsort(found.oscillation).tolist()
+    heads, *cells = table([found.row(i) for i in order])
+    named = [
+        [f"{i + 1}: {title}", *row] for i, (title, *row) in zip(order, cells, strict=True)
+    ]  # as the figure has them
+    passed = sum(verdict.answer is Answer.ALL_RIGHT for verdict in found.verdicts)
+    first, *rows = zip(heads, *named, strict=True)
+    return _page(len(order), passed, html_table(first, rows), figure, NOTE)
 
 
 def verdicts_page(reports: dict[str, Report]) -> str:
@@ -199,8 +169,6 @@ def verdicts_page(reports: dict[str, Report]) -> str:
 
     The reports stand in folders beside the page, named by the keys.
     """
-    head = "".join(f"<th>{name}</th>" for name in ("drive", "pass or fail", *ANSWERS))
-    body = (_verdict(i, name, report) for i, (name, report) in enumerate(reports.items(), 1))
     views = [report.view for report in reports.values()]
     passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
     panels = comparison_panels(
@@ -209,87 +177,31 @@ def verdicts_page(reports: dict[str, Report]) -> str:
         [bool(equation_alone(view.analysis)) for view in views],
     )  # fmt: skip
     figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
-    said = f"{passed} of {len(reports)} drives pass at all their speeds."
-    loads = "".join(_load(i, view) for i, view in enumerate(views, 1))
-    note = f"{NOTES['oscillation']} {NOTES['x']}{loads} Each drive has its own report: follow its name."
-    return _page(len(reports), said, head, body, figure, note)
+    note = f"{NOTES['oscillation']} {NOTES['x']} Each drive has its own report: follow its name."
+    rows, links = list[list[str]](), list[str]()
+    for i, (name, report) in enumerate(reports.items(), 1):
+        verdict, title = report.results["verdict"], escape(report.view.project.title)
+        rows.append([str(i), verdict["headline"], *(verdict["answers"].get(key, "–") for key in ANSWERS)])
+        links.append(f'{i}: <a href="{quote(name)}/report.html">{title}</a>')
+    table = f"<p>{', '.join(links)}</p>" + html_table(("drive", "pass or fail", *ANSWERS), rows)
+    return _page(len(reports), passed, table, figure, note)
 
 
-def _load(i: int, view: View) -> str:
-    """Sentence on the load torque of the curve of a drive, where the load has a range."""
-    low, high = view.project.other_loads
-    torque = view.analysis.largest_oscillation().torque
-    if torque is None:
-        return ""
-    return (
-        f" The curve of drive {i} is for {number(torque)} N·m on its load, which has the largest oscillation; pass or "
-        f"fail is for all from {number(low)} to {number(high)} N·m."
-    )
+def _page(count: int, passed: int, table: str, figure: str, note: str) -> str:
+    title, said = f"Comparison of {count} drives", f"{passed} of {count} drives pass at all their speeds."
+    return plain_page(title, paragraph(said) + table + figured(figure) + paragraph(note, "note"), STYLE)
 
 
-def _verdict(i: int, name: str, report: Report) -> str:
-    """Row of one report."""
-    verdict = report.results["verdict"]
-    cells = (
-        f'<td><a href="{quote(name)}/report.html">{i}: {escape(report.view.project.title)}</a></td>',
-        f"<td><b>{escape(verdict['headline'])}</b></td>",
-        *(f"<td>{escape(verdict['answers'].get(what, '–'))}</td>" for what in ANSWERS),
-    )
-    return f"<tr{'' if verdict['answer'] == 'all right' else ' class=over'}>{''.join(cells)}</tr>"
-
-
-def _page(count: int, sentence: str, head: str, body: Iterable[str], figure: str, note: str) -> str:
-    rows = "\n".join(body)
-    return plain_page(
-        f"Comparison of {count} drives",
-        f"<p>{escape(sentence)}</p>\n"
-        f'<div class="scroll"><table><thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody></table></div>\n'
-        f'<figure>{figure}</figure>\n<p class="note">{escape(note)}</p>\n',
-        STYLE,
-    )
-
-
-def plain_page(title: str, body: str, style: str = "") -> str:
+def plain_page(title: str, body: str, style: str = "", foot: str = "") -> str:
     """Write an HTML page of a body in the style of the report, that needs nothing else."""
+    begin, end = ("", foot) if foot else (f"<h1>{escape(title)}</h1>\n", f"strainwave {escape(version())}")
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{title}</title>\n<style>{(HERE / 'page.css').read_text('utf-8')}{style}</style>\n"
-        f"</head>\n<body>\n<main>\n<h1>{title}</h1>\n{body}"
-        f'<p class="note">strainwave {escape(version())}</p>\n</main>\n</body>\n</html>\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
+        f"<title>{escape(title)}</title>\n<style>{(HERE / 'page.css').read_text('utf-8')}{style}</style>\n"
+        f"</head>\n<body>\n<main>\n{begin}{body}<footer>{end}</footer>\n</main>\n</body>\n</html>\n"
     )
-
-
-def summary(ordered: Sequence[dict[str, Any]]) -> str:
-    """Sentences on the drive with the smallest oscillation, and on the number of drives within their limits."""
-    best, lost = ordered[0], [f"drive {row['title']}" for row in ordered if _lost(row)]
-    text = f"The smallest oscillation, {number(best['oscillation_arcsec'])} arcsec, is that of drive {best['title']}."
-    if lost:
-        text = f"{'' if _lost(best) else text} No steady motion is stable of {listed(lost)}.".strip()
-    limited = [row for row in ordered if row["limit_arcsec"] is not None]
-    if limited:
-        passing = sum(not _over(row) for row in limited)
-        text += f" {passing} of {len(limited)} drives with a limit of the oscillation keep to it at all their speeds."
-    return " ".join([text, *(f"{row['title']}: {row['failures']}" for row in ordered if row.get("failures"))])
-
-
-def _over(row: dict[str, Any]) -> bool:
-    return _lost(row) or (row["limit_arcsec"] is not None and row["oscillation_arcsec"] > row["limit_arcsec"])
-
-
-def _lost(row: dict[str, Any]) -> bool:
-    """Whether no steady motion of a drive is stable."""
-    return row["oscillation_arcsec"] is None
-
-
-def _row(row: dict[str, Any]) -> str:
-    cells = "".join(
-        f"<td{' class=w' if key == 'gear' else ''}>{escape(row[key])}</td>"
-        if key in TEXTS
-        else f'<td class="n">{"–" if row[key] is None else escape(number(row[key]))}</td>'
-        for key, _ in COLUMNS
-    )
-    return f"<tr{' class=over' if _over(row) else ''}>{cells}</tr>"
 
 
 def write_curves(view: View, folder: Path) -> list[str]:

@@ -1,17 +1,15 @@
 """Several projects side by side: the analysis of each drive under all its loads, and what an engineer compares."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ...base.facts import Fact
+from ...base.facts import Fact, aligned, table
 from ...base.quantities import index
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted
-from ...base.sentences import number
-from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...drive.train_curve import unfollowed
@@ -126,47 +124,35 @@ class ProjectComparison(Result):
         jumps = numbers["jumps"]
         return (
             Fact("file", self.files[i] if self.files else None),
-            Fact("title", self.titles[i]), Fact("gear", self.gears[i]),
-            Fact("oscillation_arcsec", numbers["oscillation"]), Fact("speed_rpm", numbers["speed"]),
-            Fact("beat_s", self.beat(i)),
-            Fact("load_torque_N_m", numbers["load"]), Fact("lowest_load_torque_N_m", numbers["lowest_load"]),
-            Fact("highest_load_torque_N_m", numbers["highest_load"]), Fact("verdict", self.verdicts[i].answer.value),
-            Fact("keep_out_of", self.keep_out_of(i) or "none"),
-            Fact("run_up_adds", (self.run_up_adds(i) or "none") if self.run_ups else None),
-            Fact("torque_N_m", numbers["torque"]),
-            Fact("omega_0_rad_per_s", numbers["omega_0"]), Fact("damping_ratio", numbers["damping_ratio"]),
-            Fact("reflected_inertia_kg_m2", numbers["reflected_inertia"]),
-            Fact("load_inertia_kg_m2", numbers["load_inertia"]), Fact("folds", None if jumps is None else int(jumps)),
-            Fact("limit_arcsec", numbers["limit"]), Fact("failures", self._failures(i)),
+            Fact("title", self.titles[i], "drive"), Fact("gear", self.gears[i], "gear"),
+            Fact("oscillation_arcsec", numbers["oscillation"], "largest oscillation"),
+            Fact("speed_rpm", numbers["speed"], "at"),
+            Fact("beat_s", self.beat(i), "in a beat of"),
+            Fact("load_torque_N_m", numbers["load"], "under a load of"),
+            Fact("lowest_load_torque_N_m", numbers["lowest_load"]),
+            Fact("highest_load_torque_N_m", numbers["highest_load"]),
+            Fact("verdict", self.verdicts[i].answer.value, "verdict"),
+            Fact("keep_out_of", self.keep_out_of(i) or "none", "speeds to keep out of"),
+            Fact("run_up_adds", (self.run_up_adds(i) or "none") if self.run_ups else None, "a run-up adds"),
+            Fact("torque_N_m", numbers["torque"], "torque in the gear"),
+            Fact("omega_0_rad_per_s", numbers["omega_0"], "natural frequency ω₀"),
+            Fact("damping_ratio", numbers["damping_ratio"], "damping ratio"),
+            Fact("reflected_inertia_kg_m2", numbers["reflected_inertia"], "motor inertia at the load"),
+            Fact("load_inertia_kg_m2", numbers["load_inertia"], "load inertia"),
+            Fact("folds", None if jumps is None else int(jumps), "folds"),
+            Fact("limit_arcsec", numbers["limit"], "limit"), Fact("failures", self._failures(i), "limits passed"),
         )  # fmt: skip
 
     def facts(self) -> tuple[Fact, ...]:
-        """Everything that is compared, once: the smallest oscillation first in the text."""
-        ordered = np.argsort(self.oscillation).tolist()
-        title = f"Comparison of {len(self.titles)} drives, the largest oscillation of the error of each"
+        """Everything that is compared, once: in the text a column for each drive, the smallest oscillation first."""
+        rows = tuple(map(self.row, range(len(self.titles))))
+        ordered = [rows[i] for i in np.argsort(self.oscillation).tolist()]
         return (
-            Fact("", title, "{}"),
-            Fact("", tuple(sentence for i in ordered for sentence in self._sentences(i)), "  {}"),
-            Fact("drives", tuple(map(self.row, range(len(self.titles))))),
+            Fact("", f"Comparison of {len(self.titles)} drives under all their loads", "{}"),
+            Fact("", tuple(f"  {line}" for line in aligned(list(zip(*table(ordered), strict=True)))), "{}"),
+            Fact("drives", rows),
             Fact("remarks", self.remarks, "note: {}"),
         )
-
-    def _sentences(self, i: int) -> Iterator[str]:
-        limit = "" if np.isnan(self.limit[i]) else f" (limit {number(self.limit[i] / ARCSEC)})"
-        (scale, unit), period = self.scales[i], self.beat(i)
-        shaft = "at the motor" if unit == "rpm" else "of the forcing"
-        beating = "" if period is None else f", in a beat of {number(period, 3)} s,"
-        sizes = (
-            f"{number(self.oscillation[i] / ARCSEC)} arcsec{limit} at "
-            f"{number(self.speed[i] * scale, 5)} {unit} {shaft}{beating} with {number(self.load[i])} N·m on the load, "
-            f"largest torque in the gear {number(self.torque[i])} N·m, ω₀ {number(self.omega_0[i])} rad/s, "
-            f"{self.jumps[i]:g} folds"
-        )
-        sizes = "no steady motion of the whole drive is stable" if np.isnan(self.oscillation[i]) else sizes
-        bands = self.keep_out_of(i) or "none"
-        yield f"{self.titles[i]} ({self.gears[i]}): {sizes}; {self.verdicts[i].answer}; keep out of: {bands}"
-        yield from [f"  a run-up adds {adds}"] if self.run_ups and (adds := self.run_up_adds(i)) else []
-        yield from [f"  {self._failures(i)}"] if self._failures(i) else []
 
 
 def compare(projects: Sequence[Project], *, progress: Callable[[str, float], None] | None = None) -> ProjectComparison:

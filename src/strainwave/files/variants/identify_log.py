@@ -8,9 +8,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...base.facts import Fact, lines
 from ...base.quantities import number, shown
 from ...base.results import Floats
-from ...base.sentences import listed, on_screen, silent
+from ...base.sentences import listed, on_screen, sign, silent
 from ...base.units import ARCSEC
 from ...drive.asked import MotorLimits, Source
 from ...drive.project import Project
@@ -121,13 +122,22 @@ class IdentifiedLog(Fit):
         told += self.answer.said
         return told + [f"The log does not part {listed(names)}: it takes {move}." for names, move in self.tied]
 
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of the joint, once, with the intervals of 95 %."""
+        heads = ("number", "found", "from", "to", "unit")
+        rows = [(name, value, *self.interval(name), sign(self.unit(name))) for name, value in self.values.items()]
+        return (
+            Fact("headline", self.headline(), "{}"), Fact("usable", self.usable), Fact("explained", self.explained),
+            Fact("numbers", self.numbers()),
+            Fact("", tuple(tuple(map(Fact, [""] * 5, row, heads)) for row in rows), "{}"),
+            Fact("tied", [{"names": list(names), "takes": move} for names, move in self.tied]),
+            Fact("causes", list(self.causes)), Fact("said", list(self.answer.said)),
+            Fact("residual_rms_rad", self.answer.residual), Fact("scatter_rad", self.answer.scatter),
+            Fact("", tuple(self.quality()), "{}"),
+        )  # fmt: skip
+
     def __str__(self) -> str:
-        width = max(map(len, self.values), default=0)
-        lines = [f"IdentifiedLog: {len(self.values)} numbers", f"  {self.headline()}"]
-        for name, value in self.values.items():
-            low, high = self.interval(name)
-            lines.append(f"  {name:<{width}}  {value:.6g} {self.unit(name)}  (95 %: {low:.6g} to {high:.6g})")
-        return on_screen("\n".join([*lines, *(f"  {line}" for line in self.quality())]))
+        return on_screen("\n".join([f"IdentifiedLog: {len(self.values)} numbers", *lines(self.facts())]))
 
     __repr__ = __str__
 

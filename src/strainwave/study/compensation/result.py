@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from ...base.facts import Fact
 from ...base.quantities import probabilities
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
@@ -53,6 +54,10 @@ class Robustness(NamedTuple):
     before: float
     after: float
 
+    def __str__(self) -> str:
+        gear = f"{abs(100.0 * self.stiffness):.0f} % {'softer' if self.stiffness < 0.0 else 'stiffer'} than the model"
+        return f"on a gear {gear}: {number(self.before / ARCSEC, 3)} → {number(self.after / ARCSEC, 3)} arcsec"
+
 
 @dataclass(frozen=True, eq=False)
 class Units(Result):
@@ -87,10 +92,11 @@ class Units(Result):
         return {**residuals, **super().variables()}
 
     def __str__(self) -> str:
-        low, middle, high = [value / ARCSEC for value in self.quantiles()]
-        return on_screen(
-            f"Units: {len(self.after.rms)}, {len(self.unstable)} not compensated; rms after {middle:.3g} arcsec "
-            f"(5 to 95 %: {low:.3g} to {high:.3g}), before {np.median(self.before.rms) / ARCSEC:.3g} arcsec"
+        low, middle, high = [number(value / ARCSEC, 3) for value in self.quantiles()]
+        before = number(float(np.median(self.before.rms)) / ARCSEC, 3)
+        return (
+            f"on {len(self.after.rms)} units: median {before} → {middle} arcsec, 5 to 95 %: {low} to {high}; "
+            f"{len(self.unstable)} not compensated"
         )
 
 
@@ -198,6 +204,29 @@ class Compensation(Result):
         """Reduction of the rms [dB]; negative where the error grew."""
         return 20.0 * log10(self.before.rms / self.after.rms) if self.after.rms > 0.0 else float("inf")
 
+    def on_others(self) -> tuple[str, ...]:
+        """How fast it adapts, and what it leaves on gears and units that differ from the model."""
+        return tuple(
+            filter(None, (self.pace, *map(str, self.robustness), "" if self.units is None else str(self.units)))
+        )
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Row of a table."""
+        return (
+            Fact("controller", self.name, "controller"),
+            Fact("motor_speed_rpm", self.speed), Fact("speed_rad_per_s", self.speed), Fact("shaft", self.shaft),
+            Fact("", self.axis.scale * self.speed, f"{self.axis.base} {self.axis.unit}"),
+            Fact("rms_before_arcsec", self.before.rms), Fact("rms_after_arcsec", self.after.rms, "after"),
+            Fact("reduction_dB", self.reduction, "dB"),
+            Fact("peak_before_arcsec", self.before.peak), Fact("peak_after_arcsec", self.after.peak),
+            Fact("three_sigma_after_arcsec", self.after.three_sigma),
+            Fact("motor_torque_rms_N_m", self.torque.rms, "rms"),
+            Fact("motor_torque_peak_N_m", self.torque.peak, "peak"),
+            Fact("at_limit_share", self.torque.limited), Fact("gear_torque_peak_N_m", self.gear_torque),
+            Fact("load_encoder", int(self.load_encoder)), Fact("slowest_rate_per_s", self.rate),
+            Fact("converged_s", self.converged), Fact("stable", int(self.stable)), Fact("excluded", self.excluded),
+        )  # fmt: skip
+
     def coordinates(self) -> Labelled:
         """Orders of the kinematic error."""
         return {"order": ("order", self.orders, "")}
@@ -212,12 +241,7 @@ class Compensation(Result):
             f"  torque of the motor: rms {self.torque.rms:.3g} N*m, largest {self.torque.peak:.3g} N*m, at its limit "
             f"in {100.0 * self.torque.limited:.3g} % of the samples; in the gear up to {self.gear_torque:.4g} N*m",
         ]
-        for r in self.robustness:
-            gear = f"{abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'}"
-            lines.append(f"  gear {gear}: {r.before / ARCSEC:.4g} arcsec before, {r.after / ARCSEC:.4g} after")
-        lines += [f"  {self.condition}", *([f"  {self.pace}"] if self.rate else [])]
-        if self.units is not None:
-            lines.append(f"  {self.units}")
+        lines += [f"  {said}" for said in (self.condition, *self.on_others())]
         if self.excluded:
             lines.append(f"  This speed does not count: {self.excluded}")
         lines += [f"  Warning: {text}" for text in self.warnings] + [f"  {text}" for text in self.remarks]

@@ -137,6 +137,10 @@ class Fit(Result):
         low, high = interval(math.log(value), self.deviation(path) / value, freedom, level)
         return Interval(math.exp(max(low, -600.0)), math.exp(min(high, 600.0)))
 
+    def numbers(self) -> dict[str, dict[str, float]]:
+        """Every number by name, with the ends of its interval of 95 %, in SI."""
+        return {name: {"value": value} | self.interval(name)._asdict() for name, value in self._found().items()}
+
 
 @dataclass(frozen=True, eq=False)
 class Fitted(Fit):

@@ -13,6 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from ...base.facts import Fact
 from ...base.quantities import joined, number, numbers, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats, SolveError
@@ -85,6 +86,11 @@ class Candidate(NamedTuple):
     error: float
     worse: float
     chosen: bool
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Row of a table."""
+        words = ("law", "unknowns", "error", "", "taken")
+        return tuple(map(Fact, self._fields, self, words))
 
 
 def compared(

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from math import atan2, cos, hypot, pi, sin
 from operator import itemgetter
@@ -10,6 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....base.facts import Fact, aligned
+from ....base.facts import data as as_data
+from ....base.facts import table as table_of
 from ....base.protocols import terms_of
 from ....base.units import ARCSEC, RPM
 from ....drive.project import Project
@@ -25,7 +28,7 @@ from ....study.compensation.result import Compensation, CompensationBench, Units
 from ...console import number
 
 DIGITS = 12  # of a delay [s], behind which is rounding
-WIDTH, NAME = 80, 18  # columns of the terminal, and of a name
+WIDTH = 80  # columns of the terminal
 SHARES = (0.05, 0.5, 0.95)  # quantiles of the units
 
 
@@ -55,31 +58,7 @@ class Run(NamedTuple):
 
 def rows(run: Run) -> list[dict[str, Any]]:
     """One row for every controller at every speed."""
-    return [_row(case) for row in run.found.results for case in row]
-
-
-def _row(case: Compensation) -> dict[str, Any]:
-    return {
-        "controller": case.name,
-        "motor_speed_rpm": case.speed / RPM,
-        "speed_rad_per_s": case.speed,
-        "shaft": case.shaft,
-        "rms_before_arcsec": case.before.rms / ARCSEC,
-        "rms_after_arcsec": case.after.rms / ARCSEC,
-        "reduction_dB": case.reduction,
-        "peak_before_arcsec": case.before.peak / ARCSEC,
-        "peak_after_arcsec": case.after.peak / ARCSEC,
-        "three_sigma_after_arcsec": case.after.three_sigma / ARCSEC,
-        "motor_torque_rms_N_m": case.torque.rms,
-        "motor_torque_peak_N_m": case.torque.peak,
-        "at_limit_share": case.torque.limited,
-        "gear_torque_peak_N_m": case.gear_torque,
-        "load_encoder": int(case.load_encoder),
-        "slowest_rate_per_s": case.rate,
-        "converged_s": case.converged,
-        "stable": int(case.stable),
-        "excluded": case.excluded,
-    }
+    return [as_data(case.facts()) for row in run.found.results for case in row]
 
 
 def data(run: Run) -> dict[str, Any]:
@@ -96,7 +75,7 @@ def data(run: Run) -> dict[str, Any]:
             for name, row in zip(run.found.names, run.found.results, strict=True)
         ],
         "results": rows(run),
-        "best": [_row(one) for one in run.best],
+        "best": [as_data(one.facts()) for one in run.best],
         "details": [_detail(one) for one in run.details],
         "order_tables": {
             name: {"source": table.source, "delay_s": table.delay, "rms_alone_arcsec": rms / ARCSEC}
@@ -153,40 +132,26 @@ def summary(run: Run) -> str:
 
 def _best(run: Run) -> list[str]:
     """Numbers of the best controllers at every speed, each at its worst angle: with an encoder on the load, without."""
-    angled = len(run.benches) > 1
-    axis = run.found.axis
-    head = f"{axis.base} {axis.unit}" if axis.by_motor else axis.unit
-    lines = [f"  {head:>9}  {'controller':{NAME}}{'arcsec':>16}{'dB':>7}{'N·m rms':>9}{'largest':>9}"]
-    lines[0] += f"{'load deg':>10}" if angled else ""
-    for i in range(len(run.found.speeds)):
-        for case in (best_at(run.found, i, load_encoder=seeing) for seeing in (True, False)):
-            if case is not None:
-                change = f"{number(case.before.rms / ARCSEC, 3)} → {number(case.after.rms / ARCSEC, 3)}"
-                name, torque = case.name + ("*" if case.load_encoder else ""), case.torque
-                lines.append(
-                    f"  {axis.scale * case.speed:9.5g}  {name:{NAME}}{change:>16}{case.reduction:7.1f}{torque.rms:9.3g}"
-                    f"{torque.peak:9.3g}" + (f"{np.degrees(case.load_angle):10.4g}" if angled else "")
-                )
-    starred = any("*" in line for line in lines)
-    return [*lines, "  * measures the angle of the load"] if starred else lines
+    cases = [
+        best_at(run.found, i, load_encoder=seeing) for i in range(len(run.found.speeds)) for seeing in (True, False)
+    ]
+    angled, found = len(run.benches) > 1, [case for case in cases if case is not None]
+    told = [(*case.facts(), *_more(case, angled)) for case in found]
+    return [f"  {line}" for line in aligned(table_of(told))] if told else []
+
+
+def _more(case: Compensation, angled: bool) -> Iterator[Fact]:
+    yield Fact("", "load" if case.load_encoder else "", "encoder")
+    if angled:
+        yield Fact("", float(np.degrees(case.load_angle)), "load deg")
 
 
 def _on_others(case: Compensation) -> list[str]:
     """A controller on gears and units that differ from the model."""
-    lines = [f"{case.name} at {case.axis.said(case.speed)}, arcsec", *([f"  {case.pace}"] if case.rate else [])]
-    for r in case.robustness:
-        gear = f"{abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'} than the model"
-        lines.append(f"  on a gear {gear}: {number(r.before / ARCSEC, 3)} → {number(r.after / ARCSEC, 3)}")
-    if case.units is not None:
-        low, middle, high = [number(value / ARCSEC, 3) for value in case.units.quantiles(SHARES)]
-        before = number(float(np.median(case.units.before.rms)) / ARCSEC, 3)
-        lines.append(
-            f"  on {len(case.units.after.rms)} units: median {before} → {middle}, 5 to 95 %: {low} to {high}; "
-            f"{len(case.units.unstable)} not compensated"
-        )
-        causes = Counter(re.sub(r" in [0-9.e+-]+ % of the samples", "", cause) for _, cause in case.units.unstable)
-        lines += [f"    {count} of them: {cause}" for cause, count in causes.most_common()]
-    return lines
+    lines = [f"{case.name} at {case.axis.said(case.speed)}", *(f"  {said}" for said in case.on_others())]
+    unstable = () if case.units is None else case.units.unstable
+    causes = Counter(re.sub(r" in [0-9.e+-]+ % of the samples", "", cause) for _, cause in unstable)
+    return lines + [f"    {count} of them: {cause}" for cause, count in causes.most_common()]
 
 
 def _worse(run: Run) -> list[str]:

@@ -7,7 +7,7 @@ from typing import Any, get_args
 import click
 import numpy as np
 
-from ....base.facts import Fact
+from ....base.facts import Fact, data, lines
 from ....files.logs.frd import read_frd
 from ....files.logs.names import named as name_and_unit
 from ....files.logs.read import read_log as log_of
@@ -20,10 +20,8 @@ from ....study.identification.bode.bode_fit import fit_bode as bode_fitted
 from ....study.identification.bode.measured_bode import Estimator, Quantity
 from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop as loop_fitted
-from ....study.identification.loops.loop_model import LoopFit
-from ...console import number, print_table, reported, to_json, write_all
+from ...console import reported, to_json, write_all
 from ...view import quantity as value_of
-from ...view import sign
 from ..options import dialect_options, file_type, json_option, output_option, pairs_option, project_argument
 
 
@@ -103,13 +101,15 @@ def fit_loop(
     except ValueError as error:
         raise FileError(complaint(file, [Problem(1, 1, "loop", str(error))])) from None
     fit = replace(fit, remarks=(*log.notes, *fit.remarks))
-    numbers = to_json({"file": file.name} | data(fit))
+    numbers = to_json({"file": file.name} | data(fit.facts()))
     if output is not None:
         columns = [("torsion_rad", fit.torsion), ("torque_N_m", fit.torque), ("fitted_N_m", fit.fitted)]
         figure = stacked(fit.panels(), 300.0, "a measured loop and its law", 560.0)
         contents = {"loop.svg": figure, "gear.yaml": fit.yaml, "loop.json": numbers, "loop.csv": columns}
         write_all(output, contents)
-    click.echo(numbers) if as_json else _print(file, fit, output)
+    written = [] if output is None else [f"written: {output}/loop.svg, loop.csv, loop.json, gear.yaml"]
+    told = [file.name, *lines(fit.facts()), f"for a project file:\n{fit.yaml}".rstrip(), *written]
+    click.echo(numbers if as_json else "\n".join(told))
 
 
 def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, decimal: str | None) -> Log:
@@ -124,47 +124,3 @@ def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, de
         raise
     except ValueError:  # the file has a time of its own
         return log_of(file, columns, units, **options)
-
-
-def data(fit: LoopFit) -> dict[str, Any]:
-    """The numbers with their intervals, in SI."""
-    lack = fit.lack_of_fit
-    numbers = {
-        name: {"value": value, "low": fit.interval(name).low, "high": fit.interval(name).high}
-        for name, value in fit.values.items()
-    }
-    return {
-        "numbers": numbers,
-        "unidentified": fit.unidentified,
-        "comparison": [row._asdict() for row in fit.comparison],
-        "reason": fit.reason,
-        "rated_torque_N_m": fit.rated_torque,
-        "cycles": fit.cycles,
-        "energy_J": fit.energy,
-        "residual_rms_N_m": fit.residual_rms,
-        "samples": len(fit.torque),
-        "lack_of_fit": lack and {
-            "found": lack.found, "noise_N_m": lack.pure, "missed_N_m": lack.missed, "ratio": lack.ratio,
-            "probability": lack.probability,
-        },
-        "remarks": fit.remarks,
-        "project": fit.yaml,
-    }  # fmt: skip
-
-
-def _print(file: Path, fit: LoopFit, output: Path | None) -> None:
-    rows = [(name, size, number(low, 5), number(high, 5), sign(unit)) for name, size, low, high, unit in fit.table()]
-    if fit.misses:
-        click.echo(f"{fit.misses[:1].upper()}{fit.misses[1:]}.")
-    print_table(
-        f"{file.name}: {len(fit.torque)} samples, {fit.cycles:.3g} cycles",
-        ("number", "value", "from", "to", "unit"), rows, "interval of 95 %",
-    )  # fmt: skip
-    candidates = [(r.name, r.unknowns, number(r.error, 4), "taken" * bool(r.chosen)) for r in fit.comparison]
-    print_table("candidates, by their error in blocks of samples left out", ("law", "unknowns", "N·m", ""), candidates)
-    for sentence in fit.sentences():
-        click.echo(f"{sentence[:1].upper()}{sentence[1:]}.")
-    click.echo(f"The cycles dissipate {number(fit.energy)} J; the residual is {number(fit.residual_rms)} N·m rms.")
-    click.echo(f"for a project file:\n{fit.yaml}".rstrip())
-    if output is not None:
-        click.echo(f"written: {output}/loop.svg, loop.csv, loop.json, gear.yaml")

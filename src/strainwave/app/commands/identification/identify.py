@@ -7,21 +7,21 @@ from typing import Any
 import click
 import numpy as np
 
+from ....base.facts import data, lines
 from ....base.results import SolveError
 from ....base.units import ARCSEC, parse
 from ....drive.project import Project
 from ....files.logs.read import read_log as log_of
 from ....files.project_text import project_text
 from ....files.reading import read_project
-from ....files.variants.identify_log import IdentifiedLog
 from ....files.variants.identify_log import identify_log as identified
 from ....files.variants.scatter import scattered
 from ....plot.fits import identified_log_rows
 from ....plot.svg import figure
-from ...console import Progress, print_table, to_json, write_all
+from ...console import Progress, to_json, write_all
 from ...report.section import asked
 from ...report.sections import SECTIONS
-from ...view import View, sign
+from ...view import View
 from ..options import file_type, json_option, output_option, reading_options
 
 YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
@@ -60,7 +60,7 @@ def identify(
         raise click.UsageError("give at least one log of the joint")
     with Progress(gear or (guess.title if guess else "")) as progress:
         result = identified(logs, gear, guess, inertia, torque_constant=constant, progress=progress.show)
-    numbers = to_json(data(result))
+    numbers = to_json(data(result.facts()))
     if output is not None:
         contents = {SVG: figure(identified_log_rows(result), 230.0, "measured and predicted torsion"), JSON: numbers}
         if result.project is not None:
@@ -68,7 +68,7 @@ def identify(
         write_all(output, contents)
         if result.project is None:
             (output / YAML).unlink(missing_ok=True)  # of an earlier log: it would pass for this one's
-    click.echo(numbers) if as_json else _print(result)
+    click.echo(numbers if as_json else "\n".join(lines(result.facts())))
     if not result.usable:
         raise SolveError(f"no project file is written: {result.headline()}")
     if output is not None and not as_json:
@@ -95,29 +95,3 @@ def verdict(project: Project) -> list[str]:
         *said,
         f"By the intervals the response oscillates with up to {low} to {high} arcsec (95 % of {DRAWN} drives).",
     ]
-
-
-def data(result: IdentifiedLog) -> dict[str, Any]:
-    """The numbers with their intervals, in SI."""
-    return {
-        "headline": result.headline(),
-        "usable": result.usable,
-        "explained": result.explained,
-        "numbers": {
-            name: {"value": value, "low": result.interval(name).low, "high": result.interval(name).high}
-            for name, value in result.values.items()
-        },
-        "tied": [{"names": list(names), "takes": move} for names, move in result.tied],
-        "causes": list(result.causes),
-        "said": list(result.answer.said),
-        "residual_rms_rad": result.answer.residual,
-        "scatter_rad": result.answer.scatter,
-    }
-
-
-def _print(result: IdentifiedLog) -> None:
-    click.echo(result.headline())
-    rows = [(name, value, *result.interval(name), sign(result.unit(name))) for name, value in result.values.items()]
-    print_table(f"{len(rows)} numbers", ("number", "found", "from", "to", "unit"), rows, "interval of 95 %")
-    for line in result.quality():
-        click.echo(line)

@@ -6,12 +6,13 @@ from typing import Any
 import click
 import numpy as np
 
+from ....base.facts import Fact, data, lines
 from ....base.results import Floats
 from ....files.logs.read import read_log as log_of
 from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
-from ...console import in_options, number, print_table, staged, to_json
+from ...console import in_options, number, staged, to_json
 from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
 
@@ -38,12 +39,9 @@ def read_log(file: Path, output: Path | None, as_json: bool, **reading: Any) -> 
             (folder / SVG).write_text(
                 stacked(log_panels(read, parts), 165.0, "a log over the time", WIDTH) + "\n", encoding="utf-8"
             )
-    if as_json:
-        click.echo(to_json(_data(file, read, parts)))
-        return
-    _print(file, read, parts)
-    if output is not None:
-        click.echo(f"written: {output / CSV}, {output / SVG}")
+    told = facts(file, read, parts)
+    written = [] if output is None else [f"written: {output / CSV}, {output / SVG}"]
+    click.echo(to_json(data(told)) if as_json else "\n".join([*lines(told), *written]))
 
 
 def _sizes(values: Floats) -> list[float]:
@@ -51,45 +49,34 @@ def _sizes(values: Floats) -> list[float]:
     return [float(size) for size in (np.min(values), np.max(values), np.mean(values), np.sqrt(np.mean(values**2)))]
 
 
-def _data(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> dict[str, Any]:
-    return {
-        "file": file.name,
-        "samples": len(log),
-        "start_s": log.time[0],
-        "stop_s": log.time[-1],
-        "rate_hz": log.rate,
-        "jitter_s": log.jitter,
-        "ratio": log.ratio,
-        "channels": {
-            name: {"unit": log.units[name], **dict(zip(SIZES, _sizes(values), strict=True))}
-            for name, values in log.channels.items()
-        },
-        "gaps": [gap._asdict() for gap in log.gaps],
-        "segments": [
-            {
-                "kind": part.kind, "start_s": part.start, "stop_s": part.stop, "speed_rad_per_s": part.speed,
-                "acceleration_rad_per_s2": part.acceleration,
-            }
-            for part in parts
-        ],
-        "notes": list(map(in_options, log.notes)),
-        "doubts": list(map(in_options, log.doubts)),
-    }  # fmt: skip
-
-
-def _print(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> None:
-    rows = [(name, sign(log.units[name]) or "–", *_sizes(values)) for name, values in log.channels.items()]
-    title = f"{file.name}: {len(log)} samples, {log.time[0]:.6g} to {log.time[-1]:.6g} s, {number(log.rate, 6)} Hz"
-    print_table(title, ("channel", "unit", *SIZES), rows)
-    if parts:
-        body = [(part.kind, f"{part.start:.13g}", f"{part.stop:.13g}", part.speed, part.acceleration) for part in parts]
-        shaft = "load" if {"load_angle", "load_speed"} & set(log.channels) else "motor"
-        columns = ("segment", "from (s)", "to (s)", f"{shaft} speed (rad/s)", "acceleration (rad/s²)")
-        print_table("", columns, body)
-    if log.ratio is not None:
-        click.echo(f"the motor turns {number(log.ratio, 6)} times as far as the load")
+def facts(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> tuple[Fact, ...]:
+    """Everything that is said of a log, once."""
+    sizes, shaft = {name: _sizes(values) for name, values in log.channels.items()}, "motor"
+    if {"load_angle", "load_speed"} & set(log.channels):
+        shaft = "load"
+    rows = [(name, sign(log.units[name]) or "–", *some) for name, some in sizes.items()]
+    channels = {name: {"unit": log.units[name], **dict(zip(SIZES, some, strict=True))} for name, some in sizes.items()}
     gaps = [f"{gap.start:.13g} to {gap.stop:.13g} s" for gap in log.gaps[:5]]
     gaps += [f"{len(log.gaps) - 5} more"] if len(log.gaps) > 5 else []
-    for kind, texts in {"gap": gaps, "note": log.notes, "doubt": log.doubts}.items():
-        for text in texts:
-            click.echo(f"{kind}: {in_options(text)}")
+    ends = f"{log.time[0]:.6g} to {log.time[-1]:.6g} s"
+    return (
+        Fact("file", file.name),
+        Fact("", f"{file.name}: {len(log)} samples, {ends}, {number(log.rate, 6)} Hz", "{}"),
+        Fact("samples", len(log)), Fact("start_s", log.time[0]), Fact("stop_s", log.time[-1]),
+        Fact("rate_hz", log.rate), Fact("jitter_s", log.jitter), Fact("channels", channels),
+        Fact("", tuple(tuple(map(Fact, [""] * 6, row, ("channel", "unit", *SIZES))) for row in rows), "{}"),
+        Fact("segments", tuple(_row(part, shaft) for part in parts), "{}"),
+        Fact("ratio", log.ratio, "" if log.ratio is None else "the motor turns {} times as far as the load"),
+        Fact("gaps", [gap._asdict() for gap in log.gaps]), Fact("", tuple(gaps), "gap: {}"),
+        Fact("notes", tuple(map(in_options, log.notes)), "note: {}"),
+        Fact("doubts", tuple(map(in_options, log.doubts)), "doubt: {}"),
+    )  # fmt: skip
+
+
+def _row(part: LogSegment, shaft: str) -> tuple[Fact, ...]:
+    return (
+        Fact("kind", part.kind, "segment"), Fact("start_s", part.start), Fact("stop_s", part.stop),
+        Fact("", f"{part.start:.13g}", "from [s]"), Fact("", f"{part.stop:.13g}", "to [s]"),
+        Fact("speed_rad_per_s", part.speed, f"{shaft} speed"),
+        Fact("acceleration_rad_per_s2", part.acceleration, "acceleration"),
+    )  # fmt: skip

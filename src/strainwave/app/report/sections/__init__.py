@@ -1,29 +1,16 @@
-"""The sections of the report, each with its part of the page beside its file."""
+"""The sections of the report."""
 
-from ..section import Section
-from .advice import Compensation, SpeedsToAvoid
-from .derived import DerivedQuantities, Hysteresis, ParametricResonances, Provenance, Stability, Trust
-from .opening import Opening, Warnings
-from .resonances import Resonances
-from .speed_range import BeatOfTurns, SingleSpeeds, SpeedRange
-from .whole_train import Motors, RunUpOfTrain, WholeTrain
+from typing import Any
 
-SECTIONS: tuple[Section, ...] = (
-    Opening(),
-    Warnings(),
-    Motors(),
-    SpeedsToAvoid(),
-    SpeedRange(),
-    BeatOfTurns(),
-    WholeTrain(),
-    Compensation(),
-    Hysteresis(),
-    ParametricResonances(),
-    DerivedQuantities(),
-    Trust(),
-    Provenance(),
-    RunUpOfTrain(),
-    Resonances(),
-    SingleSpeeds(),
-    Stability(),
-)
+from .advice import compensation, remedies, speeds_to_avoid
+from .derived import derived_quantities, hysteresis, parametric_resonances, provenance, stability, trust
+from .opening import cautions, opening
+from .resonances import resonances
+from .speed_range import beat_of_turns, single_speeds, speed_range
+from .whole_train import motors, run_up_of_train, whole_train
+
+SECTIONS: tuple[Any, ...] = (
+    opening, cautions, motors, speeds_to_avoid, remedies, speed_range, beat_of_turns, whole_train, compensation,
+    hysteresis, parametric_resonances, derived_quantities, trust, provenance, run_up_of_train, resonances,
+    single_speeds, stability,
+)  # fmt: skip

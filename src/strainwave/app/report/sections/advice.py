@@ -1,18 +1,20 @@
 """Advice to the engineer: the speeds to avoid, and remedies that make the error smaller, a controller among them."""
 
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from ....base.sentences import Angle, Sentence, Speed, listed
+from ....base.units import ARCSEC
 from ....plot.svg import figure
+from ....study.analysis.remedies import CANCELLED
 from ....study.analysis.verdict_words import apart_said, band_data
 from ....study.analysis.words import MOTOR, under_load
 from ....study.speed_map.avoid import Avoid
 from ....study.speed_map.bands import AMPLIFIED
 from ...console import number
 from ...view import View, place, sizes
-from ..remedies import remedies_data, remedies_figure
+from ..remedies import no_help, remedies_data
+from ..section import Part, Table
 
 if TYPE_CHECKING:
     from ....study.compensation.result import Compensation as Found
@@ -23,31 +25,43 @@ NOMINAL = (
     "The speeds to avoid are those of the nominal drive; with 'scatter' and 'limit' in the project file 'strainwave "
     "exceedance' computes how probable it is that a drive exceeds its limit."
 )
+BARS = (
+    "Each number is changed by 10 % (30 % where 10 % does little), one at a time, in the better direction, and the "
+    "drive computed again. With another gear the load keeps its speeds."
+)
+FEED_FORWARD = (
+    "A feed-forward that cancels a line of the kinematic error exactly needs its phase, which the file may not have. "
+    "What a real controller leaves: strainwave compensate."
+)
+TURNS = "Two turns of the {}, after everything has settled, at {}."
 BEYOND = " The curve goes a fifth beyond the single speeds of the file, and so do the speeds to avoid."
 
 
-class SpeedsToAvoid:
-    """Speeds to avoid and remedies, as data and in sentences."""
-
-    heading = ""
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Bands of speed and remedies with their numbers, rule and sentences; None where no motion is stable."""
-        avoid = view.analysis.avoid
-        return {"advice": None if avoid is None else _advice(view, avoid)}
-
-    def figures(self, view: View) -> list[str]:
-        """The change of the oscillation by every remedy that helps, where there are any."""
-        return list(filter(None, [remedies_figure(view)])) if view.analysis.avoid is not None else []
-
-    def lines(self, _: View, data: dict[str, Any]) -> list[str]:
-        """The advice in sentences, of the remedies the best; the report has all."""
-        said = data["advice"] or {}
-        best, *rest = said.get("remedy_sentence", "").split("; ")
-        return list(filter(None, [*map(said.get, ("sentence", "about")), best + "." * bool(rest)]))
+def speeds_to_avoid(view: View) -> Part:
+    """Bands of speed and remedies with their numbers, rule and sentences; None where no motion is stable."""
+    said = _advice(view) or dict.fromkeys(("sentence", "about", "rule", "nominal"), "")
+    sentences, notes = ([said[key] for key in keys] for keys in (("sentence", "about"), ("rule", "nominal")))
+    return Part(data={"advice": _advice(view)}, sentences=sentences, notes=notes, kind="do")
 
 
-def _advice(view: View, avoid: Avoid) -> dict[str, Any]:
+def remedies(view: View) -> Part:
+    """What would make the error smaller, the most helpful first; its numbers are those of `speeds_to_avoid`."""
+    avoid, found = view.analysis.avoid, view.analysis.remedies
+    if avoid is None:
+        return Part()
+    rows = [row for row in remedies_data(view, avoid)["remedies"] if row["helps"]]
+    limit = "" if view.project.limit is None else " above_limit"
+    columns = f"what change from to unit relative_oscillation oscillation_rad at_rad_per_s{limit}"
+    cancelled = FEED_FORWARD * any(one.share == CANCELLED for one in found)
+    tried = [f"Not tried: {sentence}." for sentence in view.analysis.not_tried]
+    notes = [BARS * bool(rows), cancelled, no_help(found), *tried]
+    return Part("What would help", tables=[Table(rows, columns)], notes=notes)
+
+
+def _advice(view: View) -> dict[str, Any] | None:
+    avoid = view.analysis.avoid
+    if avoid is None:
+        return None
     run_up = dict[str, Any]()  # where the curve leaves out some of its torques
     if avoid.largest_passed is not None:
         speed, size = avoid.largest_passed
@@ -171,58 +185,48 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
 BLIND, SEEING = "inverse", "adaptive-inverse"  # without and with an encoder on the load
 
 
-class Compensation:
-    """The plain loop, the linear inverse, and one that also adapts to the load's encoder, at the resonance."""
+def compensation(view: View) -> Part:
+    """The plain loop, the linear inverse, and one that also adapts to the load's encoder, at the resonance.
 
-    heading = "What a controller can take away"
-    template = "compensation.html.j2"
+    Errors before and after, torque, and the same on other gears; None without a group `controller`.
+    """
+    heading, speeds = "What a controller can take away", view.project.speeds
+    if view.project.sampling is None:
+        return Part(data={"compensation": None})
+    from ....plot.compensation import error_panels, motion
+    from ....study.compensation.bench import steady_bench_of
+    from ....study.compensation.compensate import compensate
 
-    def data(self, view: View) -> dict[str, Any]:
-        """Errors before and after, torque, and the same on other gears; None without a group `controller`."""
-        if view.project.sampling is None:
-            return {"compensation": None}
-        from ....study.compensation.compensate import compensate
-
-        try:
-            results = [compensate(view.project, name) for name in _names(view)]
-        except ValueError as error:
-            return {"compensation": {"not_computed": str(error), "controllers": [], "remarks": []}}
-        controllers, first = [_controller_row(result) for result in results], results[0]
-        at = place(view.project.speeds, first.speed) | sizes(first.before.rms, "rms_before")
-        said = first.axis.said(first.speed)
-        remarks = list(dict.fromkeys(text for result in results for text in (*result.warnings, *result.remarks)))
-        return {
-            "compensation": {"not_computed": "", "speed": said, **at, "controllers": controllers, "remarks": remarks}
-        }
-
-    def figures(self, view: View) -> list[str]:
-        """The error over two turns of the motor, before and after."""
-        if view.project.sampling is None:
-            return []
-        from ....plot.compensation import error_panels, motion
-        from ....study.compensation.bench import steady_bench_of
-        from ....study.compensation.compensate import compensate
-
-        try:
-            bench, speed = steady_bench_of(view.project), compensate(view.project, BLIND, robust=False).speed
-        except ValueError:
-            return []
-        before = motion(bench, "loop", speed, "plain loop")
-        panels = error_panels(before, [motion(bench, name, speed, name) for name in _names(view)])
-        return [figure([panels], 240.0, "pointing error before and after")]
-
-    def lines(self, _view: View, data: dict[str, Any]) -> Iterable[str]:
-        """One line for each controller."""
-        compensation = data["compensation"]
-        if not compensation:
-            return
-        if compensation["not_computed"]:
-            yield f"compensation was not computed: {compensation['not_computed']}"
-        for c in compensation["controllers"]:
-            yield (
-                f"controller {c['name']} at {compensation['speed']}: rms of the pointing error "
-                f"{number(compensation['rms_before_arcsec'], 3)} → {number(c['rms_after_arcsec'], 3)} arcsec"
-            )
+    try:
+        bench, results = steady_bench_of(view.project), [compensate(view.project, name) for name in _names(view)]
+    except ValueError as error:
+        said = [f"compensation was not computed: {error}"]
+        data = {"not_computed": str(error), "controllers": [], "remarks": []}
+        return Part(heading, {"compensation": data}, said, lines=said)
+    controllers, first = [_controller_row(result) for result in results], results[0]
+    speed, before = first.axis.said(first.speed), sizes(first.before.rms, "rms_before")
+    remarks = list(dict.fromkeys(text for result in results for text in (*result.warnings, *result.remarks)))
+    found = {"not_computed": "", "speed": speed, **place(speeds, first.speed), **before, "controllers": controllers}
+    others = [{"controller": c["title"]} | gear for c in controllers for gear in c["other_gears"]]
+    panels = error_panels(
+        motion(bench, "loop", first.speed, "plain loop"),
+        [motion(bench, name, first.speed, name) for name in _names(view)],
+    )
+    return Part(
+        heading,
+        {"compensation": found | {"remarks": remarks}},
+        tables=[
+            Table(controllers, "title rms_after_rad reduction_dB peak_torque_Nm stable excluded"),
+            Table(others, "controller stiffness rms_before_rad rms_after_rad", "On gears of another stiffness"),
+        ],
+        notes=remarks,
+        figures=[(figure([panels], 240.0, "pointing error before and after"), TURNS.format(speeds.base, speed))],
+        lines=[
+            f"controller {result.name} at {speed}: rms of the pointing error {number(result.before.rms / ARCSEC, 3)} → "
+            f"{number(result.after.rms / ARCSEC, 3)} arcsec"
+            for result in results
+        ],
+    )
 
 
 def _names(view: View) -> tuple[str, ...]:

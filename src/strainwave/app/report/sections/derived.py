@@ -8,6 +8,7 @@ Basis of the numbers: assumptions, the observed error of each method, the proof 
 import math
 import platform
 from hashlib import sha256
+from html import escape
 from importlib import metadata
 from shlex import quote
 from typing import Any, NamedTuple
@@ -27,6 +28,7 @@ from ....study.speed_map.resonances import equation_orders
 from ....theory.parametric import ParametricResonance
 from ...console import number, percent
 from ...view import View, sizes
+from ..section import Part, Table
 from .opening import YIELDS
 
 LIMITS = (
@@ -38,26 +40,30 @@ LIMITS = (
 )
 
 
-class DerivedQuantities:
+HILL = (
+    "Speeds at which the stiffness varies 2/n times as fast as the drive vibrates, for small motions about the "
+    "operating point (Hill's equation): they grow where their growth is positive."
+)
+LOOPS = (
+    "Left: the datasheet's measurement at full load; its hysteresis loss is the width at zero torque. Right: lost "
+    "motion. Below: the loop of the case with the largest error; its area is lost in each cycle."
+)
+MEETS_NONE = "The varying stiffness meets no multiple of half the natural frequency in the speed range."
+
+
+def derived_quantities(view: View) -> Part:
     """Quantities derived from the data of the drive, and the source of these data."""
-
-    heading = "Derived quantities"
-    appendix = True
-
-    def data(self, view: View) -> dict[str, Any]:
-        """A row for each quantity, and the drive."""
-        project, gear = view.project, view.project.gear
-        return {
-            "derived": [fact._asdict() for fact in facts(view)],
-            "damping": damping(view),
-            "drive": {
-                "law": repr(project.drive.law),
-                "gear": gear.name if gear else None,
-                "source": gear.source if gear else None,
-                "notes": list(gear.notes) if gear else [],
-                "has_memory": project.has_memory,
-            },
-        }
+    project, gear, rows = view.project, view.project.gear, [fact._asdict() for fact in facts(view)]
+    drive = {
+        "law": repr(project.drive.law),
+        "gear": gear.name if gear else None,
+        "source": gear.source if gear else None,
+        "notes": list(gear.notes) if gear else [],
+        "has_memory": project.has_memory,
+    }
+    data = {"derived": rows, "damping": damping(view), "drive": drive}
+    notes = [] if gear is None else [" ".join([f"Gear data: {gear.source}.", *gear.notes])]
+    return Part("Derived quantities", data, tables=[Table(rows)], notes=notes, appendix=True)
 
 
 class Fact(NamedTuple):
@@ -180,18 +186,13 @@ def _static(view: View) -> list[Fact]:
     return rows
 
 
-class ParametricResonances:
-    """Speeds at which a varying stiffness makes small motions grow."""
-
-    heading = "Parametric resonances"
-    template = "parametric.html.j2"
-
-    def data(self, view: View) -> dict[str, Any]:
-        """A row for each in the range."""
-        return {
-            "parametric_resonances": [_row(view, r) for r in view.analysis.parametric],
-            "stiffness_varies": view.project.stiffness is not None,
-        }
+def parametric_resonances(view: View) -> Part:
+    """Speeds at which a varying stiffness makes small motions grow: a row for each in the range."""
+    rows, varies = [_row(view, r) for r in view.analysis.parametric], view.project.stiffness is not None
+    columns = "cause omega_rad_per_s unstable growth_per_s low_rad_per_s high_rad_per_s damping_ratio damping_needed"
+    data = {"parametric_resonances": rows, "stiffness_varies": varies}
+    said = HILL if rows else MEETS_NONE * varies
+    return Part("Parametric resonances", data, [said], [Table(rows, columns)])
 
 
 def _row(view: View, r: ParametricResonance) -> dict[str, Any]:
@@ -209,42 +210,32 @@ def _row(view: View, r: ParametricResonance) -> dict[str, Any]:
     }
 
 
-class Hysteresis:
-    """The datasheet's measurements on the law, and the loop of the case with the largest error."""
-
-    heading = "Hysteresis of the gear"
-    template = "hysteresis.html.j2"
-    appendix = True
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Hysteresis loss and lost motion; None without a loop."""
-        loop = view.analysis.loop
-        if loop is None:
-            return {"hysteresis": None}
-        full = {
-            "full_load_Nm": loop.torque,
-            "full_load_is_rated": loop.rated,
-            **sizes(loop.full.loss, "hysteresis_loss"),
-        }
-        full |= {"torsion_from_end_to_end_rad": loop.full.span, "dissipated_J_per_cycle": loop.full.energy}
-        return {"hysteresis": full | sizes(loop.small.span, "lost_motion")}
-
-    def figures(self, view: View) -> list[str]:
-        """The loop at full load and at 4 % of it, and that of the steady motion."""
-        loop, torsion, torque = view.analysis.loop, view.angle.axis("torsion"), Axis("torque", "N*m")
-        if loop is None:
-            return []
-        rows: list[list[Panel]] = [[]]
-        small = "the same up to 4 % of that torque"
-        for title, side in (("input locked, slowly 0, +T, −T, +T", loop.full), (small, loop.small)):
-            rows[0].append(Panel(title, torsion, torque))
-            rows[0][-1].line(side.torsion, side.torque, BLUE)
-        if cycles := [case.cycle for case in view.analysis.cases if case.cycle is not None]:
-            cycle = max(cycles, key=lambda c: c.peak)
-            below = Panel("steady motion, largest |x| of the cases, damping included", torsion, torque)
-            below.line(cycle.u, cycle.torque, BLACK, width=1.3)
-            rows.append([below])
-        return [figure(rows, 260.0, "hysteresis loop")]
+def hysteresis(view: View) -> Part:
+    """The datasheet's measurements on the law, and the loop of the case with the largest error; None without a loop."""
+    loop, torsion, torque = view.analysis.loop, view.angle.axis("torsion"), Axis("torque", "N*m")
+    if loop is None:
+        return Part(data={"hysteresis": None})
+    data = {
+        "full_load_Nm": loop.torque,
+        "full_load_is_rated": loop.rated,
+        **sizes(loop.full.loss, "hysteresis_loss"),
+        "torsion_from_end_to_end_rad": loop.full.span,
+        "dissipated_J_per_cycle": loop.full.energy,
+        **sizes(loop.small.span, "lost_motion"),
+    }
+    rows: list[list[Panel]] = [[]]
+    small = "the same up to 4 % of that torque"
+    for title, side in (("input locked, slowly 0, +T, −T, +T", loop.full), (small, loop.small)):
+        rows[0].append(Panel(title, torsion, torque))
+        rows[0][-1].line(side.torsion, side.torque, BLUE)
+    if cycles := [case.cycle for case in view.analysis.cases if case.cycle is not None]:
+        cycle = max(cycles, key=lambda c: c.peak)
+        below = Panel("steady motion, largest |x| of the cases, damping included", torsion, torque)
+        below.line(cycle.u, cycle.torque, BLACK, width=1.3)
+        rows.append([below])
+    rated = "the rated torque" if loop.rated else "the largest torque of the steady motions"
+    drawn = figure(rows, 260.0, "hysteresis loop"), f"Full load is {rated}. {LOOPS}"
+    return Part("Hysteresis of the gear", {"hysteresis": data}, tables=[Table([data])], figures=[drawn], appendix=True)
 
 
 SOFTWARE = ("numpy", "scipy", "numba")
@@ -255,15 +246,10 @@ MOTORS = {
 }
 
 
-class Trust:
-    """Assumptions in sentences, and a table of certificates."""
-
-    heading = "Assumptions and certificates"
-    template = "trust.html.j2"
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Assumptions of this model, and a row for each method with its observed difference."""
-        return {"assumptions": assumptions(view), "certificates": certificates(view)}
+def trust(view: View) -> Part:
+    """Assumptions of this model, and a row for each method with its observed difference."""
+    data = {"assumptions": assumptions(view), "certificates": certificates(view)}
+    return Part("Assumptions and certificates", data, tables=[*map(Table, data.values())])
 
 
 def assumptions(view: View) -> list[str]:
@@ -314,50 +300,37 @@ def _certificate(method: str, reference: str, difference: float | None) -> dict[
     return {"what": method, "held_against": reference, "relative_difference": difference}
 
 
-class Stability:
-    """The proof that the error decays, or the reason without one."""
-
-    heading = "Stability without excitation"
-    template = "stability.html.j2"
-    appendix = True
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Scope, claim and region of the proof."""
-        proof = view.analysis.stability
-        said = {name: getattr(proof, name) for name in ("holds", "scope", "claim", "reason", "obstacle")}
-        return {"stability": said | {"region": str(proof.region or "none")}}
-
-    def figures(self, view: View) -> list[str]:
-        """The phase portrait, where there is a claim."""
-        panels = proof_panels(view.analysis.stability)
-        return [figure([panels], 400.0, "phase portrait without excitation")] if panels else []
-
-    def lines(self, view: View, data: dict[str, Any]) -> list[str]:
-        """The proof in a line: its claim, or the reason without one; of the drive alone, not of its error equation."""
-        proof = data["stability"]
-        claim = f"no proof: {proof['obstacle']}" if proof["scope"] == "none" else f"{proof['scope']}; {proof['claim']}"
-        return [f"stability: {claim}"] if view.analysis.train_curve is None else []
+SCOPES = {
+    "global": "Globally stable", "local": "Locally stable", "set": "Converges to the gap", "none": "No claim",
+}  # fmt: skip
 
 
-class Provenance:
+def stability(view: View) -> Part:
+    """The proof that the error decays, with the phase portrait, or the reason without one."""
+    proof = view.analysis.stability
+    said = {name: getattr(proof, name) for name in ("holds", "scope", "claim", "reason", "obstacle")}
+    claim = SCOPES[proof.scope] + (": " + proof.claim if proof.scope != "none" else "") + "."
+    region, panels = str(proof.region or "none"), proof_panels(proof)
+    drawn = [figure([panels], 400.0, "phase portrait without excitation")] if panels else []
+    return Part(
+        "Stability without excitation", {"stability": said | {"region": region}}, [claim],
+        notes=[f"Region: {region}. Reason: " + proof.reason + "."], figures=drawn, appendix=True,
+    )  # fmt: skip
+
+
+def provenance(view: View) -> Part:
     """Source of each number, the whole project file, the SHA-256 of its text (UTF-8), versions, and the command."""
-
-    heading = "Project and provenance"
-    template = "provenance.html.j2"
-    appendix = True
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Hash, versions and command."""
-        path = view.project.path
-        versions = {"strainwave": version(), "python": platform.python_version()}
-        return {
-            "sources": stated([Stated("rows", source_facts(view.project))])["rows"],
-            "provenance": {
-                "project_sha256": sha256(view.project.text.encode()).hexdigest(),
-                "versions": versions | {name: metadata.version(name) for name in SOFTWARE},
-                "command": f"strainwave analyze {_word(path.name)} -o {_word(path.stem)}",
-            },
-        }
+    path, text = view.project.path, view.project.text
+    versions = {"strainwave": version(), "python": platform.python_version()}
+    made = {
+        "project_sha256": sha256(text.encode()).hexdigest(),
+        "versions": versions | {name: metadata.version(name) for name in SOFTWARE},
+        "command": f"strainwave analyze {_word(path.name)} -o {_word(path.stem)}",
+    }
+    data = {"sources": stated([Stated("rows", source_facts(view.project))])["rows"], "provenance": made}
+    file = f"<pre>{escape(text)}</pre>", "With the same file, versions and machine the command writes the same bytes."
+    tables = [*map(Table, data.values())]
+    return Part("Project and provenance", data, tables=tables, figures=[file], appendix=True)
 
 
 def _word(name: str) -> str:

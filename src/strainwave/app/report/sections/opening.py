@@ -1,6 +1,7 @@
-"""Opening of the report: the drive, the verdict, and the key numbers; and warnings to read before using them."""
+"""Opening of the report: the drive and the verdict; and warnings to read before using the numbers."""
 
 import math
+from html import escape
 from typing import Any
 
 from ....base.archive import version
@@ -16,12 +17,12 @@ from ....plot.svg import stacked
 from ....study.analysis.analysis import Analysis, Largest
 from ....study.analysis.verdict import Answer
 from ....study.analysis.verdict_words import how_sure, ranges
-from ....study.analysis.words import equation_alone, named, of_move, place_said, under_load
-from ...console import WHAT_X_IS, number, percent
+from ...console import WHAT_X_IS
 from ...view import View, sizes
 from ..remedies import after_change, can_be_ordered
-from .speed_range import drive_figure, figure_said
-from .whole_train import modes, parts, train_warning
+from ..section import Part, html_table, paragraph
+from .speed_range import drive_figure
+from .whole_train import parts, train_warning
 
 CONVENTIONS = (
     f"{WHAT_X_IS}; oscillation is the largest distance from the mean, in a run-up from the mean of its turns; peak is "
@@ -29,115 +30,89 @@ CONVENTIONS = (
     "angle"
 )
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
+MARKS = "Dashed grey lines: resonances, numbered as in the appendix."
+IN_SENTENCE = ("requirement", "largest oscillation", "torque")  # answers that the sentence of the verdict has
 PAGE = 430.0  # width of the figure beside the remedies [px]
 FIRST = 6  # remedies beside the figure
-OSCILLATES = 0.5  # damping ratio below which a mode of the train is a key number
 
 
-class Opening:
-    """Title, drive, verdict and key numbers."""
+def opening(view: View) -> Part:
+    """The verdict, conventions, natural frequencies, the largest error and torque, and the limits of the gear."""
+    project, analysis = view.project, view.analysis
+    data = {
+        "strainwave": version(),
+        "title": project.title,
+        "revision": project.revision,
+        "project": project.text,
+        "motor": project.motor,
+        "base_angle": project.speeds.base_angle,
+        "verdict": (verdict := view.told(told_once(analysis.facts())["verdict"])),
+        "conventions": CONVENTIONS,
+        "speed_range_rad_per_s": list(analysis.speeds),
+        "natural_frequencies": natural_frequencies(view),
+        "error": analysis.drive.name,
+        "largest_oscillation": _largest(view, analysis.largest_oscillation(), "oscillation"),
+        "largest_error": _largest(view, analysis.largest(), "peak"),
+        "largest_torque": _largest_torque(view),
+        "required_motor": _required_motor(view),
+        "move": None if analysis.moved is None else told_once(analysis.moved.facts()),
+        "loop_margins": None if project.loop is None else project.loop.data(),
+        "how_sure": told_once(project.sureness.facts(project.limit))["how_sure"]
+        | {
+            "sentence": how_sure(analysis),
+            "ends": [
+                {"damping_Nms_per_rad": end.after, **after_change(view, end), "above_limit": end.exceeds}
+                for end in analysis.other_damping
+            ],
+        },
+        "limits": [finding.data() for finding in analysis.limits],
+    }
+    answers = (f"{what}: {said}" for what, said in verdict["answers"].items() if what not in IN_SENTENCE)
+    lines = [verdict["headline"], verdict["sentence"], *answers]
+    return Part(data=data, lines=lines, page=_first(view, verdict))
 
-    heading = ""
 
-    def data(self, view: View) -> dict[str, Any]:
-        """The verdict, conventions, natural frequencies, the largest error and torque, and the limits of the gear."""
-        project, worst = view.project, view.analysis.largest()
-        return {
-            "strainwave": version(),
-            "title": project.title,
-            "revision": project.revision,
-            "project": project.text,
-            "motor": project.motor,
-            "base_angle": project.speeds.base_angle,
-            "verdict": told_once(view.analysis.facts())["verdict"],
-            "conventions": CONVENTIONS,
-            "speed_range_rad_per_s": list(view.analysis.speeds),
-            "natural_frequencies": natural_frequencies(view),
-            "error": view.analysis.drive.name,
-            "largest_oscillation": _largest(view, view.analysis.largest_oscillation(), "oscillation"),
-            "largest_error": _largest(view, worst, "peak"),
-            "largest_torque": _largest_torque(view),
-            "required_motor": _required_motor(view),
-            "move": None if view.analysis.moved is None else told_once(view.analysis.moved.facts()),
-            "loop_margins": None if project.loop is None else project.loop.data(),
-            "how_sure": told_once(project.sureness.facts(project.limit))["how_sure"]
-            | {
-                "sentence": how_sure(view.analysis),
-                "ends": [
-                    {"damping_Nms_per_rad": end.after, **after_change(view, end), "above_limit": end.exceeds}
-                    for end in view.analysis.other_damping
-                ],
-            },
-            "limits": [finding.data() for finding in view.analysis.limits],
-        }
+def _first(view: View, verdict: dict[str, Any]) -> str:
+    """Title, drive and verdict, with the oscillation against speed, its limit and the speeds to avoid."""
+    project, speeds = view.project, view.speeds
+    gear = project.gear.name if project.gear else "explicit torsion law"
+    ends = speeds.name + " " + Speed(*view.analysis.speeds, digits=5, between=" to ", bare=True) + f" {speeds.unit}"
+    revision = f" · revision {project.revision}" if project.revision else ""
+    drawn = stacked(drive_figure(view)[:1], 250.0, "oscillation of the error against speed", PAGE)
+    rows = "".join(f"<tr><th>{escape(w)}</th><td>{escape(said)}</td></tr>\n" for w, said in verdict["answers"].items())
+    over = "" if verdict["answer"] == "all right" else " over"
+    marks = MARKS if view.analysis.train_curve is None and view.analysis.regimes else ""
+    return (
+        f"<header><h1>{escape(project.title)}</h1>\n"
+        + paragraph(f"Dynamic error analysis · {gear} · {_about(view)} · {view.told(ends)}{revision}", "sub")
+        + f'</header>\n<div class="verdict{over}">{paragraph(verdict["headline"], "answer")}'
+        + f'<div class="first"><figure>{drawn}</figure>{_orders(view)}</div>\n'
+        + paragraph(marks, "note")
+        + f'<table class="answers"><tbody>{rows}</tbody></table></div>\n'
+    )
 
-    def lines(self, view: View, data: dict[str, Any]) -> list[str]:
-        """The verdict, and the key numbers below each other."""
-        verdict = data["verdict"]
-        texts = [verdict[key] for key in ("headline", "sentence", "what_to_do", "how_sure") if verdict[key]]
-        texts += [data["loop_margins"]["weak"]] if data["loop_margins"] and data["loop_margins"]["weak"] else []
-        return texts + [f"{value:>15}  {meaning}" for value, meaning, _ in self.key_numbers(view, data)]
 
-    def figures(self, view: View) -> list[str]:
-        """Oscillation of the error against speed, with its limit and the speeds to avoid."""
-        return [stacked(drive_figure(view)[:1], 250.0, "oscillation of the error against speed", PAGE)]
+def _orders(view: View) -> str:
+    """What can be ordered or set, the oscillation that it leaves, and whether that is above the limit."""
+    rows, mark = list[tuple[str, str]](), {True: " ✗", False: " ✓", None: ""}
+    for remedy in [one for one in view.analysis.remedies if can_be_ordered(one) and one.helps][:FIRST]:
+        left = view.angle.text(after_change(view, remedy)["oscillation_rad"], view.project.digits())
+        rows.append((str(remedy), left + mark[remedy.exceeds]))
+    within = "; ✓ is within the limit" * bool(view.project.limit)
+    note = f"Each alone, with the oscillation that it leaves{within}." * bool(rows)
+    verdict = view.analysis.verdict
+    if verdict.answer is Answer.BUT:
+        rows.append((str(view.told(Sentence("keep to {}", ranges(verdict.allowed, -1)))), ""))
+    table = html_table(("what", "leaves"), rows) + paragraph(note, "note")
+    return f"<div><h2>What can be ordered or set</h2>{table}</div>" if rows else ""
 
-    def sentences(self, view: View) -> list[str]:
-        """Content of the figure."""
-        return [said for said in figure_said(view) if said]
 
-    def orders(self, view: View) -> list[tuple[str, str, bool | None]]:
-        """What can be ordered or set, the oscillation that it leaves, and whether that is above the limit."""
-        remedies = [remedy for remedy in view.analysis.remedies if can_be_ordered(remedy) and remedy.helps]
-        sizes_left = (after_change(view, remedy)["oscillation_rad"] for remedy in remedies)
-        left = [view.angle.text(size, view.project.digits()) for size in sizes_left]
-        rows = [(str(remedy), size, remedy.exceeds) for remedy, size in zip(remedies, left, strict=True)][:FIRST]
-        verdict = view.analysis.verdict
-        if verdict.answer is Answer.BUT:
-            rows.append((str(view.told(Sentence("keep to {}", ranges(verdict.allowed, -1)))), "", None))
-        return rows
-
-    def about(self, view: View) -> str:
-        """The drive in words."""
-        if view.analysis.train is not None:
-            return parts(view)
-        how = "driven by torque" if view.project.motor == "free" else "held at constant speed by a stiff speed loop"
-        return f"motor {view.project.motor} ({how})"
-
-    def key_numbers(self, view: View, data: dict[str, Any]) -> list[tuple[str, str, bool]]:
-        """Value, meaning, and whether it is beyond a limit."""
-        whole = view.analysis.train_curve is not None
-        rows: list[tuple[str, str, bool]] = []
-        if whole:
-            text = "mode of the whole drive train that the excitation meets in the range; damping ratio "
-            for mode in modes(view):
-                if mode["met_in_range"] and mode["damping_ratio"] < OSCILLATES:
-                    rows.append((f"{number(mode['hertz'], 3)} Hz", text + percent(mode["damping_ratio"], 2), False))
-        else:
-            small = " of small oscillations, before the law slips" if view.project.has_memory else ""
-            for row in data["natural_frequencies"]:
-                text = f"natural frequency{small}, motor {row['motor']}{' (used)' if row['used'] else ''}"
-                rows.append((f"{number(row['hertz'])} Hz", text, False))
-        for name, mean in (("oscillation", ""), ("peak", ", mean included")):
-            size = data["largest_error" if mean else "largest_oscillation"]
-            run = " in a run-up" if size["of"].startswith("run-up") else equation_alone(view.analysis)
-            error = data["error"] if mean else f"oscillation of the {data['error']}"
-            speed = Speed(size["omega_rad_per_s"], digits=5) + under_load(size["load_torque_Nm"])
-            where = place_said(view.analysis.largest_oscillation()) if "beat_s" in size else speed
-            text = f"largest {error}{run}{mean}, at " + where
-            rows.append((view.angle.text(size[f"{name}_rad"], view.project.digits()), view.told(text), False))
-        study, torque = view.analysis.train, data["largest_torque"]
-        condition = " in a steady motion" if study is None or study.ramp is None else ", steady or in the run-up"
-        size, excess = torque["torque_Nm"], ""
-        for name in ("ratcheting", "momentary", "repeated_peak"):
-            limit = torque[f"{name}_torque_Nm"]
-            if not excess and limit is not None and size > limit:
-                end = "; the teeth skip, this is no result" if name == "ratcheting" else ""
-                excess = f": more than the {name.replace('_', ' ')} torque of {number(limit)} N·m{end}"
-        text = f"largest torque through the gear{condition}, at " + Speed(torque["omega_rad_per_s"], digits=5)
-        text += under_load(torque["load_torque_Nm"])
-        rows.append((f"{number(size, view.project.digits())} N·m", view.told(text) + excess, bool(excess)))
-        return [*rows, *_motor_numbers(view), *_move_numbers(view)]
+def _about(view: View) -> str:
+    """The drive in words."""
+    if view.analysis.train is not None:
+        return parts(view)
+    how = "driven by torque" if view.project.motor == "free" else "held at constant speed by a stiff speed loop"
+    return f"motor {view.project.motor} ({how})"
 
 
 def _largest(view: View, largest: Largest, name: str) -> dict[str, Any]:
@@ -185,43 +160,6 @@ def _required_motor(view: View) -> dict[str, Any] | None:
     }
 
 
-def _motor_numbers(view: View) -> list[tuple[str, str, bool]]:
-    """Key numbers of the motor, where they are known."""
-    motor, exceeded = view.analysis.motor, {f.limit: f for f in view.analysis.limits if f.fails}
-    if motor is None:
-        return []
-
-    def excess(name: str) -> str:
-        if name not in exceeded:
-            return ""
-        value, bound, unit, omega = [getattr(exceeded[name], key) for key in ("value", "bound", "unit", "omega")]
-        if omega is not None:
-            return f"; {number(value - bound)} {unit} short at {number(omega / RPM, 5)} rpm"
-        return f": more than its {number(bound)} {unit}"
-
-    run = " in the run-up, its acceleration left out" if motor.in_run_up else ""
-    text = f"largest torque that the motor must give{run}, at " + Speed(motor.at, digits=5) + under_load(motor.load)
-    meaning = view.told(text) + excess("motor torque").replace("*", "·")
-    rows = [(f"{number(motor.torque, view.project.digits())} N·m", meaning, "motor torque" in exceeded)]
-    if "motor speed" in exceeded:
-        speed = f"{number(exceeded['motor speed'].value, 5)} rpm"
-        rows.append((speed, "speed at which the motor must turn" + excess("motor speed"), True))
-    return rows
-
-
-def _move_numbers(view: View) -> list[tuple[str, str, bool]]:
-    """Key numbers of the move of the file."""
-    moved = view.analysis.moved
-    if moved is None:
-        return []
-    rows = []
-    for where, size in (("of the motor", moved.peak_motor_torque), ("through the gear", moved.peak_gear_torque)):
-        excess = "".join(f": above {named(one)}" for one in of_move(view.analysis) if one.value == size)
-        text = f"largest torque {where} in the move of the file{excess}"
-        rows.append((f"{number(size, view.project.digits())} N·m", text, bool(excess)))
-    return rows
-
-
 def _largest_torque(view: View) -> dict[str, Any]:
     """Largest torque through the gear in a steady motion or the run-up, beside the gear's limits."""
     used = view.analysis.usage
@@ -232,20 +170,11 @@ def _largest_torque(view: View) -> dict[str, Any]:
     return view.place(used.at_peak) | known | of_gear
 
 
-class Warnings:
+def cautions(view: View) -> Part:
     """Warnings of the analysis, exceeded limits of the gear, and doubts about the file."""
-
-    heading = ""
-    template = "warnings.html.j2"
-
-    def data(self, view: View) -> dict[str, Any]:
-        """All warnings in sentences."""
-        return {"warnings": warnings(view)}
-
-    def lines(self, _: View, data: dict[str, Any]) -> list[str]:
-        """Their number."""
-        count = len(data["warnings"])
-        return [f"{counted(count, 'warning')} in the report"] if count else []
+    said = warnings(view)
+    lines = [f"{counted(len(said), 'warning')} in the report"] if said else []
+    return Part(data={"warnings": said}, sentences=said, lines=lines, kind="warn")
 
 
 def warnings(view: View) -> list[str]:

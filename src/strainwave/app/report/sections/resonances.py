@@ -21,55 +21,53 @@ from ....study.speed_map.resonances import Regime, equation_orders
 from ....theory.slow_flow.results import Certificate
 from ...console import number, percent
 from ...view import AngleUnit, View, sizes
+from ..section import Part, Table
 
 NO_STIFFNESS = (
     "the law has no stiffness where the mean torque holds the drive (backlash), or nothing excites the drive."
 )
 
+COLUMNS = (
+    "number name order inside_range omega_rad_per_s top.amplitude_rad top.omega_rad_per_s jumps.omega_rad_per_s "
+    "peak.amplitude_rad peak_error.amplitude folds.omega_rad_per_s"
+)
+HEADS = (
+    "Amplitudes are 0-to-peak, of the torsion's component near the natural frequency; the speed is that of small "
+    "oscillations. Top: of the computed curve of every motion that repeats with each turn, which has no subharmonics; "
+    "– where it has no maximum of its own. Peak: by multiple scales, of first order where it is valid, else of "
+    "second; its error is relative to the computed curve, or its own estimate; folds: where its curve turns."
+)
 
-class Resonances:
+
+def resonances(view: View) -> Part:
     """Every resonance with its number, by ascending speed, and a figure of those with a curve by multiple scales."""
-
-    heading = "Resonances"
-    appendix = True
-
-    def data(self, view: View) -> dict[str, Any]:
-        """A row for each, or why there is none."""
-        regimes, jumps = view.analysis.regimes, _jumps(view.analysis)
-        rows = [_resonance(view, i, regime, jumps[i - 1]) for i, regime in enumerate(regimes, 1)]
-        return {"resonances": rows, "resonance_remark": "" if rows else _remark(view)}
-
-    def figures(self, view: View) -> list[str]:
-        """Response curves of the resonances that have a peak by multiple scales."""
-        regimes = (regime for regime in view.analysis.regimes if regime.response and regime.response.branches)
-        return [figure_of(view, regime) for regime in regimes]
-
-    def lines(self, view: View, data: dict[str, Any]) -> list[str]:
-        """The primary resonances of an error equation that stands for the drive."""
-        if view.analysis.train_curve is not None:
-            return []
-        rows = [row for row in data["resonances"] if row["inside_range"] and row["name"] == "primary"]
-        return [line for row in rows for line in resonance_lines(row)]
-
-    def verdict(self, view: View, row: dict[str, Any]) -> str:
-        """Text below the figure of a resonance."""
-        peak = row["peak"]
-        text = Sentence(
-            "Multiple scales{} put the peak at {} and {}: {}.{}",
-            " of second order" if row["certificate_at_peak"]["order"] == 2 else "",
-            Angle(peak["amplitude_rad"]), Speed(peak["omega_rad_per_s"]), peak_verdict(row), escalation(row),
-        )  # fmt: skip
-        return str(view.told(text + " " + jump_verdict(row)))
+    regimes, jumps = view.analysis.regimes, _jumps(view.analysis)
+    rows = [_resonance(view, i, regime, jumps[i - 1]) for i, regime in enumerate(regimes, 1)]
+    data = {"resonances": rows, "resonance_remark": "" if rows else _remark(view)}
+    found = [(i, regime) for i, regime in enumerate(regimes, 1) if regime.inside]
+    without = [f"Resonance {i}: " + (r.reason or r.existence) + "." for i, r in found if not _branches(r)]
+    same = len(found) > 1 and len({regime.reason or i for i, regime in found}) == 1
+    notes = [f"{HEADS} Order: repeats per turn of the {view.speeds.base_angle}.", *without[: 1 if same else None]]
+    drawn = [(figure_of(view, r), verdict(row)) for r, row in zip(regimes, rows, strict=True) if _branches(r)]
+    return Part(
+        "Resonances", data, [] if rows else ["No resonance can be listed: " + _remark(view)], [Table(rows, COLUMNS)],
+        notes if rows else [], drawn, appendix=True,
+    )  # fmt: skip
 
 
-def resonance_lines(row: dict[str, Any]) -> list[str]:
-    """Lines about a resonance: its place, and its peak by multiple scales."""
-    top, peak = row["top"], row["peak"]
-    text = f"{row['name']} resonance of order {row['order']}: small oscillations at " + speed_of(row)
-    lines: list[str] = [text + (", largest at " + speed_of(top) if top else "")]
-    if peak:
-        lines.append("  peak by multiple scales " + Angle(peak["amplitude_rad"]) + f": {peak_verdict(row)}")
-    return lines
+def _branches(regime: Regime) -> bool:
+    return regime.response is not None and bool(regime.response.branches)
+
+
+def verdict(row: dict[str, Any]) -> str:
+    """Text below the figure of a resonance."""
+    peak = row["peak"]
+    return Sentence(
+        "{}, {}, order {}. Multiple scales{} put the peak at {} and {}: {}.{}",
+        row["number"], row["name"], row["order"],
+        " of second order" if row["certificate_at_peak"]["order"] == 2 else "",
+        Angle(peak["amplitude_rad"]), Speed(peak["omega_rad_per_s"]), peak_verdict(row), escalation(row),
+    )  # fmt: skip
 
 
 def peak_verdict(row: dict[str, Any]) -> str:
@@ -95,22 +93,6 @@ def escalation(row: dict[str, Any]) -> str:
     if used["order"] == 2 and used["valid"]:
         return f"{difference}, so the second order is shown."
     return f"{difference}, and the second order is not valid either: rely on the computed curve."
-
-
-def jump_verdict(row: dict[str, Any]) -> str:
-    """Speeds of the jumps next to a resonance, by the computed curve and by multiple scales."""
-    computed = Sentence(" and ").join(map(speed_of, row["jumps"]))
-    predicted = Sentence(" and ").join(map(speed_of, row["folds"]))
-    if not computed and not predicted:
-        return ""
-    begin = "The computed curve jumps at " + computed if computed else "Here the computed curve does not jump"
-    theory = "; multiple scales would at " + predicted + "." if predicted else ", that of multiple scales does not."
-    return begin + theory
-
-
-def speed_of(row: dict[str, Any]) -> Sentence:
-    """Speed of a place in a sentence."""
-    return "" + Speed(row["omega_rad_per_s"])
 
 
 def _remark(view: View) -> str | Sentence:

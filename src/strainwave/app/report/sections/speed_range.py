@@ -19,48 +19,25 @@ from ....plot.panels import BLACK, BLUE, Axis, Panel
 from ....plot.svg import figure, stacked
 from ....study.analysis.in_time import DriveMotion
 from ....study.analysis.time_case import TimeCase
-from ....study.analysis.words import under_load
 from ...console import number, percent
 from ...view import View, place, sizes
+from ..section import Part, Table
 from .resonances import time_figure
 
 
-class SpeedRange:
-    """The response curve, of the whole drive train where there is one, and its jumps on a slow run-up and run-down."""
+def speed_range(view: View) -> Part:
+    """Torques in the gear and of the motor against speed; jumps, and what assumed numbers leave open.
 
-    heading = "Torque through the speed range"
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Key numbers of the curve of the error equation, and its simulated check."""
-        return {"exact_response": curve_data(view.speeds, view.analysis.exact), "run_up": _run_up(view)}
-
-    def figures(self, view: View) -> list[str]:
-        """Torques in the gear and of the motor against speed; the first page has the oscillation."""
-        _, *more = drive_figure(view)
-        return [stacked([panel], drive.HEIGHT, f"{panel.y.name} against speed") for panel in more]
-
-    def sentences(self, view: View) -> list[str]:
-        """Jumps of a slow run-up and run-down, and what was looked for beside the curve."""
-        message = view.analysis.drive.curve.message
-        others = "The curve " + message + "." if message.startswith("reached both ends;") else ""
-        return [*_sweeps(view), others]
-
-    def open_ends(self, view: View) -> list[str]:
-        """What assumed numbers leave open, each and together."""
-        return [said[:1].upper() + said[1:] for said in view.project.sureness.sentences(view.project.limit)]
-
-    def lines(self, view: View, _: dict[str, Any]) -> list[str]:
-        """Jumps of a slow run-up and run-down."""
-        return [said for said in _sweeps(view) if not said.endswith("does not jump.")]
-
-
-def _sweeps(view: View) -> list[str]:
-    return [] if view.project.undamped else sweep_sentences(view.analysis.drive)
-
-
-def figure_said(view: View) -> list[str]:
-    """What the figure of the oscillation shows."""
-    return [_lines(view), _marks(view)]
+    Key numbers are those of the curve of the error equation, and its simulated check.
+    """
+    data = {"exact_response": curve_data(view.speeds, view.analysis.exact), "run_up": _run_up(view)}
+    sure = [f"{one[:1].upper()}{one[1:]}." for one in view.project.sureness.sentences(view.project.limit)]
+    message = view.analysis.drive.curve.message
+    others = "The curve " + message + "." if message.startswith("reached both ends;") else ""
+    notes = [*([] if view.project.undamped else sweep_sentences(view.analysis.drive)), others]
+    drawn = [stacked([panel], drive.HEIGHT, f"{panel.y.name} against speed") for panel in drive_figure(view)[1:]]
+    tables = [Table(sure, title="How sure")]
+    return Part("Torque through the speed range", data, (), tables, notes, drawn, kind="pair")
 
 
 def drive_figure(view: View) -> list[Panel]:
@@ -143,101 +120,84 @@ def sweep_sentences(exact: DriveResponse) -> list[str]:
     return sentences
 
 
-def _lines(view: View) -> str:
-    """The lines of the figure; where a curve is rough or not complete, a warning says so."""
-    analysis, response = view.analysis, view.analysis.drive
-    first, last = (analysis.load_cases[i].torque for i in (0, -1)) if analysis.load_cases else (0.0, 0.0)
-    cases = f" Orange, thin: the same with other torques of the load, {number(first)} to {number(last)} N·m."
-    shaded = analysis.avoid is not None and bool(analysis.avoid.bands)
-    after = cases * bool(analysis.load_cases) + " Grey: speeds to avoid." * shaded
-    whole = "" if analysis.train_curve is None else " of the whole drive train"
-    whole += under_load(view.project.mean_load_torque if analysis.load_cases else None)
-    text = f"Blue, thick: the motions{whole} that repeat with the {view.speeds.base_angle}, by harmonic balance "
-    text += f"({response.curve.coefficients.shape[1] // 2} harmonics)"
-    if (waves := response.curve.waves) is not None:
-        text = f"Blue, thick: the motions{whole}, which beat, in their largest turn, thin: in their smallest, by "
-        text += f"harmonic balance in two turns ({len(waves.pairs) - 1} waves)"
-        if analysis.train_curve is None:
-            return f"{text}.{after}"
-    if analysis.train is None or analysis.train_curve is None:
-        return f"{text}; triangles: integration, as a check.{after}"
-    without = "; without the torque that follows the load's own angle" if analysis.train_curve.without_angle else ""
-    reduced = f" Dash-dotted, thin, up to the top: {drive.HELD}."
-    return f"{text}{without}.{reduced}{after}"
+ALONE = (
+    "These are motions of the error equation, which closed forms describe: {}. It leaves out {}. The whole drive at "
+    "the same speeds, integrated from rest too, is drawn with dots and dashes."
+)
+STEADY = (
+    "All values are steady but those “from rest”: a start at the static equilibrium, for the time 5/μ (50 turns "
+    "without damping). A turn is one turn of the base angle; dissipated energy and work are computed apart from each "
+    "other and agree in a steady motion. RMS difference: of multiple scales and integration, over the RMS of the "
+    "integrated solution, in the window 0 to 5/μ."
+)
+BEATS = (
+    "Motions that beat do not repeat with every turn: the largest stands turn by turn in the report, and strainwave "
+    "move has others in time."
+)
+OF_DRIVE = (
+    "name omega_rad_per_s drive.oscillation_rad drive.oscillation_of_the_error_equation_rad "
+    "drive.error_equation_relative_to_drive drive.peak_torque_Nm drive.remark"
+)
+OF_EQUATION = (
+    "name omega_rad_per_s peak_rad peak_to_peak_rad peak_torque_Nm dissipated_J_per_turn work_J_per_turn loss_W"
+)
+OF_THEORY = (
+    "name peak_from_rest_rad peak_multiple_scales_rad rms_difference component_integration_rad "
+    "component_multiple_scales_rad reason"
+)
 
 
-def _marks(view: View) -> str:
-    if view.analysis.train_curve is not None or not view.analysis.regimes:
-        return ""
-    place = "where the curve is largest" if view.project.has_memory else "of small oscillations"
-    return f"Dashed grey lines: resonances, numbered as in the appendix, {place}; base angle: {view.speeds.base_angle}."
+def single_speeds(view: View) -> Part:
+    """The speeds that the project names, or the main resonances and a place away from them, with the drive's motion."""
+    cases, remarks = _cases(view), list(view.analysis.remarks)
+    rows = [_case(view, case) | {"drive": _drive(case, motion)} for case, motion in cases]
+    known = [row for row in rows if row["drive"]]
+    motor = "a motor driven by torque" if view.project.motor == "free" else "an ideally held motor, a rigid load"
+    alone = ALONE.format(motor, ", ".join(view.project.left_out)) if known else ""
+    tables = [
+        Table(known, OF_DRIVE, "The whole drive"),
+        Table(rows, OF_EQUATION, "The error equation"),
+        Table(rows, OF_THEORY, "Multiple scales against integration"),
+    ]
+    drawn = [(time_figure(case, view.angle, motion), _caption(case)) for case, motion in cases]
+    return Part(
+        "Single speeds in time", {"cases": rows, "remarks": remarks}, [alone if rows else BEATS], tables,
+        [STEADY * bool(rows), *remarks], drawn, appendix=True,
+    )  # fmt: skip
 
 
-class SingleSpeeds:
-    """The speeds that the project names, or the main resonances and a place away from them."""
-
-    heading = "Single speeds in time"
-    template = "single_speeds.html.j2"
-    appendix = True
-
-    def data(self, view: View) -> dict[str, Any]:
-        """A row for each, with the drive's own motion where it has more, and why a part of the analysis is missing."""
-        rows = [_case(view, case) | {"drive": _drive(case, drive)} for case, drive in _cases(view)]
-        return {"cases": rows, "remarks": list(view.analysis.remarks)}
-
-    def figures(self, view: View) -> list[str]:
-        """A figure for each."""
-        return [time_figure(case, view.angle, drive) for case, drive in _cases(view)]
+def _caption(case: TimeCase) -> Sentence:
+    """Name and speed of a case, and whether its motion repeats."""
+    status = case.transient.message if not case.transient.status else case.steady.message
+    ends = f"; the motion does not repeat after one turn: {status}." if status and not case.steady.closed else "."
+    return Sentence("{}, {}", case.name, Speed(case.omega, digits=5)) + ends
 
 
-class BeatOfTurns:
-    """The largest motion turn by turn, where motions beat."""
-
-    heading = "The beat"
-    template = "beat.html.j2"
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Turns and period of the beat, and the sizes of its turns; None without one."""
-        beat = view.analysis.beat
-        if beat is None:
-            return {"beat": None}
-        known = {"turns": beat.turns, "period_s": beat.period, "difference_to_integration": beat.difference}
-        return {"beat": view.place(beat.omega) | known | {"oscillation_of_each_turn_rad": beat.balanced.tolist()}}
-
-    def sentences(self, view: View) -> list[Any]:
-        """The beat in words."""
-        beat = view.analysis.beat
-        if beat is None:
-            return []
-        smallest = view.analysis.largest_oscillation().smallest or 0.0
-        sizes_of = [Angle(size) for size in (float(np.max(beat.balanced)), smallest)]
-        text = "The error {}, {} s at {}: it oscillates with {} in the largest turn and "
-        every, text = beat_said(view.project.whole)[1], f"{text}with {{}} in the smallest; {A_TURN}."
-        said = Sentence(text, every, number(beat.period, 3), Speed(beat.omega), *sizes_of)
-        if beat.difference is not None:
-            said += f" Integration gives the same within {percent(beat.difference, 2)} of the largest turn."
-        return [said]
-
-    def figures(self, view: View) -> list[str]:
-        """Oscillation of each turn of the motor, by the balance and by integration."""
-        beat = view.analysis.beat
-        if beat is None:
-            return []
-        number_of = np.arange(1, len(beat.balanced) + 1)
-        panel = Panel("", Axis("turn of the motor"), view.angle.axis("oscillation of the turn"), ylim=(0.0, None))
-        panel.line(number_of, beat.balanced, BLUE, "harmonic balance")
-        if len(beat.integrated):
-            panel.points(number_of, beat.integrated, BLACK, "integration")
-        return [figure([[panel]], 240.0, "oscillation of each turn of the motor")]
-
-    def waves(self, view: View) -> list[dict[str, Any]]:
-        """Waves of that motion."""
-        drive = view.analysis.drive
-        return waves_data(drive.curve, drive.top)
-
-    def lines(self, _: View, __: dict[str, Any]) -> list[str]:
-        """Nothing beside the verdict."""
-        return []
+def beat_of_turns(view: View) -> Part:
+    """The largest motion turn by turn, where motions beat: turns and period of the beat; None without one."""
+    beat, motions = view.analysis.beat, view.analysis.drive
+    if beat is None:
+        return Part(data={"beat": None})
+    known = {"turns": beat.turns, "period_s": beat.period, "difference_to_integration": beat.difference}
+    data = view.place(beat.omega) | known | {"oscillation_of_each_turn_rad": beat.balanced.tolist()}
+    smallest = view.analysis.largest_oscillation().smallest or 0.0
+    sizes_of = [Angle(size) for size in (float(np.max(beat.balanced)), smallest)]
+    text = "The error {}, {} s at {}: it oscillates with {} in the largest turn and "
+    every, text = beat_said(view.project.whole)[1], f"{text}with {{}} in the smallest; {A_TURN}."
+    said = Sentence(text, every, number(beat.period, 3), Speed(beat.omega), *sizes_of)
+    if beat.difference is not None:
+        said += f" Integration gives the same within {percent(beat.difference, 2)} of the largest turn."
+    number_of = np.arange(1, len(beat.balanced) + 1)
+    panel = Panel("", Axis("turn of the motor"), view.angle.axis("oscillation of the turn"), ylim=(0.0, None))
+    panel.line(number_of, beat.balanced, BLUE, "harmonic balance")
+    if len(beat.integrated):
+        panel.points(number_of, beat.integrated, BLACK, "integration")
+    drawn, waves = (
+        figure([[panel]], 240.0, "oscillation of each turn of the motor"),
+        waves_data(motions.curve, motions.top),
+    )
+    table = Table(waves[:8], title=f"The largest of {len(waves)} waves, repeats per turn of motor and output")
+    return Part("The beat", {"beat": data}, [said], [table], figures=[drawn])
 
 
 def _cases(view: View) -> list[tuple[TimeCase, DriveMotion | None]]:

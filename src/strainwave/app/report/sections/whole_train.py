@@ -22,73 +22,65 @@ from ....study.speed_map.ramp import Ramp, turns
 from ....study.speed_map.resonances import equation_orders
 from ...console import number
 from ...view import View, sign, sizes
+from ..section import Part, Table
 from .resonances import envelope, jump_speeds
 from .speed_range import curve_data
 
 MATTERS = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
+LITTLE = "the choice changes little"
+RESPONSE = "Linear response of the speeds to a torque on the"
 APART = 0.1  # relative difference of train and error equation that is warned of
 
 
-class WholeTrain:
-    """What the whole train does, and what the error equation makes of it."""
-
-    heading = "The whole drive train"
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Operating point, modes, steady motions and run-up; None where the error equation is all there is."""
-        study = view.analysis.train
-        return {"train": None if study is None else train_data(view, study), "reduction": reduction(view)}
-
-    def figures(self, view: View) -> list[str]:
-        """Bode plot."""
-        study = view.analysis.train
-        return [] if study is None else [figure([study.bode.panels()], 290.0, "Bode plot")]
-
-    def gains(self, study: TrainStudy) -> str:
-        """Gains of the control, with their units, as a sentence; empty without any."""
-        known = parameters(study.train.motor.control)
-        each = ", ".join(f"{p.path.removeprefix('loop.')} = {number(p.value)} {sign(p.unit)}" for p in known)
-        return f"Motor control: {each}. " if each else ""
-
-    def angle(self, train: dict[str, Any]) -> str:
-        """The angle of the load that the operating point is for, where a torque follows it."""
-        at = train["operating_point"]["load_angle_rad"]
-        return "" if at is None else f", at a load angle of {number(at)}"
-
-    def lines(self, _: View, data: dict[str, Any]) -> list[str]:
-        """Whether a part of its curve is unstable, and how far the error equation is from it."""
-        train, reduced = data["train"], data["reduction"]
-        if train is None or train["curve"] is None:
-            return []
-        unstable = [] if train["curve"]["all_stable"] else ["part of its curve is unstable"]
-        return [*unstable, reduced["sentence"]] if reduced else unstable
+def whole_train(view: View) -> Part:
+    """Operating point, modes, steady motions and run-up; None where the error equation is all there is."""
+    study, reduced = view.analysis.train, reduction(view)
+    if study is None:
+        return Part(data={"train": None, "reduction": reduced})
+    data = train_data(view, study)
+    at, control = data["operating_point"], study.train.motor.control
+    gains = ", ".join(f"{p.path.removeprefix('loop.')} = {number(p.value)} {sign(p.unit)}" for p in parameters(control))
+    angle = "" if at["load_angle_rad"] is None else f", at a load angle of {number(at['load_angle_rad'])}"
+    made, torque = data["parts"], number(at["torque_in_gear_Nm"])
+    said = (
+        f"{made[:1].upper()}{made[1:]}. {gains and f'Motor control: {gains}. '}Operating point{angle}: "
+        f"{number(at['motor_speed_rpm'])} rpm, mean torque in the gear {torque} N·m. Linearised about it the "
+        f"train is {'stable' if data['stable'] else 'NOT stable'}; its modes, and the speeds in rpm at which an "
+        "order of the excitation meets them:"
+    )
+    on = "load, as the motor is held" if data["control"] == "Held" else "motor"
+    drawn = figure([study.bode.panels()], 290.0, "Bode plot"), f"{RESPONSE} {on}, about that operating point."
+    table = Table(data["modes"], "hertz damping_ratio met_at_rpm")
+    known = {"train": data, "reduction": reduced}
+    lines = [reduced["sentence"]] if reduced else []
+    return Part("The whole drive train", known, [said], [table], study.remarks, [drawn], lines)
 
 
-class RunUpOfTrain:
-    """Steady motions and run-up of the train; its numbers are those of `WholeTrain`."""
+def run_up_of_train(view: View) -> Part:
+    """Steady motions and run-up of the train; its numbers are those of `whole_train`."""
+    study, reduced = view.analysis.train, reduction(view) or {"sentence": ""}
+    if study is None:
+        return Part()
+    which = f"Largest |{view.analysis.drive.name}|, its mean included, on a slow run-up. " + reduced["sentence"]
+    notes = ["Largest |x| across the gear." if study.curve is None else which] if len(study.omega) else []
+    drawn = [] if study.ramp is None else [_run_figure(view, study, study.ramp)]
+    return Part(
+        "The drive train at steady speeds and in a run-up", tables=[Table(train_data(view, study)["steady"])],
+        notes=notes, figures=drawn, appendix=True,
+    )  # fmt: skip
 
-    heading = "The drive train at steady speeds and in a run-up"
-    appendix = True
-    template = "run_up.html.j2"
 
-    def data(self, _: View) -> dict[str, Any]:
-        """None beside those of `WholeTrain`."""
-        return {}
-
-    def figures(self, view: View) -> list[str]:
-        """The run-up, where there is one."""
-        study = view.analysis.train
-        return [] if study is None or study.ramp is None else [_run_figure(view, study, study.ramp)]
-
-    def train(self, view: View) -> Any:
-        """Data of the train, with what the error equation makes of it; None without a train."""
-        study = view.analysis.train
-        return study and view.told(train_data(view, study) | {"reduction": reduction(view)})
-
-    def heat(self, joules: dict[str, float]) -> str:
-        """What each element turned into heat, the largest first."""
-        lost = sorted(((J, name) for name, J in joules.items() if J), reverse=True)
-        return ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
+def _run_said(ramp: Ramp) -> Sentence:
+    run = _run_data(ramp)
+    lost = sorted(((J, name) for name, J in run["heat_J"].items() if J), reverse=True)
+    heat = ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
+    said = Sentence(
+        "A run-up through the speeds in {} s, after {} s at the lowest one: largest |pointing error| {} at {} rpm, "
+        "largest torque through the gear {} N·m; heat: {}; energy balance closed to {}.",
+        number(run["seconds"], 3), number(run["held_before_s"], 3), Angle(run["largest_pointing_error_rad"]),
+        number(run["at_rpm"], 5), number(run["largest_torque_Nm"]), heat, number(run["imbalance"], 1),
+    )  # fmt: skip
+    return Sentence(" ").join([said, *run["warnings"]])
 
 
 def train_data(view: View, study: TrainStudy) -> dict[str, Any]:
@@ -222,9 +214,7 @@ def about_appendix(view: View) -> str:
     """What the appendix is about, where that is not the whole drive, and how far it is from it; empty otherwise."""
     if view.analysis.train is None:
         return ""
-    found, free = reduction(view), view.project.motor == "free"
-    motor = "a motor driven by torque" if free else "an ideally held motor"
-    said = f"Resonances, single speeds and stability are those of the error equation: {motor}, a rigid load."
+    said, found = "Resonances, single speeds and stability are those of the error equation.", reduction(view)
     return f"{said} {view.told(found['sentence'])}" if found else said
 
 
@@ -246,7 +236,7 @@ def train_warning(view: View) -> list[str]:
     ]
 
 
-def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
+def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> tuple[str, Sentence]:
     run = ramp.run
     keep = run.trajectory.t >= ramp.begin
     speed = run.motor_speed[keep]
@@ -261,40 +251,32 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> str:
         if response.sweep is not None:
             path = response.sweep.run_up
             panel.line(response.curve.omega[path], response.curve.peak[path], colour, name, dash, 1.3)
-    return figure([[panel]], 300.0, "run-up of the drive train")
+    return figure([[panel]], 300.0, "run-up of the drive train"), _run_said(ramp)
 
 
-class Motors:
-    """The drive with a motor ideally held, free, and in a position loop, side by side."""
+def motors(view: View) -> Part:
+    """The drive with a motor ideally held, free, and in a position loop, side by side, and the field to write.
 
-    heading = "What the motor changes"
-    template = "motors.html.j2"
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Largest oscillation, its speed and the jumps with each motor; empty where the file names its motor."""
-        rows = [
-            {
-                "motor": case.name,
-                **sizes(None if case.drive is None else case.oscillation, "oscillation"),
-                **view.place(case.omega),
-                "jumps": case.jumps,
-                "remark": "no steady curve" if case.drive is None else "",
-            }
-            for case in view.analysis.motors
-        ]
-        return {"motors": rows, "motor_ratio": spread(view.analysis.motors) if rows else None}
-
-    def sentences(self, view: View) -> list[Any]:
-        """Effect of the choice of the motor, and the field to write into the file."""
-        cases = [case for case in view.analysis.motors if case.drive is not None]
-        if not cases:
-            return []
-        ratio = spread(view.analysis.motors)
+    Largest oscillation, its speed and the jumps with each motor; empty where the file names its motor.
+    """
+    rows = [
+        {
+            "motor": case.name,
+            **sizes(None if case.drive is None else case.oscillation, "oscillation"),
+            **view.place(case.omega),
+            "jumps": case.jumps,
+            "remark": "no steady curve" if case.drive is None else "",
+        }
+        for case in view.analysis.motors
+    ]
+    ratio, said = spread(view.analysis.motors) if rows else None, list[str]()
+    if cases := [case for case in view.analysis.motors if case.drive is not None]:
         places = [Sentence("{} at {} with ", Angle(case.oscillation), Speed(case.omega, digits=4)) for case in cases]
         oscillations = listed(one + motor_in_words(case.name) for one, case in zip(places, cases, strict=True))
-        decides = f"the choice changes it {number(ratio, 2)} times" if ratio > MATTERS else "the choice changes little"
-        return [
+        decides = f"the choice changes it {number(ratio, 2)} times" if ratio and ratio > MATTERS else LITTLE
+        said = [
             "The file names no motor: this report is about one that is ideally held. The error oscillates with "
             + oscillations
             + f"; {decides}. Write the loop of the drive, for example 'loop: {{bandwidth: 30 Hz, damping: 0.7}}'."
         ]
+    return Part("What the motor changes", {"motors": rows, "motor_ratio": ratio}, said, [Table(rows)], lines=said)

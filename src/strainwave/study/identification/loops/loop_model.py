@@ -15,8 +15,10 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ....base.above import above
+from ....base.facts import Fact
 from ....base.records import Along
 from ....base.results import Floats, Integers
+from ....base.sentences import sign
 from ....model.laws import Parallel, Play
 from ..law_fit import Candidate, LawFit
 
@@ -260,3 +262,26 @@ class LoopFit(LawFit):
             f"Fit of a loop: {len(self.torque)} samples, {self.cycles:.3g} cycle{'' if self.cycles == 1.0 else 's'}, "
             f"up to {np.max(np.abs(self.torque)):.4g} N*m; residual {self.residual_rms:.3g} N*m rms"
         )
+
+    def facts(self) -> tuple[Fact, ...]:
+        """Everything that is said of the fit, once, with the intervals of 95 %."""
+        lack, heads = self.lack_of_fit, ("number", "value", "from", "to", "unit")
+        lacking = lack and {
+            "found": lack.found, "noise_N_m": lack.pure, "missed_N_m": lack.missed, "ratio": lack.ratio,
+            "probability": lack.probability,
+        }  # fmt: skip
+        return (
+            Fact("", (self.misses,) if self.misses else (), "{}"),
+            Fact("", f"{len(self.torque)} samples, {self.cycles:.3g} cycles; numbers with the interval of 95 %", "{}"),
+            Fact("numbers", self.numbers()),
+            Fact("", tuple(tuple(map(Fact, [""] * 5, (*row, sign(unit)), heads)) for *row, unit in self.table()), "{}"),
+            Fact("unidentified", self.unidentified),
+            Fact("", "candidates, by their error [N·m] in blocks of samples left out", "{}"),
+            Fact("comparison", tuple(map(Candidate.facts, self.comparison)), "{}"),
+            Fact("reason", self.reason), Fact("", self.sentences(), "{}"),
+            Fact("rated_torque_N_m", self.rated_torque), Fact("cycles", self.cycles),
+            Fact("energy_J", self.energy, "the cycles dissipate {}"),
+            Fact("residual_rms_N_m", self.residual_rms, "the residual is {} rms"),
+            Fact("samples", len(self.torque)), Fact("lack_of_fit", lacking), Fact("remarks", self.remarks),
+            Fact("project", self.yaml),
+        )  # fmt: skip
