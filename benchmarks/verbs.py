@@ -135,7 +135,7 @@ def questions(folder):
          "fit-bode", lambda: sw.fit.fit_bode(bode, train)),
         ("What are stiffness, damping and error of my drive, from a log?", "sw.identify_log(logs, gear=...)",
          "identify", lambda: sw.identify_log(log, project=project)),
-        ("Which orders does my gear's error have, from a slow scan?", "sw.error_scan(angle, error)", "error-scan",
+        ("Which orders does my gear's error have, from a slow scan?", "sw.error_scan(angle, error)", "order-scan",
          lambda: sw.error_scan(*scan)),
         ("Which ratio and arrangement does a joint have, from both encoders?", "sw.fit.arrangement(motor, load)", "",
          lambda: sw.fit.arrangement(counts, counts / 51)),

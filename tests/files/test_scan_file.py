@@ -136,7 +136,7 @@ def test_files_that_are_none_are_refused(tmp_path):
 
 
 def run(*arguments):
-    return CliRunner().invoke(cli, ["error-scan", *map(str, arguments)])
+    return CliRunner().invoke(cli, ["order-scan", *map(str, arguments)])
 
 
 def test_the_command_prints_lines_that_a_project_file_takes(tmp_path):
@@ -193,10 +193,16 @@ def test_the_command_gives_the_lost_motion_of_two_files(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "code", "words"),
     [
-        (["--orders", "1;2"], 2, "write for example 1,2,4"),
+        (["--orders", "1;2"], 2, "write for example 100,200,202.5"),
         (["--orders", "400"], 3, "order 400 is too high for these samples"),
         (["--false-alarm", "2"], 3, "probability between 0 and 1"),
         (["--shaft", "load"], 2, "'load' is not one of"),
+        (
+            ["--rate", "100", "--shaft", "motor"],
+            1,
+            "--rate is for logs; a scan of angle and error without a time",
+        ),
+        (["other.csv", "--ate"], 1, "2 files are given; a scan of angle and error without a time is one file"),
     ],
 )
 def test_wrong_options_are_refused(tmp_path, arguments, code, words):

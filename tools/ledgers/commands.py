@@ -106,7 +106,7 @@ def command():
         "catalogue --series CSG --ratio 100", "compare axis.yaml p0.yaml -o compared",
         "compensate axis.yaml --controller inverse --controller adaptive --speed 1200|rpm",
         "derive", "design elbow.yaml -o elbow",
-        "error-scan error.csv", "export p0.yaml --to c -o axis.c",
+        "order-scan error.csv", "export p0.yaml --to c -o axis.c",
         "identify guessed.yaml record.csv -o found", "read-log record.csv", "fit-loop loop.csv --rated-torque 87|N*m",
         f"move axis.yaml {move.replace(' ', '|')} -o moved --window 60|arcsec", "order-scan run0.csv run1.csv",
         "order-table table.json table.h",

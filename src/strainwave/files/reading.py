@@ -42,7 +42,7 @@ T = TypeVar("T")
 ACCURACY_NOTE = (
     "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak{}: its orders 1, 2 and 4 share it "
     "as 1 : 4 : 1 by assumption, with phases zero. In slow rotation the error is then 0.65 of it; with random phases "
-    "it is 0.50 to 0.65, in the median 0.56. A measured scan (strainwave error-scan) replaces the assumption."
+    "it is 0.50 to 0.65, in the median 0.56. A measured scan (strainwave order-scan) replaces the assumption."
 )
 FROM_REST = 0.01  # of the end of a range from 0: where it begins
 REST_NOTE = "The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {}."

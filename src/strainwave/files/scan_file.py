@@ -20,6 +20,7 @@ from ..drive.postures import Posture
 from ..study.move.profiles import AngleProfile
 from .logs.names import named
 from .logs.table import columns_in_si, read_table, refuse, rising_columns
+from .yaml_text import FileError
 
 OURS, VENDORS, BACKWARD, ANGLE = "error", "ate", "backward", "angle"
 HINT = "name the columns with their units: angle [deg], error [arcsec], or give --angle, --error, --backward"
@@ -105,6 +106,15 @@ def read_scan(
     columns = rising_columns(path, file, lines, requested, HINT, ASCEND, reverse)
     sign = -1.0 if ate or vendors else 1.0
     return ScanFile(columns[0], sign * columns[1], sign * columns[2] if len(columns) > 2 else None, max(lines))
+
+
+def is_scan(path: Path, delimiter: str | None, decimal: str | None) -> bool:
+    """Whether a file is a table with an error and without a time."""
+    try:
+        names = {named(column.name).name for column in read_table(path, delimiter, decimal)[0]}
+    except FileError:
+        return False
+    return "time" not in names and not names.isdisjoint({OURS, VENDORS})
 
 
 POSTURE_UNITS = {"inertia": "kg*m**2", "torque": "N*m", "coupling": "N*m/rad"}

@@ -147,17 +147,17 @@ def test_order_scan_takes_columns_by_place_and_prints_a_block_on_the_motors_turn
     )
 
 
-def test_error_scan_prints_no_block_of_orders_that_the_angles_do_not_tell(tmp_path):
+def test_order_scan_prints_no_block_of_orders_that_the_angles_do_not_tell(tmp_path):
     angle = np.arange(72) * 5.0
     error = 12.0 * np.cos(200.0 * np.radians(angle)) + 0.3 * np.random.default_rng(5).standard_normal(72)
     file = write(tmp_path / "targets.csv", "angle [deg];error [arcsec]", angle, error)
-    text = invoke("error-scan", file, "--shaft", "output", "--ratio", "100").stdout
+    text = invoke("order-scan", file, "--shaft", "output", "--ratio", "100").stdout
     assert "order 16 may be order 200, 304, 704" in text
     assert "no lines for a project file" in text
     assert "kinematic_error" not in text
     assert (
         "tells no whole order"
-        in invoke("error-scan", file, "--shaft", "output", "--turn", "motor", "--ratio", 100).stderr
+        in invoke("order-scan", file, "--shaft", "output", "--turn", "motor", "--ratio", 100).stderr
     )
 
 

@@ -330,3 +330,22 @@ def test_a_line_between_whole_orders_is_told_as_such():
     assert line.order == pytest.approx(3.75, abs=1e-3)
     assert line.amplitude == pytest.approx(1.5e-5, abs=4 * line.amplitude_error)
     assert "between whole orders: 3.75; a project file does not hold it" in str(scan)
+
+
+def test_errors_of_a_line_between_whole_orders_hold_what_its_place_may_be_off_by():
+    angle, scores = uniform(750, 5.0), []
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        order, phase = rng.uniform(3.3, 3.7), rng.uniform(-3.0, 3.0)
+        error = lines_at(angle, [(2, 7e-5, 0.3), (order, 3e-5, phase)]) + 1e-5 * rng.normal(size=750)
+        (line,) = sw.error_scan(angle, error).between
+        scores.append(math.remainder(line.phase - phase, TURN) / line.phase_error)
+    assert np.sum(np.abs(scores) < 1.96) >= 52  # 57 of 60 expected, 51 or fewer by chance in 1 of 350
+    assert np.std(scores) > 0.7
+
+
+def test_dense_scans_have_no_aliases_and_are_read():
+    angle = uniform(20_001, 2.0)
+    scan = sw.error_scan(angle, lines_at(angle) + 1e-7 * np.random.default_rng(0).normal(size=20_001))
+    assert [line.order for line in scan.lines] == [1, 2, 4]
+    assert scan.aliases == {}

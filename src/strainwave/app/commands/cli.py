@@ -48,7 +48,7 @@ GROUPS = {  # of `--help`; a command that is in none stands in the last one
     "Start": "demo new analyze app skill doctor completion",
     "Ask about a drive": "response speed-map exceedance sweep compare",
     "Choose, move and control": "catalogue design move tune compensate",
-    "Measure": "read-log order-scan error-scan fit-loop fit-bode identify",
+    "Measure": "read-log order-scan fit-loop fit-bode identify",
     "Files and theory": "schema export order-table derive reproduce",
 }
 

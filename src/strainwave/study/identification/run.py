@@ -15,6 +15,7 @@ CANONICAL = {
     "load_torque": "N*m", "torque": "N*m", "torsion": "rad", "current": "A", "input": "", "output": "",
 }  # fmt: skip
 FEWEST = 32
+SLOW = 12  # waves over the travel, at most, that friction and drift along it may have
 STILL = 1e-9  # rad
 CLIPPED, LONGEST = 0.005, 3  # share of the samples at an extreme value, samples in a row there
 
@@ -80,6 +81,17 @@ class Run:
     def turns(self) -> float:
         """Turns travelled."""
         return abs(self.travel) / (2.0 * np.pi)
+
+    def slow_columns(self, lowest: float) -> Floats:
+        """Columns (n, m): mean, drift and slow waves along the travel, all slower than half of the lowest order.
+
+        Beside a parabola and a cubic, few cosines hold a smooth drift: these have its slopes at both ends.
+        """
+        s = (self.angle - self.angle[0]) / self.travel
+        many = int(np.clip(0.5 * lowest * self.turns, 0, SLOW))
+        waves = [np.cos(np.pi * m * s) for m in range(2, many + 1)]
+        smooth = [(s - 0.5) ** m for m in (2, 3) if m <= len(waves)]
+        return np.column_stack([np.ones_like(s), s - 0.5, *smooth, *waves])
 
     def angle_before(self, delay: float) -> Floats:
         """Angle (n,) [rad] a time [s] before each sample; beyond the ends at the mean speed there."""

@@ -1,4 +1,4 @@
-"""`strainwave error-scan` and `order-scan`: lines of a measured kinematic error, and orders of logged quantities."""
+"""`strainwave order-scan`: orders of logged quantities, and lines of a measured kinematic error."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
@@ -11,7 +11,7 @@ import numpy as np
 from ....base.sentences import counted
 from ....base.units import ARCSEC
 from ....files.logs.read import read_log
-from ....files.scan_file import read_scan
+from ....files.scan_file import is_scan, read_scan
 from ....files.yaml_text import FileError, Problem, complaint
 from ....model.orders import Turn, order_map
 from ....plot.fits import order_scan_panels
@@ -23,47 +23,32 @@ from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as orders_scanned
 from ....study.identification.run import FEWEST, Run
 from ...console import to_json, write_all
-from ..options import dialect_options, file_type, json_option, output_option, reading_options
+from ..options import file_type, json_option, output_option, reading_options
 
 SHAFTS: dict[str, Turn] = {"load_angle": "output", "motor_angle": "motor"}
 SHAFT = click.Choice(("motor", "output"))
 LIKELY = ("torsion", "error", "torque", "motor_torque", "torque_from_current", "current", "load_torque")
 SHOWN_IN_PROJECT = 64
 NINETY_FIVE = 1.96  # deviations: half of an interval of 95 %
+COLUMNS = ("angle", "error", "backward", "ate")  # of a scan file
+OF_SCAN = ("error", "backward", "ate", "back", "shaft", "turn")  # options
 CSV, JSON, SVG = "orders.csv", "orders.json", "orders.svg"
 
 
-def _whole_orders(_ctx: click.Context, _option: click.Parameter, text: str | None) -> list[int] | None:
-    """Read orders such as 1,2,4."""
-    if text is None:
-        return None
-    parts = [part.strip() for part in text.split(",")]
-    if not all(part.isascii() and part.isdigit() for part in parts):
-        raise click.BadParameter(f"{text!r} is no list of orders; write for example 1,2,4")
-    return [int(part) for part in parts]
-
-
-@click.command("error-scan")
-@click.argument("file", type=file_type)
-@click.option("--back", type=file_type, help="CSV of the run in the backward direction.")
-@click.option("--shaft", type=SHAFT, default="motor", help="Shaft of the file's angle.")
-@click.option("--turn", type=SHAFT, help="Shaft whose turn the orders count on; the same by default.")
-@click.option("--ratio", type=int, help="Ratio of the gear, where --shaft and --turn differ.")
-@click.option("--orders", callback=_whole_orders, help="Fit these orders, as 1,2,4, in place of a search.")
-@click.option("--highest", type=int, help="Highest order sought.")
-@click.option("--false-alarm", type=float, default=0.01, help="Probability that noise gives a line.")
-@click.option("--angle", default="angle", help='Column of the angle, as "Winkel [deg]".')
-@click.option("--error", help='Column of the error, as "Fehler [arcsec]"; "error" or "ate" by default.')
-@click.option("--backward", help='Column of the error on the way back; "backward" by default.')
-@click.option("--ate", is_flag=True, help="The error is the vendors', output minus motor/ratio.")
-@dialect_options
-@json_option
-def error_scan(
-    file: Path, back: Path | None, shaft: Any, turn: Any, ratio: int | None, orders: list[int] | None,
-    highest: int | None, false_alarm: float, as_json: bool, **columns: Any,
+def _print_scan(
+    files: tuple[Path, ...], of_scan: dict[str, Any], of_logs: dict[str, Any], dialect: dict[str, Any],
+    search: dict[str, Any], ratio: float | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Find the lines of a measured kinematic error."""
-    factor = _factor(shaft, turn or shaft, ratio)
+    """Find and print the lines of a scan file."""
+    given = [name for name, value in of_logs.items() if value not in (None, {})]
+    if len(files) > 1 or given:
+        what = f"--{given[0]} is for logs" if given else f"{len(files)} files are given"
+        raise ValueError(f"{what}; a scan of angle and error without a time is one file, its way back --back")
+    (file,), back = files, of_scan["back"]
+    shaft: Turn = of_scan["shaft"] or "motor"
+    turn: Turn = of_scan["turn"] or shaft
+    columns = dialect | {name: of_scan[name] for name in COLUMNS}
+    factor = _factor(shaft, turn, ratio)
     forward = read_scan(file, **columns)
     backward = None
     if back is not None:
@@ -73,24 +58,22 @@ def error_scan(
         backward = (factor * run.angle, run.error)
     elif forward.backward is not None:
         backward = (factor * forward.angle, forward.backward)
-    search: dict[str, Any] = {"orders": orders, "highest": highest, "false_alarm": false_alarm}
-    search |= {"ratio": ratio, "turn": turn or shaft}
     try:
-        scan = error_scanned(factor * forward.angle, forward.error, backward=backward, **search)
+        scan = error_scanned(factor * forward.angle, forward.error, backward=backward, ratio=ratio, turn=turn, **search)
     except ValueError as error:
         raise FileError(complaint(file, [Problem(forward.last, 1, "angle", str(error))])) from None
     if as_json:
-        told = {"file": file.name, "turn": turn or shaft, "unit": "rad"} | asdict(scan)
+        told = {"file": file.name, "turn": turn, "unit": "rad"} | asdict(scan)
         click.echo(to_json(told | {"peak_to_peak": scan.peak_to_peak}))
         return
-    click.echo(f"{file.name}: {counted(len(scan.lines), 'line')}, orders per turn of the {turn or shaft}\n{scan}")
+    click.echo(f"{file.name}: {counted(len(scan.lines), 'line')}, orders per turn of the {turn}\n{scan}")
     if scan.aliases:
         click.echo("no lines for a project file: the angles do not tell their orders")
     elif scan.lines:
         click.echo(block(scan.lines))
 
 
-def _factor(shaft: str, turn: str, ratio: int | None) -> float:
+def _factor(shaft: str, turn: str, ratio: float | None) -> float:
     """Turns of the base angle per turn of the file's shaft."""
     if shaft == turn:
         return 1.0
@@ -130,29 +113,55 @@ def block(lines: Sequence[Any], once: float = 1.0) -> str:
 @click.option(
     "--channel", help="Quantity whose lines are sought. Default: torsion, error, torque or current, the first."
 )
-@click.option("--angle", help="Channel of the angle that the orders count on. Default: load_angle, else motor_angle.")
+@click.option(
+    "--angle",
+    help="Channel of the angle that the orders count on. Default: load_angle, else motor_angle. Of a scan file its "
+    'column, as "Winkel [deg]".',
+)
 @click.option("--orders", help="Orders to fit, as 100,200,202.5. Default: those found.")
 @click.option("--highest", type=float, help="Highest order looked for.")
+@click.option("--false-alarm", type=float, default=0.01, help="Probability that noise gives a line.")
+@click.option("--error", help='Column of a scan file, as "Fehler [arcsec]"; "error" or "ate" by default.')
+@click.option("--backward", help='Column of its error on the way back; "backward" by default.')
+@click.option("--back", type=file_type, help="Scan file of the run in the backward direction.")
+@click.option("--ate", is_flag=True, help="The scan's error is the vendors', output minus motor/ratio.")
+@click.option("--shaft", type=SHAFT, help="Shaft of a scan's angle; the motor by default.")
+@click.option("--turn", type=SHAFT, help="Shaft whose turn a scan's orders count on; the same by default.")
 @output_option("Folder for orders.csv, orders.json and orders.svg.")
 @reading_options
 @json_option
 def order_scan(
     files: tuple[Path, ...], channel: str | None, angle: str | None, orders: str | None, highest: float | None,
-    output: Path | None, as_json: bool, **reading: Any,
+    false_alarm: float, output: Path | None, as_json: bool, **reading: Any,
 ) -> None:  # fmt: skip
-    """Find the orders of a quantity in logs.
+    """Find the orders of logs, or of a measured error in a scan.
 
     FILES are logs as `strainwave read-log` reads them; their stretches of constant speed are taken, all together. Two
-    speeds tell an order from a frequency, and a delay from a phase.
+    speeds tell an order from a frequency, and a delay from a phase. A table of angle and error without a time is a
+    scan over whole turns.
     """
-    given_orders = None if orders is None else _orders(orders)
-    logs = [_with_torsion(read_log(file, **reading), reading["ratio"]) for file in files]
+    of_scan = {name: reading.pop(name) for name in OF_SCAN}
+    chosen = None if orders is None else _orders(orders)
+    search: dict[str, Any] = {"orders": chosen, "highest": highest and _plain(highest), "false_alarm": false_alarm}
+    logs, ratio = list[Log](), reading["ratio"]
+    dialect = {name: reading[name] for name in ("delimiter", "decimal")}
+    try:
+        if not any(of_scan.values()):
+            logs = [_with_torsion(read_log(file, **reading), ratio) for file in files]
+    except FileError:
+        if not is_scan(files[0], **dialect):
+            raise
+    if not logs:
+        of_logs = {"channel": channel, "output": output, "column": reading["columns"], "unit": reading["units"]}
+        of_logs |= {name: reading[name] for name in ("joint", "rate", "trim")}
+        _print_scan(files, of_scan | {"angle": angle or "angle"}, of_logs, dialect, search, ratio, as_json)
+        return
     channel = channel or _likely(logs[0], files[0])
     runs = [run for log in logs for run in _runs(log, channel, angle)]
     turned = angle or ("load_angle" if "load_angle" in logs[0].channels else "motor_angle")
-    ratio = reading["ratio"] if turned in SHAFTS and (reading["ratio"] or 0.5) % 1.0 == 0.0 else None
+    ratio = ratio if turned in SHAFTS and (ratio or 0.5) % 1.0 == 0.0 else None
     shaft = SHAFTS.get(turned, "motor") if ratio else "motor"
-    scan = orders_scanned(runs, given_orders, ratio, shaft=shaft, highest=highest)
+    scan = orders_scanned(runs, ratio=ratio, shaft=shaft, **search)
     numbers = to_json(data(scan, channel))
     if output is not None:
         figure = stacked(order_scan_panels(scan, channel), 320.0, "lines of an order scan", WIDTH)
@@ -176,9 +185,13 @@ def order_scan(
 
 def _orders(text: str) -> list[float]:
     try:
-        return [float(part) for part in text.split(",")]
+        return [_plain(float(part)) for part in text.split(",")]
     except ValueError:
         raise click.BadParameter(f"{text!r} is no list of orders; write for example 100,200,202.5") from None
+
+
+def _plain(value: float) -> float:
+    return int(value) if value.is_integer() else value
 
 
 def _with_torsion(log: Log, ratio: float | None) -> Log:

@@ -17,7 +17,7 @@ from ....base.results import Booleans, Floats, Integers
 from ....model.orders import Turn, whole_ratio
 from ..intervals import without
 from ..run import Run
-from .order_fit import SAME_SPEED, fit_run, slow_columns
+from .order_fit import SAME_SPEED, fit_run
 from .order_search import FoundLine, Pair, chance_of
 
 HALF = 0.5  # beats that a run must hold to part two lines
@@ -276,7 +276,7 @@ def _columns(run: Run, lines: Sequence[FoundLine], lowest: float, loose: bool = 
     turns = [2.0 * np.pi * run.time if line.kind == "frequency" else run.angle for line in lines]
     waves = [_waves(x - x[0], np.array([line.place])) for line, x in zip(lines, turns, strict=True)]
     slopes = [(x - x[0])[:, None] / np.ptp(x) * wave for x, wave in zip(turns, waves, strict=True) if loose]
-    return np.column_stack([slow_columns(run, lowest), *waves, *slopes])
+    return np.column_stack([run.slow_columns(lowest), *waves, *slopes])
 
 
 def _group(order: float, two: Clocks | None, turns: float, *, short: bool = False) -> dict[Pair, float]:

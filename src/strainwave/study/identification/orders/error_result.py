@@ -1,10 +1,6 @@
-"""What a measured error scan gives: lines with their uncertainty, the noise, what changes with the direction.
-
-Least squares of a scan: mean, drift and lines of one direction of rotation, and what two directions say together.
-"""
+"""What a measured error scan gives: lines with their uncertainty, the noise, what changes with the direction."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
@@ -15,10 +11,6 @@ from ....base.sentences import number, on_screen
 from ....base.units import ARCSEC
 from ....model.error_spectrum import peak_to_peak
 from ....model.excitation import KinematicError, Line
-
-WORST_CONDITION = 1e6
-
-Part = tuple[Floats, Floats]  # cosine and sine (2,) of a line, and their covariance (2, 2) over that of a sample
 
 Noise = Literal["white", "autocorrelated"]
 
@@ -163,80 +155,6 @@ class ErrorScan:
         return on_screen("\n".join(rows))
 
 
-class Direction(NamedTuple):
-    """Samples of one direction of rotation, angles ascending."""
-
-    angle: Floats
-    error: Floats
-
-    @property
-    def turns(self) -> float:
-        """Turns scanned, the last sample's share included."""
-        n = len(self.angle)
-        return float(self.angle[-1] - self.angle[0]) * n / (n - 1) / (2.0 * np.pi)
-
-
-class Fit(NamedTuple):
-    """Least squares of one direction: (mean, drift, cos, sin, ...), the matrix (X'X)^-1, what is left, basis of X."""
-
-    values: Floats
-    inverse: Floats
-    left: Direction
-    drift: bool
-    basis: Floats
-
-    def line(self, i: int) -> Part:
-        """Line i: its cosine and sine, and their block of (X'X)^-1."""
-        start = 1 + self.drift + 2 * i
-        place = slice(start, start + 2)
-        return self.values[place], self.inverse[place, place]
-
-    def one_more(self, order: int) -> Part | None:
-        """The same of a line that would be fitted beside the others; None where the samples do not tell it apart."""
-        angle, residual = self.left
-        X = np.column_stack([np.cos(order * angle), np.sin(order * angle)])
-        X -= self.basis @ (self.basis.T @ X)
-        gram = X.T @ X
-        if not np.linalg.eigvalsh(gram)[0] > len(angle) / WORST_CONDITION:
-            return None
-        inverse = np.linalg.inv(gram)
-        return inverse @ (X.T @ residual), inverse
-
-
-def fit_lines(run: Direction, orders: Sequence[float], drift: bool) -> Fit:
-    """Fit a mean, a drift if wanted, and the lines of these orders to one direction.
-
-    Raises
-    ------
-    ValueError
-        If there are too few samples, or they do not tell the orders apart.
-    """
-    theta, e = run
-    unknowns = 1 + drift + 2 * len(orders)
-    if len(theta) <= unknowns:
-        raise ValueError(
-            f"{len(theta)} samples are given for {unknowns} unknowns (mean, drift and two a line); measure more samples"
-        )
-    half = 0.5 * (theta[-1] - theta[0])
-    columns = [np.ones_like(theta), *([(theta - theta[0] - half) / half] if drift else [])]
-    columns += [part for k in orders for part in (np.cos(k * theta), np.sin(k * theta))]
-    X = np.column_stack(columns)
-    u, s, vt = np.linalg.svd(X, full_matrices=False)
-    if s[0] > WORST_CONDITION * s[-1]:
-        raise ValueError(
-            f"the samples do not tell the orders {', '.join(map(str, orders))} apart (gaps in the angle?); "
-            "measure evenly over whole turns, or fit fewer orders"
-        )
-    values = vt.T @ ((u.T @ e) / s)
-    return Fit(values, (vt.T / s**2) @ vt, Direction(theta, e - X @ values), drift, u)
-
-
-def together(parts: Sequence[Part]) -> Part:
-    """A line as the mean over the directions."""
-    values, covariances = map(np.array, zip(*parts, strict=True))
-    return np.mean(values, axis=0), np.sum(covariances, axis=0) / len(parts) ** 2
-
-
 class Polar(NamedTuple):
     """A line by amplitude and phase, each with its standard error to first order."""
 
@@ -254,13 +172,3 @@ def polar(c: complex, covariance: Floats) -> Polar:
     along, across = np.array([c.real, c.imag]) / amplitude, np.array([-c.imag, c.real]) / amplitude
     errors = (math.sqrt(max(float(one @ covariance @ one), 0.0)) for one in (along, across))
     return Polar(amplitude, next(errors), math.atan2(c.imag, c.real), next(errors) / amplitude)
-
-
-def squared_amplitude(parts: Sequence[Part], samples: int) -> float:
-    """Squared amplitude [rad^2] whose ratio to the noise is that of a line's cosine and sine.
-
-    Evenly over whole turns it is the squared amplitude itself. Otherwise the mean, the drift and the other lines take a
-    share of what a line gives, and cosine and sine are not equally sure: v' C^-1 v with the covariance C = (X'X)^-1.
-    """
-    values, covariance = together(parts)
-    return float(2.0 / samples * values @ np.linalg.solve(covariance, values))

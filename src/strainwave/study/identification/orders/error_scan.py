@@ -3,117 +3,136 @@
 Angles are those of the base turn that the orders refer to. The error is x = theta_m/N - theta_l; vendors' angular
 transmission error theta_l - theta_m/N is its negative.
 
-Which orders a scan has: the strongest line first, and in the end only those that the noise does not explain.
+Spectrum and fit are those of `order_scan`, on places that are known: whole orders. So the strongest line comes first,
+and in the end only those stay that the noise does not explain.
 """
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import minimize_scalar
 
 from ....base.quantities import choice, positive_count, shown
+from ....base.results import Floats
 from ....model.error_spectrum import extremes
 from ....model.excitation import HIGHEST
 from ....model.orders import Turn
-from ..run import column, refuse_descending
-from . import error_result
-from .aliases import between, twins
+from ..intervals import without
+from ..run import Run, column, refuse_descending
+from .aliases import twins
 from .beats import clocks
-from .error_result import Direction, ErrorScan, Fit, ScanLine, fit_lines, squared_amplitude
-from .order_fit import FEWEST, Floor, correlation, noise_floor, power, probability, rounding
+from .error_result import ErrorScan, Noise, Reversal, ScanLine, polar
+from .order_fit import FEWEST, RunFit, correlation, fit_run, rounding, waves_of
+from .order_search import Coordinate, Spectrum, chance_of
 
 HIGHEST_SOUGHT = 100
 NEARLY = 1e-6  # of a turn: rounding of the angles
-ROUNDING = 1e-13  # of the largest error: that of the computer, which is no white noise but repeats with the lines
-
 ROUNDED = 1.5  # a residual of at most so many times the variance of rounding has no lines
-CANDIDATES = 8  # orders that are fitted beside the lines found: those that stand highest above the noise
+CANDIDATES = 4  # orders that are tried beside the lines found
 PATIENCE = 3  # lines in a row that noise may explain as long as others leak into it
+LOWEST = 0.9  # order that is looked for
 
 
-def false_alarms(fits: Sequence[Fit], orders: Sequence[float], floor: Floor, trials: int) -> list[float]:
-    """Probabilities that noise alone makes the fitted lines of these orders, at one of so many orders looked at."""
-    samples = sum(len(fit.left.angle) for fit in fits)
-    squares = (squared_amplitude([fit.line(i) for fit in fits], samples) for i in range(len(orders)))
-    estimates = zip(squares, *floor.estimates(orders), strict=True)
-    return [probability(square / float(mean), float(freedom), trials) for square, mean, freedom in estimates]
+@dataclass(frozen=True, eq=False)
+class Direction(Run):
+    """One direction of a scan: angles that ascend take the place of the time, a mean that of all slow parts."""
+
+    drift: bool = True
+
+    def __post_init__(self) -> None:
+        """Leave as they are columns that are checked already."""
+
+    @property
+    def turns(self) -> float:
+        """Turns scanned, the last sample's share included."""
+        return super().turns * len(self.angle) / (len(self.angle) - 1)
+
+    def slow_columns(self, lowest: float) -> Floats:  # noqa: ARG002
+        """Mean and drift (n, 1 or 2)."""
+        return super().slow_columns(0.0)[:, : 1 + self.drift]
 
 
-def found_orders(runs: Sequence[Direction], drift: bool, highest: int, false_alarm: float, least: float) -> list[int]:
-    """Orders whose lines noise alone would reach with a probability below `false_alarm`, over all orders.
+def _found(runs: Sequence[Run], highest: int, false_alarm: float) -> list[float]:
+    """Places of lines: whole orders, and others apart from these by half of what the turns resolve.
 
     A line that is not fitted yet leaks into others and into what passes for noise, by the drift and over part of a
     turn. So lines come one at a time, `PATIENCE` of them on trial, and in the end those go that are noise beside the
     others.
-
-    Parameters
-    ----------
-    runs : sequence of Direction
-        The scan, one or two directions.
-    drift : bool
-        Whether a drift is fitted.
-    highest : int
-        Highest order looked at.
-    least : float
-        Variance of rounding.
     """
-    chosen: list[int] = []
-    idle = 0
-    while idle < PATIENCE and len(chosen) < highest:
-        fits = [fit_lines(run, chosen, drift) for run in runs]
-        following = _next(fits, chosen, highest, false_alarm, least)
-        if following is None:
+    resolution = 1.0 / max(run.turns for run in runs)
+    axes = [Coordinate(run.angle - run.angle[0], highest + resolution, rounding(run.value)) for run in runs]
+    spectrum = Spectrum(axes, LOWEST)
+    beside = np.abs(spectrum.places - np.round(spectrum.places))
+    whole, free = beside <= 0.5 * spectrum.step, beside > 0.5 * resolution
+    free |= whole
+    chosen, idle = list[float](), 0
+    while idle < PATIENCE:
+        left = _left(runs, chosen)
+        explained = all(float(r @ r) <= ROUNDED * axis.least * len(r) for r, axis in zip(left, axes, strict=True))
+        sums = np.where(free, np.sum(spectrum.ratios(left), axis=0), 0.0)
+        likely = np.flatnonzero(sums * whole).tolist()
+        if explained or not likely or min(map(len, left)) <= 2 * len(chosen) + 4 + FEWEST:
             break
-        order, sure = following
+        first, other = max(likely, key=sums.item), int(np.argmax(sums * ~whole))
+        best, sure = first, chance_of(sums.item(first), highest, len(runs), between=False) < false_alarm
+        if not sure and chance_of(sums.item(other), spectrum.trials, len(runs)) < false_alarm:
+            best, sure = other, True
+        elif not sure:
+            some = sorted(likely, key=sums.item)[-CANDIDATES:]
+            best = min(some, key=lambda i: _size(runs, [*chosen, round(spectrum.places.item(i))]))
         idle = 0 if sure else idle + 1
-        chosen = sorted([*chosen, order])
-    return _beyond_noise(runs, chosen, [], drift, highest, false_alarm, least)
-
-
-def _beyond_noise(
-    runs: Sequence[Direction], chosen: list[int], others: list[float], drift: bool, highest: int, false_alarm: float,
-    least: float,
-) -> list[int]:  # fmt: skip
-    """Orders without those that are noise beside the rest and beside others."""
+        place = spectrum.places.item(best)
+        chosen.append(round(place) if whole[best] else _settled(runs, chosen, place, spectrum.step))
+        free &= np.abs(spectrum.places - chosen[-1]) > (0.5 if whole[best] else 1.0) * resolution
     while chosen:
-        taken = [*chosen, *others]
-        fits = [fit_lines(run, taken, drift) for run in runs]
-        floor = noise_floor([fit.left for fit in fits], highest, taken, least)
-        alarms = false_alarms(fits, taken, floor, highest)[: len(chosen)]
-        worst = int(np.argmax(alarms))
-        if alarms[worst] < false_alarm:
+        fits = _fits(runs, chosen, highest)
+        alarms = [_chance(fits, i, k, highest if k == round(k) else spectrum.trials) for i, k in enumerate(chosen)]
+        if max(alarms) < false_alarm:
             break
-        del chosen[worst]
-    return chosen
+        del chosen[int(np.argmax(alarms))]
+    return sorted(chosen)
 
 
-def _next(
-    fits: Sequence[Fit], chosen: list[int], highest: int, false_alarm: float, least: float
-) -> tuple[int, bool] | None:  # fmt: skip
-    """Order of the strongest line beyond noise and True; else that which noise explains least, and False."""
-    left = [fit.left for fit in fits]
-    samples = sum(len(run.angle) for run in left)
-    unknowns = sum(len(fit.values) + 2 for fit in fits)
-    if sum(float(r @ r) for _, r in left) <= ROUNDED * least * samples or samples <= unknowns + FEWEST:
-        return None
-    means, freedoms = noise_floor(left, highest, chosen, least).estimates(np.arange(1, highest + 1))
-    ratios = power(left, 1.0, highest) / means
-    ratios[np.array(chosen, int) - 1] = 0.0
-    candidates = []
-    for order in (1 + np.argsort(ratios)[::-1][:CANDIDATES]).tolist():
-        parts = [fit.one_more(order) for fit in fits]
-        whole = [part for part in parts if part is not None]
-        if order not in chosen and len(whole) == len(parts):
-            square = squared_amplitude(whole, samples)
-            alarm = probability(square / float(means[order - 1]), float(freedoms[order - 1]), highest)
-            candidates.append((alarm < false_alarm, square if alarm < false_alarm else -alarm, order))
-    if not candidates:
-        return None
-    sure, _, order = max(candidates)
-    return order, sure
+def _left(runs: Sequence[Run], orders: Sequence[float]) -> list[Floats]:
+    """What mean, drift and lines leave of each direction."""
+    return [without(np.column_stack([run.slow_columns(0.0), *waves_of(run.angle, orders)]), run.value) for run in runs]
+
+
+def _size(runs: Sequence[Run], orders: Sequence[float]) -> float:
+    return sum(float(rest @ rest) for rest in _left(runs, orders))
+
+
+def _settled(runs: Sequence[Run], others: Sequence[float], place: float, step: float) -> float:
+    """The place of a line, so near to one beside others, that leaves least."""
+    bounds = (place - step, place + step)
+    return float(minimize_scalar(lambda k: _size(runs, [*others, k]), bounds=bounds, method="bounded").x)
+
+
+def _fits(runs: Sequence[Run], places: Sequence[float], highest: float) -> list[RunFit]:
+    loose = [i for i, k in enumerate(places) if k != round(k)]
+    return [fit_run(run, places, 0.0, highest, loose=loose) for run in runs]
+
+
+def _chance(fits: Sequence[RunFit], i: int, order: float, trials: float) -> float:
+    """Probability that noise alone makes this line in the mean of the directions, at one of so many orders."""
+    estimates = [fit.floor.estimates(order) for fit in fits]
+    variances = [
+        max(0.25 * len(fit.residual) * mean.item(), fit.least) for fit, (mean, _) in zip(fits, estimates, strict=True)
+    ]
+    c, covariance = _mean(fits, i, variances)
+    values, freedom = np.array([c.real, c.imag]), min(freedom.item() for _, freedom in estimates)
+    ratio = 0.5 * float(values @ np.linalg.solve(covariance, values))
+    return chance_of(freedom * math.log1p(ratio / freedom), trials, 1, between=False)
+
+
+def _mean(fits: Sequence[RunFit], i: int, variances: Sequence[float]) -> tuple[complex, Floats]:
+    """Line i as the mean over the directions, and the covariance of its parts with these variances of a sample."""
+    spreads = [fit.block(i) * v for fit, v in zip(fits, variances, strict=True)]
+    return complex(np.mean([fit.values[i] for fit in fits])), np.sum(spreads, axis=0) / len(fits) ** 2
 
 
 def error_scan(
@@ -182,28 +201,21 @@ def error_scan(
     """
     if not 1e-100 <= false_alarm < 1.0:
         raise ValueError(f"false_alarm is {shown(false_alarm)}; it is a probability between 0 and 1, such as 0.01")
-    choice("noise", noise, "auto", *get_args(error_result.Noise))
+    choice("noise", noise, "auto", *get_args(Noise))
     sign = -1.0 if ate else 1.0
-    runs = [_direction("", angle, error, sign)]
+    runs = [_direction("", angle, error, sign, drift)]
     if backward is not None:
-        runs.append(_direction("backward ", *backward, sign))
+        runs.append(_direction("backward ", *backward, sign, drift))
     limit = min(0.5 * len(run.angle) / run.turns for run in runs)
     looked_at = _sought(highest, limit)
-    least = _resolution(runs)
-    if orders is None:
-        chosen = found_orders(runs, drift, looked_at, false_alarm, least)
-        others = between(runs, drift, chosen, looked_at, false_alarm, least)
-        if others:
-            chosen = _beyond_noise(runs, chosen, others, drift, looked_at, false_alarm, least)
-    else:
-        chosen, others = _given(orders, limit), []
-    trials = looked_at if orders is None else len(chosen)
-    fits = [fit_lines(run, [*chosen, *others], drift) for run in runs]
-    scan = _scan(fits, chosen, others, trials, false_alarm, noise, least)
+    places = _found(runs, looked_at, false_alarm) if orders is None else _given(orders, limit)
+    trials = looked_at if orders is None else len(places)
+    scan = _scan(runs, places, trials, false_alarm, noise)
+    chosen = [line.order for line in scan.lines]
     return replace(scan, limit=limit, aliases=twins(runs, chosen, limit, clocks(ratio, turn if ratio else "motor")))
 
 
-def _direction(prefix: str, angle: Any, error: Any, sign: float) -> Direction:
+def _direction(prefix: str, angle: Any, error: Any, sign: float, drift: bool) -> Direction:
     theta, e = column(f"{prefix}angle", angle), column(f"{prefix}error", error)
     if theta.ndim != 1 or theta.shape != e.shape or len(theta) < 4:
         raise ValueError(
@@ -211,22 +223,13 @@ def _direction(prefix: str, angle: Any, error: Any, sign: float) -> Direction:
         )
     back = "average repeated ones, give the way back as `backward`, its angles ascending too"
     refuse_descending(theta, f"{prefix}angle", "rad", f"angles must ascend: {back}")
-    direction = Direction(theta, sign * e)
+    direction = Direction(theta, theta, sign * e, drift=drift)
     if direction.turns < 1.0 - NEARLY:
         raise ValueError(
-            f"the {prefix}angles reach over {direction.turns:.4g} turns of the base angle; scan at least one whole "
-            "turn, or take a base angle that turns faster (the motor's)"
+            f"the {prefix}angles reach over {direction.turns:.4g} turns of the base angle; scan at least one "
+            "whole turn, or take a base angle that turns faster (the motor's)"
         )
     return direction
-
-
-def _resolution(runs: list[Direction]) -> float:
-    """Variance [rad^2] that rounding gives the samples: step^2/12, step being the smallest difference of two values.
-
-    A scan with less noise than its step has steps that repeat with the lines and would pass for more of them.
-    """
-    values = np.concatenate([run.error for run in runs])
-    return max(rounding(values), (ROUNDING * float(np.max(np.abs(values)))) ** 2 / 12.0)
 
 
 def _sought(highest: int | None, limit: float) -> int:
@@ -245,68 +248,52 @@ def _sought(highest: int | None, limit: float) -> int:
     return wanted
 
 
-def _given(orders: Sequence[int], limit: float) -> list[int]:
-    chosen = [positive_count("order", order, HIGHEST) for order in orders]
+def _given(orders: Sequence[int], limit: float) -> list[float]:
+    chosen = sorted(positive_count("order", order, HIGHEST) for order in orders)
     if not chosen or len(set(chosen)) < len(chosen):
         raise ValueError(f"orders are {shown(orders)}; give at least one, and none twice")
-    if not max(chosen) < limit:
-        raise ValueError(
-            f"order {max(chosen)} is too high for these samples, which tell orders below {limit:.4g} apart"
-        )
-    return sorted(chosen)
+    if not chosen[-1] < limit:
+        raise ValueError(f"order {chosen[-1]} is too high for these samples, which tell orders below {limit:.4g} apart")
+    return [*chosen]
 
 
 def _scan(
-    fits: list[Fit], whole: list[int], others: list[float], trials: int, false_alarm: float, noise: str, least: float
+    runs: Sequence[Run], places: Sequence[float], trials: int, false_alarm: float, noise: str
 ) -> ErrorScan:  # fmt: skip
-    """Put the fits of one or two directions together: whole orders, and others between them."""
-    orders = [*whole, *others]
-    left = [fit.left for fit in fits]
-    sizes = [len(run.angle) for run in left]
-    samples, neighbours = sum(sizes), float(np.average([correlation(run.error) for run in left], weights=sizes))
-    coloured = noise == "autocorrelated" or (noise == "auto" and abs(neighbours) > 3.0 / math.sqrt(samples))
-    floors = [noise_floor([run], math.ceil(max(orders, default=1)), orders, least) for run in left]
-    common_noise = noise_floor(left, max(trials, *whole, 1), orders, least)
-    white = not (coloured and all(floor.enough for floor in floors))
+    """Lines of one or two directions at these places, whole orders and others between them."""
+    highest = max(trials, math.ceil(max(places, default=1)))
+    fits = _fits(runs, places, highest)
+    sizes, left = [len(run.angle) for run in runs], np.concatenate([fit.residual for fit in fits])
+    neighbours = float(np.average([correlation(fit.residual) for fit in fits], weights=sizes))
+    coloured = noise == "autocorrelated" or (noise == "auto" and abs(neighbours) > 3.0 / math.sqrt(len(left)))
+    white = not (coloured and all(fit.floor.enough for fit in fits))
+
+    spread = [float(fit.residual @ fit.residual) / (len(fit.residual) - len(fit.inverse)) for fit in fits]
 
     def variances(order: float) -> list[float]:
-        if white:
-            whole = (float(np.sum(f.left.error**2)) / (len(f.left.error) - len(f.values)) for f in fits)
-            return [max(variance, least) for variance in whole]
-        return [floor.variance(order) for floor in floors]
+        told = spread if white else [fit.floor.variance(order) for fit in fits]
+        return [max(variance, fit.least) for variance, fit in zip(told, fits, strict=True)]
 
-    alarms = false_alarms(fits, orders, common_noise, trials)
-    lines = tuple(_line(i, k, fits, variances(k), alarms[i]) for i, k in enumerate(orders))
-    # mean [rad] at the middle of the scan, drift [rad/rad]
-    means, drifts = [fit.values[0] for fit in fits], [fit.values[1] if fit.drift else 0.0 for fit in fits]
-    slopes = [2.0 * drift / (run.angle[-1] - run.angle[0]) for drift, run in zip(drifts, left, strict=True)]
+    found = [
+        ScanLine(k, *polar(*_mean(fits, i, variances(k))), _chance(fits, i, k, trials)) for i, k in enumerate(places)
+    ]
+    whole = [i for i, k in enumerate(places) if k == round(k)]
     reversal = None
     if len(fits) == 2:
-        difference = fits[0].values[1 + fits[0].drift :] - fits[1].values[1 + fits[1].drift :]
-        difference = difference[: 2 * len(whole)]
-        low, high = extremes(whole, difference[0::2], difference[1::2])
-        spread = math.sqrt(sum(v * float(fit.inverse[0, 0]) for v, fit in zip(variances(0), fits, strict=True)))
-        reversal = error_result.Reversal(float(means[0] - means[1]), spread, high - low)
+        difference = (fits[0].values - fits[1].values)[whole]
+        low, high = extremes([places[i] for i in whole], difference.real, -difference.imag)
+        error = math.sqrt(sum(v * float(fit.inverse[0, 0]) for v, fit in zip(variances(0), fits, strict=True)))
+        reversal = Reversal(float(fits[0].slow[0] - fits[1].slow[0]), error, high - low)
     return ErrorScan(
-        lines[: len(whole)],
-        float(np.mean(means)),
-        float(np.mean(slopes)),
-        math.sqrt(sum(float(np.sum(run.error**2)) for run in left) / samples),
+        tuple(found[i] for i in whole),
+        float(np.mean([fit.slow[0] for fit in fits])),
+        float(np.mean([np.sum(fit.slow[1:]) / run.travel for run, fit in zip(runs, fits, strict=True)])),
+        math.sqrt(float(left @ left) / len(left)),
         neighbours,
         "white" if white else "autocorrelated",
-        common_noise.threshold(false_alarm, trials),
-        samples,
-        min(run.turns for run in left),
+        math.sqrt(sum(fit.floor.threshold(false_alarm, trials) ** 2 for fit in fits)) / len(fits),
+        len(left),
+        min(run.turns for run in runs),
         reversal,
-        lines[len(whole) :],
+        tuple(line for i, line in enumerate(found) if i not in whole),
     )
-
-
-def _line(i: int, order: float, fits: list[Fit], variances: list[float], false_alarm: float) -> ScanLine:
-    """Line i as the mean over the directions, with errors to first order."""
-    found = [fit.line(i) for fit in fits]
-    (a, b), covariance = error_result.together(
-        [(values, v * inverse) for v, (values, inverse) in zip(variances, found, strict=True)]
-    )
-    line = error_result.polar(complex(a, b), covariance)
-    return ScanLine(order, line.amplitude, line.amplitude_error, -line.phase, line.phase_error, false_alarm)

@@ -150,18 +150,12 @@ def noise_floor(runs: Sequence[Any], highest: int, lines: Sequence[float], least
     return Floor(orders[free], powers[free], spacing, highest, samples, 4.0 * least / samples)
 
 
-def probability(ratio: float, freedom: float, trials: int) -> float:
-    """Probability that noise exceeds `ratio` times its estimated mean at one of so many orders."""
-    single = math.exp(-freedom * math.log1p(ratio / freedom))
-    return -math.expm1(trials * math.log1p(-min(single, 1.0 - 1e-16)))
-
-
-SLOW = 12  # waves over the travel, at most, that friction and drift along it may have
 LONGEST = 0.02  # s: the largest delay that is looked for
 FINE = 0.3  # rad: of the fastest change of phase between two delays that are tried
 ROUNDS = 4
 SAME_SPEED = 0.02  # relative difference of two speeds that counts as none
 WORST = 1e3  # condition of the columns of a run
+ROUNDING = 1e-13  # of the largest value: that of the computer, which is no white noise but repeats with the lines
 
 
 @dataclass(frozen=True)
@@ -180,6 +174,12 @@ class RunFit:
         The value less the lines of the orders alone.
     floor : Floor
         Noise around the orders.
+    slow : (m,) array
+        Shares of the columns beside the lines.
+    inverse : (m + 2 lines, m + 2 lines) array
+        (X'X)^-1 of all columns.
+    least : float
+        Variance of rounding.
     """
 
     values: Floats
@@ -187,22 +187,18 @@ class RunFit:
     residual: Floats
     without_orders: Floats
     floor: Floor
+    slow: Floats
+    inverse: Floats
+    least: float
+
+    def block(self, i: int) -> Floats:
+        """The part (2, 2) of line i in (X'X)^-1."""
+        place = slice(len(self.slow) + 2 * i, len(self.slow) + 2 * i + 2)
+        return self.inverse[place, place]
 
     def amplitude(self, i: int) -> tuple[float, float]:
         """Amplitude of line i, and its standard deviation."""
         return abs(self.values[i]), math.sqrt(0.5 * float(np.trace(self.spreads[i])))
-
-
-def slow_columns(run: Run, lowest: float) -> Floats:
-    """Columns (n, m): mean, drift and slow waves along the travel, all slower than half of the lowest order.
-
-    Beside a parabola and a cubic, few cosines hold a smooth drift: these have its slopes at both ends.
-    """
-    s = (run.angle - run.angle[0]) / run.travel
-    many = int(np.clip(0.5 * lowest * run.turns, 0, SLOW))
-    waves = [np.cos(np.pi * m * s) for m in range(2, many + 1)]
-    smooth = [(s - 0.5) ** m for m in (2, 3) if m <= len(waves)]
-    return np.column_stack([np.ones_like(s), s - 0.5, *smooth, *waves])
 
 
 def fit_run(
@@ -214,27 +210,18 @@ def fit_run(
     The `loose` ones have places from the run: their spreads hold what these may be off by.
     """
     theta = run.angle_before(delay)
-    waves = [part for k in orders for part in (np.cos(k * theta), -np.sin(k * theta))]
-    slow = slow_columns(run, min(orders, default=highest))
+    slow = run.slow_columns(min(orders, default=highest))
     elapsed = run.time - run.time[0]  # a frequency that the slow columns hold is no column of its own
     turns = [2.0 * np.pi * f * elapsed for f in frequencies if 2.0 * f * elapsed[-1] > slow.shape[1]]
     nuisances = np.column_stack([slow, *(wave(x) for x in turns for wave in (np.cos, np.sin))])
-    columns = np.column_stack([nuisances, *waves])
-    sizes = np.linalg.norm(columns, axis=0)
-    u, s, vt = np.linalg.svd(columns / np.where(sizes > 0.0, sizes, 1.0), full_matrices=False)
-    if s[0] > WORST * s[-1]:
-        raise ValueError(
-            f"a run over {run.turns:.3g} turns does not tell the orders {', '.join(f'{k:g}' for k in orders)} apart; "
-            "take longer runs, or orders further apart"
-        )
-    back = (vt.T / s) / sizes[:, None]
-    shares = back @ (u.T @ run.value)
+    columns = np.column_stack([nuisances, *waves_of(theta, orders)])
+    shares, back = solved(run, columns, orders)
     residual = run.value - columns @ shares
     ascending = np.sign(run.travel) * run.angle
     standing = [2.0 * np.pi * f / abs(run.speed) for f in frequencies]
     taken = _taken(run, [*orders, *standing], slow.shape[1], highest)
-    floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), taken, 0.0)
     inverse, least, first = back @ back.T, rounding(run.value), nuisances.shape[1]
+    floor = noise_floor([(ascending, residual)], int(np.ceil(highest)), taken, 0.0)
     if loose:
         inverse = _with_places(columns, shares, theta, [first + 2 * i for i in loose])
     values, spreads = [], []
@@ -243,7 +230,31 @@ def fit_run(
         values.append(complex(*shares[place]))
         spreads.append(max(floor.variance(k), least) * inverse[place, place])
     rest = run.value - columns[:, first:] @ shares[first:]
-    return RunFit(np.array(values), np.array(spreads).reshape(len(values), 2, 2), residual, rest, floor)
+    spread = np.array(spreads).reshape(len(values), 2, 2)
+    return RunFit(np.array(values), spread, residual, rest, floor, shares[:first], inverse, least)
+
+
+def waves_of(angle: Floats, orders: Sequence[float]) -> list[Floats]:
+    """Two columns (n,) of each order, whose shares are the real and the imaginary part of c."""
+    return [part for k in orders for part in (np.cos(k * angle), -np.sin(k * angle))]
+
+
+def solved(run: Run, columns: Floats, orders: Sequence[float]) -> tuple[Floats, Floats]:
+    """Shares of the columns in the value of a run by least squares, and R with (X'X)^-1 = R R'."""
+    if len(columns) <= columns.shape[1]:
+        raise ValueError(
+            f"{len(columns)} samples are given for {columns.shape[1]} unknowns (slow parts and two a line); measure "
+            "more samples"
+        )
+    sizes = np.linalg.norm(columns, axis=0)
+    u, s, vt = np.linalg.svd(columns / np.where(sizes > 0.0, sizes, 1.0), full_matrices=False)
+    if s[0] > WORST * s[-1]:
+        raise ValueError(
+            f"samples over {run.turns:.3g} turns do not tell the orders {', '.join(f'{k:g}' for k in orders)} apart; "
+            "take longer runs without gaps in the angle, or fewer orders"
+        )
+    back = (vt.T / s) / sizes[:, None]
+    return back @ (u.T @ run.value), back
 
 
 def _with_places(columns: Floats, shares: Floats, theta: Floats, begin: Sequence[int]) -> Floats:
@@ -264,10 +275,9 @@ def _taken(run: Run, orders: Sequence[float], slow: int, highest: float) -> list
 
 
 def rounding(values: Floats) -> float:
-    """Variance of rounding to steps, the smallest difference of two values being one."""
-    distinct = np.unique(values)
-    step = float(np.min(np.diff(distinct), initial=np.inf)) if len(distinct) > 1 else 0.0
-    return (step if np.isfinite(step) else 0.0) ** 2 / 12.0
+    """Variance of rounding to steps, the smallest difference of two values being one, or of the computer's."""
+    steps = np.diff(np.unique(values))
+    return max(float(np.min(steps)) if len(steps) else 0.0, ROUNDING * float(np.max(np.abs(values)))) ** 2 / 12.0
 
 
 @dataclass(frozen=True)

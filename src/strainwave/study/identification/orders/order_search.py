@@ -17,7 +17,7 @@ from scipy.special import gammaincc
 from ....base.results import Floats, Integers
 from ..intervals import orthogonal
 from ..run import Run
-from .order_fit import Floor, rounding, slow_columns
+from .order_fit import Floor, rounding
 
 Kind = Literal["order", "frequency", "undecided"]
 Pair = tuple[int, int]
@@ -83,7 +83,7 @@ class Search:
     def __init__(self, runs: Sequence[Run], lowest: float, highest: float) -> None:
         self.runs, self.speeds = runs, np.array([abs(run.speed) for run in runs])
         self.least = least = [rounding(run.value) for run in runs]
-        self.slow = [np.linalg.qr(slow_columns(run, 2.0 * lowest))[0] for run in runs]
+        self.slow = [np.linalg.qr(run.slow_columns(2.0 * lowest))[0] for run in runs]
         self.rest = [orthogonal(q, run.value) for q, run in zip(self.slow, runs, strict=True)]
         self.lines: list[TakenLine] = []
         angles = [Coordinate(np.abs(run.angle - run.angle[0]), highest, v) for run, v in zip(runs, least, strict=True)]
