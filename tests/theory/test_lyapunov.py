@@ -323,9 +323,6 @@ class Quintic(NamedTuple):
     def stiffness(self, x):
         return self.K + x * x * (3.0 * self.a3 + 5.0 * x * x * self.a5)
 
-    def energy(self, x):
-        return x * x * (self.K / 2.0 + x * x * (self.a3 / 4.0 + x * x * self.a5 / 6.0))
-
     def polynomial(self):
         return (0.0, self.K, 0.0, self.a3, 0.0, self.a5)
 
@@ -347,6 +344,7 @@ def test_own_law_that_says_its_coefficients_is_proved_as_the_polynomial(a3, mean
     known = sw.lyapunov(oscillator(sw.Polynomial((0.0, 1.0, 0.0, a3, 0.0, 0.1)), mean=mean), near=0.0)
     assert (own.scope, own.claim, own.reason) == (known.scope, known.claim, known.reason)
     assert own.equilibria == pytest.approx(known.equilibria, rel=1e-12)
+    assert own.V(0.3, 0.2) == pytest.approx(known.V(0.3, 0.2), rel=1e-12)
     assert sw.small_signal(Quintic(1.0, a3, 0.1), 0.0).cubic == pytest.approx(a3, rel=1e-12)
 
 
@@ -359,6 +357,9 @@ def test_own_law_that_says_that_it_never_falls_is_proved_for_all_starts():
 
 def test_own_law_that_says_what_its_torque_does_not_is_refused():
     class Falling(Quintic):
+        def energy(self, x):
+            return x * x * (self.K / 2.0 + x * x * (self.a3 / 4.0 + x * x * self.a5 / 6.0))
+
         def torque(self, x):
             return super().torque(x)
 

@@ -10,6 +10,7 @@ Source: Khalil, Nonlinear Systems, 3rd ed., theorem 4.4 and corollary 4.2; errat
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from ..base.quantities import checked, number, shown
 from ..base.results import Floats
 from ..base.sentences import Angle, Sentence
 from ..model.excitation import Harmonic, NoError, mean_torque
-from ..model.laws.springs import turning_points_of
+from ..model.laws.springs import energy_in, turning_points_of
 from ..model.oscillator import Oscillator, VaryingOscillator
 from .equilibria import SAMPLES, Landscape, landscape
 from .stability_proof import Obstacle, Region, Reserve, Scope, StabilityProof, place, reserve
@@ -98,8 +99,10 @@ def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: floa
         return Obstacle(fact, "give a damping B >= 0")
     if of_the_package(law) and turns is not None:
         return None
-    if lacking(law, "energy"):
-        return Obstacle(f"{name} has no method energy(x), the integral of its torque, which V needs", "define it")
+    stored = energy_in(law)
+    if stored is None:
+        fact = f"{name} has no method energy(x), the integral of its torque, which V needs, and no polynomial()"
+        return Obstacle(fact, "define one of them")
     if turns is None and span is None:
         fact = f"{name} does not say where its torque turns and is only sampled"
         remedy = "give its class turning_points() or polynomial()"
@@ -107,7 +110,7 @@ def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: floa
     span = span or 2.0 * max(TRIED, *map(abs, turns or ()), 0.0)
     # U must be the integral of T, or V' is not -B v^2: Simpson's rule on each of 400 pieces
     grid = np.linspace(-span, span, 801)
-    torque, energy = [np.array([float(method(float(x))) for x in grid]) for method in (law.torque, law.energy)]
+    torque, energy = [np.array([float(method(float(x))) for x in grid]) for method in (law.torque, stored)]
     work = (torque[:-2:2] + 4.0 * torque[1::2] + torque[2::2]) * (grid[1] - grid[0]) / 3.0
     wrong = np.abs(np.diff(energy[::2]) - work) > 0.01 * np.max(np.abs(work))
     if np.any(wrong):
@@ -161,10 +164,10 @@ def _proof(
     x_low, x_high = balance.borders(well)
     x_e = 0.5 * (ends[0] + ends[1])
 
+    stored: Any = energy_in(system.law)
+
     def climb(x: float) -> float:
-        if math.isinf(x):
-            return math.inf
-        return float(system.law.energy(x) - system.law.energy(x_e)) - tau_0 * (x - x_e)
+        return math.inf if math.isinf(x) else float(stored(x) - stored(x_e)) - tau_0 * (x - x_e)
 
     region = Region(x_low, x_high, min(climb(x_low), climb(x_high)))
     everywhere = math.isinf(x_low) and math.isinf(x_high)

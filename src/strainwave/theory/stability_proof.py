@@ -13,6 +13,7 @@ from ..base.protocols import lacking
 from ..base.quantities import Reals, array_of
 from ..base.records import Result
 from ..base.sentences import Angle, Sentence, on_screen
+from ..model.laws.springs import energy_in
 from ..model.oscillator import NoVariation, Oscillator, Variation, VaryingOscillator
 
 SAMPLES = 4096  # per turn and order
@@ -110,9 +111,9 @@ class StabilityProof(Result):
         """
         x, v, phase = _state(x, v, phase)
         x_e = 0.5 * (self.rest[0] + self.rest[1]) if self.rest else 0.0
-        law = self.system.law
+        stored: Any = energy_in(self.system.law)
         kappa = self.system.variation.value(phase) if isinstance(self.system, VaryingOscillator) else 1.0
-        return 0.5 * self.system.J * v * v / kappa + law.energy(x) - law.energy(x_e) - self.tau_0 * (x - x_e)
+        return 0.5 * self.system.J * v * v / kappa + stored(x) - stored(x_e) - self.tau_0 * (x - x_e)
 
     def dissipation(self, x: Reals, v: Reals, phase: Reals = 0.0) -> Any:
         """Rate V' [W] along the motion, -B v^2 or -(b + J kappa'/(2 kappa)) v^2/kappa; arguments as of V."""

@@ -13,11 +13,12 @@ constant. A law that says neither is sampled.
 of one with nothing left to compute again in every step, which stands under its law. Numbers may then be arrays.
 """
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import KINDS, breakpoints_of, depends, polynomial_of, said
+from ...base.law import KINDS, breakpoints_of, depends, has, polynomial_of, said
 from ...base.protocols import need
 from ...base.quantities import Angle, PerSquareRadian, Reals, States, Torque, TorsionalStiffness
 from ...compile.jit import kernel
@@ -350,6 +351,14 @@ def turning_points_of(law: Any) -> tuple[float, ...] | None:
         return None if points is None else tuple(sorted(map(float, points)))
     roots = np.polynomial.Polynomial(np.trim_zeros(coefficients, "b") or [0.0]).deriv().roots()
     return tuple(np.sort(roots.real[np.abs(roots.imag) <= MERGE * np.abs(roots)]).tolist())
+
+
+def energy_in(law: Any) -> Callable[[Any], Any] | None:
+    """Stored energy [J] as a function of the torsion [rad]: a spring's own, or its polynomial's; None without both."""
+    coefficients = polynomial_of(law)
+    if has(law, "energy") or coefficients is None:
+        return getattr(law, "energy", None)
+    return np.polynomial.Polynomial(coefficients).integ()
 
 
 def taylor(law: Any, x: float) -> tuple[float | None, float | None]:
