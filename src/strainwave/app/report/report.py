@@ -123,7 +123,9 @@ def write_view(view: View, folder: Path | None, sections: Sequence[Any] = SECTIO
         for name, appendix in PAGES.items():
             (folder / name).write_text(page(view, parts, appendix), encoding="utf-8")
     lines = [f"  {line}" for part in parts for line in part.lines]
-    return Report(results, "\n".join([view.project.title, *lines]), view)
+    headline = results.get("verdict", {}).get("headline")
+    title = f"{view.project.title}: {headline}" if headline else view.project.title
+    return Report(results, "\n".join([title, *lines]), view)
 
 
 def together(parts: Iterable[Mapping[str, Any]]) -> dict[str, Any]:

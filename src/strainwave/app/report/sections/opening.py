@@ -31,7 +31,7 @@ CONVENTIONS = (
 )
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
 MARKS = "Dashed grey lines: resonances, numbered as in the appendix."
-IN_SENTENCE = ("requirement", "largest oscillation", "torque")  # answers that the sentence of the verdict has
+IN_SENTENCE = ("requirement", "largest oscillation", "margin", "torque")  # answers that the verdict's sentence has
 PAGE = 430.0  # width of the figure beside the remedies [px]
 FIRST = 6  # remedies beside the figure
 
@@ -67,9 +67,10 @@ def opening(view: View) -> Part:
         },
         "limits": [finding.data() for finding in analysis.limits],
     }
-    answers = (f"{what}: {said}" for what, said in verdict["answers"].items() if what not in IN_SENTENCE)
-    lines = [verdict["headline"], verdict["sentence"], *answers]
-    return Part(data=data, lines=lines, page=_first(view, verdict))
+    quiet = {*IN_SENTENCE, *(("jumps",) if not analysis.jumping else ())}
+    quiet |= {"loop"} if project.loop and not project.loop.weak and not analysis.verdict.fault else set()
+    answers = (f"{what}: {said}" for what, said in verdict["answers"].items() if what not in quiet)
+    return Part(data=data, lines=[verdict["sentence"], *answers], page=_first(view, verdict))
 
 
 def _first(view: View, verdict: dict[str, Any]) -> str:

@@ -52,8 +52,7 @@ def whole_train(view: View) -> Part:
     drawn = figure([study.bode.panels()], 290.0, "Bode plot"), f"{RESPONSE} {on}, about that operating point."
     table = Table(data["modes"], "hertz damping_ratio met_at_rpm")
     known = {"train": data, "reduction": reduced}
-    lines = [reduced["sentence"]] if reduced else []
-    return Part("The whole drive train", known, [said], [table], study.remarks, [drawn], lines)
+    return Part("The whole drive train", known, [said], [table], study.remarks, [drawn], lines=[])
 
 
 def run_up_of_train(view: View) -> Part:

@@ -32,6 +32,7 @@ from .solve import (
 
 RESOLVED = 0.06  # of 1/omega of the stiffest slope: a step of the grid
 CLOUD = 600  # points
+MISSED = 0.2  # of the torsion: a residual from which on the joint's own frequency is not known
 GUESSES = (6.0, 12.0, 24.0)  # Hz, resonances that are tried where no inertia is given
 LEFT = 1.2  # of the readings' scatter: a residual that needs another cause
 NEAR = 3.0  # of the readings' scatter: what a named cause leaves at most
@@ -246,7 +247,7 @@ def _left(joint: Joint) -> list[str]:
         order, of_turn = _peak(turned * np.sign(turned[-1] - turned[0]), torsion - slow, LOWEST_ORDER)
         if of_turn and abs(order - round(order)) > BETWEEN:
             return [f"a line of order {order:.3g} of the motor's turn, {size:.3g} arcsec rms"]
-    if of_time:
+    if of_time and float(np.std(residual)) < MISSED * float(np.std(torsion_of(joint, i))):  # else K1 is no measure
         return [f"a motion that rings near {frequency:.3g} Hz (a second resonance), {size:.3g} arcsec rms"]
     return []
 
