@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner
 from loop_machines import SLOPES as SHG_25_100
 from scipy.integrate import quad, solve_ivp
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 from three_slopes import three_slopes
 
 import strainwave as sw
@@ -58,6 +58,17 @@ def linear_oscillation(omega, stiffness=K, inertia=J, damping=B):
     w = 2.0 * omega
     through = stiffness + 1j * w * damping
     return A * abs(through / (through - inertia * w * w))
+
+
+def test_the_largest_oscillation_is_that_of_the_crest_between_the_speeds(tmp_path):
+    found = sw.speed_map(project(tmp_path), limit=60.0 * ARCSEC)
+    top = minimize_scalar(
+        lambda w: -linear_oscillation(w), bounds=(100.0, 180.0), method="bounded", options={"xatol": 1e-9}
+    )
+    speed, size = found.crests[0]
+    assert speed == pytest.approx(top.x, rel=1e-4)  # the crest is flat
+    assert size == pytest.approx(-top.fun, rel=1e-7)
+    assert np.max(found.oscillation) < size
 
 
 def test_a_linear_drive_has_the_closed_form_everywhere(tmp_path):

@@ -1,6 +1,6 @@
 """`SpeedMap`: what `speed_map` returns."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -121,6 +121,8 @@ class SpeedMap(Result):
     run_up : (k, 2) array or None
         Speeds [rad/s] that a run-up adds to the forbidden ones; None where no torque follows the angle of the load, or
         the range or the loads are not those of the project.
+    crests : (n, 2) array
+        Speed [rad/s] and oscillation [rad] of the largest known motion under each load, between the `speeds` too.
     """
 
     speeds: Floats
@@ -145,6 +147,7 @@ class SpeedMap(Result):
     smallest: Floats | None = None
     shaft: str = "motor"
     run_up: Floats | None = None
+    crests: Floats = field(kw_only=True)
     rows: ClassVar[str] = "speed"
 
     @property
@@ -231,11 +234,14 @@ class SpeedMap(Result):
         return int(np.argmax(np.max(self.oscillation, axis=1)))
 
     def _worst_sentence(self) -> str:
-        i = self.worst
-        j = int(np.argmax(self.oscillation[i]))
-        size, speed = float(self.oscillation[i, j]), self.axis.said(float(self.speeds[j]), 5)
-        said = f"{number(size / ARCSEC)} arcsec at {speed}" if np.isfinite(size) else f"no motion is known at {speed}"
-        return f"{self.load_text(i)}, {said}"
+        i = int(np.argmax(self.crests[:, 1]))
+        speed, size = self.crests[i].tolist()
+        said = f"{self.load_text(i)}, {number(size / ARCSEC)} arcsec at {self.axis.said(speed, 5)}"
+        lost, places = np.nonzero(np.isinf(self.oscillation))
+        for j in lost[:1].tolist():
+            where = self.axis.said(float(self.speeds[places[0]]), 5)
+            said += f"; {self.load_text(j)}: no motion was found at {where}, which is forbidden"
+        return said
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of a map, once."""
@@ -269,13 +275,17 @@ class SpeedMap(Result):
             Fact("remarks", self.remarks, "note: {}"),
         )
 
+    def _largest(self, i: int) -> float:
+        """Largest oscillation [rad] under a load, between the speeds too; inf without a known motion at one of them."""
+        return max(float(np.max(self.oscillation[i])), float(self.crests[i, 1]))
+
     def _under(self, i: int) -> tuple[Fact, ...]:
         """Facts under one load."""
         return (
             Fact(self.load_name.replace(" ", "_"), float(self.loads[i])),
             *(Fact(f"forbidden_{unit}", self.forbidden[i]) for unit in ("rpm", "rad_per_s")),
             *(Fact(f"allowed_{unit}", self.allowed[i]) for unit in ("rpm", "rad_per_s")),
-            Fact("largest_oscillation_arcsec", float(np.max(self.oscillation[i]))),
+            Fact("largest_oscillation_arcsec", self._largest(i)),
             Fact("largest_gear_torque_N_m", float(np.max(self.torque[i]))),
             Fact("most_stable_motions", int(np.max(self.motions[i]))),
             Fact("subharmonics", bool(np.any(self.subharmonic[i]))),

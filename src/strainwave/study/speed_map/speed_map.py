@@ -142,6 +142,7 @@ def speed_map(
         vendor=tuple(vendor_rules(variants, values, bands, span)),
         rules=rules,
         quasi_static=np.array([loaded.quasi_static for loaded in by_load]),
+        crests=np.array([loaded.largest for loaded in by_load]),
         scatter=scatter,
         remarks=(*_remarks(decided, lines, search), *warnings, *_without(decided.load_cases, project)),
         failures=failures,
