@@ -34,7 +34,8 @@ ORDER = Whole(
 def ascending(low: float, high: float, what: str) -> Iterator[Wrong]:
     """Refuse a range whose end is not above its begin."""
     if low >= high:
-        yield Wrong(("to",), f"the range does not ascend; write the smaller {what} after 'from'")
+        remedy = f"write the one {what} alone" if low == high else f"write the smaller {what} after 'from'"
+        yield Wrong(("to",), f"the range does not ascend; {remedy}")
 
 
 class OrderPair(Group):

@@ -251,6 +251,8 @@ def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Float
 def _without(cases: Sequence[LoadCase], project: Project) -> tuple[str, ...]:
     """That postures have no torque of gravity, in one sentence."""
     rows = [case.posture for case in cases if case.posture is not None]
+    if project.postures and not rows:
+        return ("the postures of the project are left out, as loads are given",)
     count, mean = sum(row.torque is None for row in rows), f"{project.mean_load_torque:.4g} N*m"
     return (f"{count} of {len(rows)} postures give no torque of gravity: they have the mean, {mean}",) * bool(count)
 
