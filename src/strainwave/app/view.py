@@ -4,7 +4,7 @@ Units in which commands, reports and figures show angles and speeds.
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
@@ -15,7 +15,9 @@ from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
 from ..files.fields.kinds import number as number_in
 from ..plot.panels import Axis
-from ..study.analysis.analysis import Analysis
+
+if TYPE_CHECKING:
+    from ..study.analysis.analysis import Analysis
 
 
 class AngleUnit(NamedTuple):
@@ -85,11 +87,11 @@ class View(NamedTuple):
     """
 
     project: Project
-    analysis: Analysis
+    analysis: "Analysis"
     angle: AngleUnit
 
     @classmethod
-    def of(cls, project: Project, analysis: Analysis) -> "View":
+    def of(cls, project: Project, analysis: "Analysis") -> "View":
         """View in the unit that suits the largest error."""
         return cls(project, analysis, angle_unit(analysis.largest().peak))
 

@@ -25,9 +25,7 @@ from ...plot.drive import HEIGHT, comparison_panels, drive_panels, reference
 from ...plot.panels import named
 from ...plot.svg import WIDTH, stacked
 from ..console import WHAT_X_IS, Progress, as_csv, finished, number, reported, staged, to_json, write_all, write_csv
-from ..report.report import comparison_page, drive_columns
-from ..report.sections.opening import CONVENTIONS
-from ..report.sections.speed_range import curve_data
+from ..curves import CONVENTIONS, curve_data, drive_columns
 from ..view import angle_unit, quantity, writer
 from .options import file_type, json_option, limit_option, output_option, project_argument, retune_option
 
@@ -209,6 +207,7 @@ def _band(speeds: Speeds, band: Any) -> tuple[Fact, ...]:
 def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
     """Put responses of projects side by side: table, figure."""
     from ...files.variants.comparison import compare as compare_projects
+    from ..report.report import comparison_page
 
     drives = [read_project(path) for path in projects]
     if len({drive.speeds.by_motor for drive in drives}) > 1:

@@ -14,11 +14,9 @@ import numpy as np
 
 from ...base.archive import version
 from ...base.facts import table
-from ...base.results import Branch, Floats
+from ...base.results import Floats
 from ...base.sentences import silent
-from ...base.units import Speeds
 from ...compile.jit import light_as_python
-from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.reading import read_project
 from ...files.variants.comparison import ProjectComparison
@@ -27,6 +25,7 @@ from ...plot.svg import stacked
 from ...study.analysis.verdict import Answer
 from ...study.analysis.words import equation_alone
 from ..console import WHAT_X_IS, number, slug, staged, to_json, write_csv
+from ..curves import curve_columns, drive_columns, speed_columns
 from ..view import View
 from .section import Part, asked, figured, html_table, paragraph
 from .sections import SECTIONS
@@ -223,7 +222,7 @@ def _tables(view: View) -> Iterator[tuple[str, list[tuple[str, Floats]]]]:
         columns = speed_columns(speeds, np.array([m.omega for m in good]))
         yield name, columns + [(key, np.array(values, float)) for key, values in sizes.items()]
     of_equation = {"oscillation_of_x_rad": exact.oscillation, "peak_x_rad": exact.peak}
-    yield "exact-response", _columns(speeds, exact, of_equation)
+    yield "exact-response", curve_columns(speeds, exact, of_equation)
     for torque, found in analysis.curves:
         under = "" if torque is None else f"-at-{number(torque, 5).replace('−', '-')}-Nm"
         yield f"drive-response{under}", drive_columns(speeds, found)
@@ -239,32 +238,3 @@ def _tables(view: View) -> Iterator[tuple[str, list[tuple[str, Floats]]]]:
         if c is not None:
             steady = [("t_s", c.t), ("x_rad", c.x), ("v_rad_per_s", c.v), ("u_rad", c.u), ("torque_Nm", c.torque)]
             yield f"{name}-steady", steady
-
-
-def speed_columns(speeds: Speeds, omega: Floats) -> list[tuple[str, Floats]]:
-    """Speed of the base angle, and of the motor where the base angle is its own."""
-    named = [("omega_rad_per_s", omega)]
-    return [*named, ("motor_speed_rpm", speeds.scale * omega)] if speeds.by_motor else named
-
-
-def drive_columns(speeds: Speeds, drive: DriveResponse) -> list[tuple[str, Floats]]:
-    """Columns of the motions of a drive in arc order; the error is the pointing error, or x without a reference."""
-    error = "pointing_error" if drive.has_reference else "x"
-    sizes = {
-        f"oscillation_of_{error}_rad": drive.oscillation, f"peak_{error}_rad": drive.peak,
-        "peak_x_across_gear_rad": drive.across, "peak_torque_in_gear_Nm": drive.torque,
-    }  # fmt: skip
-    if drive.curve.beat is not None and drive.curve.envelope is not None:
-        sizes[f"smallest_oscillation_of_{error}_rad"] = drive.curve.envelope[:, 1]
-    sizes_of_motor = {"peak": drive.motor_torque, "rms": drive.motor_rms}
-    motor = [(f"{name}_torque_of_motor_Nm", size) for name, size in sizes_of_motor.items() if size is not None]
-    return [*_columns(speeds, drive.curve, sizes), *motor]
-
-
-def _columns(speeds: Speeds, curve: Branch, sizes: dict[str, Floats]) -> list[tuple[str, Floats]]:
-    """Columns of a response curve in arc order: speed, sizes, first harmonics of x, stability."""
-    harmonics = range(1, min(9, curve.coefficients.shape[1] // 2) + 1)
-    amplitudes = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in harmonics]
-    return [
-        *speed_columns(speeds, curve.omega), *sizes.items(), *amplitudes, ("stable", curve.stable.astype(float)),
-    ]  # fmt: skip

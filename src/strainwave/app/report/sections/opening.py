@@ -17,18 +17,13 @@ from ....plot.svg import stacked
 from ....study.analysis.analysis import Analysis, Largest
 from ....study.analysis.verdict import Answer
 from ....study.analysis.verdict_words import how_sure, ranges
-from ...console import WHAT_X_IS
+from ...curves import CONVENTIONS
 from ...view import View, sizes
 from ..remedies import after_change, can_be_ordered
 from ..section import Part, html_table, paragraph
 from .speed_range import drive_figure
 from .whole_train import parts, train_warning
 
-CONVENTIONS = (
-    f"{WHAT_X_IS}; oscillation is the largest distance from the mean, in a run-up from the mean of its turns; peak is "
-    "the largest size, the mean included; amplitudes of single harmonics are 0-to-peak; omega is the speed of the base "
-    "angle"
-)
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
 MARKS = "Dashed grey lines: resonances, numbered as in the appendix."
 IN_SENTENCE = ("requirement", "largest oscillation", "margin", "torque")  # answers that the verdict's sentence has

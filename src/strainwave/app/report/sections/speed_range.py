@@ -3,15 +3,11 @@
 Single speeds in time: from rest to the steady motion, its torque and energies, multiple scales beside it.
 """
 
-import cmath
-import math
 from typing import Any
 
 import numpy as np
 
-from ....base.results import Branch, Status
 from ....base.sentences import Angle, Sentence, Speed
-from ....base.units import Speeds
 from ....drive.drive_response import DriveResponse
 from ....drive.two_turns import A_TURN, beat_said
 from ....plot import drive
@@ -20,7 +16,8 @@ from ....plot.svg import figure, stacked
 from ....study.analysis.in_time import DriveMotion
 from ....study.analysis.time_case import TimeCase
 from ...console import number, percent
-from ...view import View, place, sizes
+from ...curves import curve_data, waves_data
+from ...view import View, sizes
 from ..section import Part, Table
 from .resonances import time_figure
 
@@ -46,43 +43,6 @@ def drive_figure(view: View) -> list[Panel]:
     y = view.angle.axis(f"oscillation of the {analysis.drive.name}")
     extras = drive.of_analysis(analysis)._replace(sure=view.project.sureness)
     return drive.drive_panels(analysis.drive, view.project, y, extras)
-
-
-def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
-    """Key numbers of a response curve: folds, jumps, accuracy."""
-    curve, sweep = exact.curve, exact.sweep
-
-    def jump(omega: float) -> dict[str, Any] | None:
-        return place(speeds, omega) if math.isfinite(omega) else None
-
-    return {
-        "method": exact.method,
-        "harmonics": curve.coefficients.shape[1] // 2 if curve.waves is None else waves_data(curve, exact.top),
-        "left_out_relative": curve.tail,
-        "complete": curve.status.found,
-        "rough": curve.status is Status.TRUNCATED,
-        "message": exact.message,
-        "folds": [place(speeds, fold.omega) | sizes(fold.peak) for fold in curve.folds],
-        "jump_up": jump(sweep.jump_up if sweep else math.nan),
-        "jump_down": jump(sweep.jump_down if sweep else math.nan),
-        "bands": [
-            {end: jump(getattr(band, end)) for end in ("low", "high", "jump_up", "jump_down")} | {"whole": band.whole}
-            for band in (sweep.bands if sweep else ())
-        ],
-        "hysteresis_rad_per_s": sweep.width if sweep else None,
-        "sweep": sweep.sentence if sweep else "no motion on the curve is stable",
-    }
-
-
-def waves_data(curve: Branch, at: int) -> list[dict[str, Any]]:
-    """Waves of a motion that beats, the largest first: repeats per turn of motor and output, amplitude and phase."""
-    assert curve.waves is not None
-    sizes_of, pairs = curve.waves.amplitudes[at], curve.waves.pairs.tolist()
-    rows = [
-        {"wave_generator": j, "output": k, **sizes(abs(size), "amplitude"), "phase_rad": cmath.phase(size)}
-        for (j, k), size in zip(pairs[1:], sizes_of[1:].tolist(), strict=True)
-    ]
-    return sorted(rows, key=lambda row: -row["amplitude_rad"])
 
 
 def _run_up(view: View) -> list[dict[str, Any]]:

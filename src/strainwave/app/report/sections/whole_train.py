@@ -21,10 +21,10 @@ from ....study.analysis.words import under_load
 from ....study.speed_map.ramp import Ramp, turns
 from ....study.speed_map.resonances import equation_orders
 from ...console import number
+from ...curves import curve_data
 from ...view import View, sign, sizes
 from ..section import Part, Table
 from .resonances import envelope, jump_speeds
-from .speed_range import curve_data
 
 MATTERS = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
 LITTLE = "the choice changes little"
