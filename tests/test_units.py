@@ -2,8 +2,10 @@
 
 import math
 import re
+import runpy
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -179,11 +181,19 @@ def test_convert_refuses_what_does_not_match(unit, to, sentence):
         convert(1.0, unit, to)
 
 
-@pytest.mark.slow
-def test_pint_is_imported_at_the_first_text_and_not_before():
+def test_pint_is_imported_at_the_first_unit_that_is_not_usual():
     code = (
-        "import sys; from strainwave.base.quantities import parse; before = 'pint' in sys.modules; "
-        "parse('1 rad', 'rad'); print(before, 'pint' in sys.modules)"
+        "import sys; from strainwave.base.quantities import parse; "
+        "print(parse('23 arcsec', 'rad'), parse('0.25 kg*cm^2', 'kg*m**2'), 'pint' in sys.modules, "
+        "parse('30 in-lb', 'N*m'), 'pint' in sys.modules)"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert run.stdout.split() == ["False", "True"]
+    angle, inertia, before, torque, after = run.stdout.split()
+    assert (before, after) == ("False", "True")
+    given = 23.0 * math.pi / 648_000.0, 2.5e-5, 30.0 * 0.0254 * 4.4482216152605
+    assert [float(angle), float(inertia), float(torque)] == pytest.approx(given)
+
+
+def test_the_table_of_common_units_is_what_pint_computes():
+    table = runpy.run_path(str(Path(__file__).resolve().parents[1] / "tools" / "units.py"))
+    assert table["TARGET"].read_text(encoding="utf-8").splitlines() == table["rows"]()

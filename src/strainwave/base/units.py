@@ -161,9 +161,20 @@ def _with_forces(given: str, to: str) -> str:
 @lru_cache(maxsize=1024)
 def _unknown(units: str) -> list[str]:
     """Names in units that are none of ours, with a prefix or without."""
+    names = re.findall("[A-Za-z]+", units)
+    if common()[1].issuperset(names):
+        return []
     known = set(_registry())
     # Left alone, pint takes any final s as a plural: Nms would be N*m.
-    return [n for n in re.findall("[A-Za-z]+", units) if n not in known and PREFIX.sub("", n, count=1) not in known]
+    return [n for n in names if n not in known and PREFIX.sub("", n, count=1) not in known]
+
+
+@cache
+def common() -> tuple[dict[tuple[str, str], tuple[float, float]], frozenset[str]]:
+    """Factors of the pairs of units that are usual, and the names in them, from the table that pint made."""
+    lines = Path(__file__).with_name("common_units.txt").read_text(encoding="utf-8").splitlines()
+    table = {(given, wanted): (float(p), float(q)) for given, wanted, p, q in (line.split("\t") for line in lines)}
+    return table, frozenset(re.findall("[A-Za-z]+", " ".join(f"{given} {wanted}" for given, wanted in table)))
 
 
 @cache
@@ -190,6 +201,11 @@ def _factors(source: str, target: str) -> tuple[float, float]:
 
     A KeyError names an unknown unit, an ArithmeticError reports a mismatch.
     """
+    return common()[0].get((source, target)) or computed_factors(source, target)
+
+
+def computed_factors(source: str, target: str) -> tuple[float, float]:
+    """Return p and q by pint; errors as `_factors`."""
     if unknown := _unknown(f"{source} {target}"):
         raise KeyError(unknown[0])
     if not _matches(source, target):
