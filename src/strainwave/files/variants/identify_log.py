@@ -36,6 +36,7 @@ UNITS = {
     "load_friction": "", "load_inertia": "kg*m^2", "torque_constant": "N*m/A", "torque_scale": "",
     "motor_inertia": "kg*m^2", "motor_coulomb": "N*m", "motor_viscous": "N*m*s/rad", "motor_load_friction": "",
 }  # fmt: skip
+LAW = ("K1", "K2", "K3", "T1", "T2")
 USUAL = 1.54, 1.79, 4.3e-4, 1.6e-3  # K2, K3, T1, T2 over K1: medians of the 179 laws of the catalogue
 SURE = 3.4  # standard deviations that an amplitude of a line in the project is away from 0: a file takes 30 %
 HELD = 0.5  # share of a moving load's readings that are the ones before
@@ -111,6 +112,8 @@ class IdentifiedLog(Fit):
             use = "" if self.explained >= NEARLY else " Do not use its numbers."
             more = f"{self.answer.more:.2g} times the readings' scatter is left"
             return f"Something outside of the model moves the load: it explains {share}, and {more}.{use}"
+        if not self.usable and self.answer.inertia_known:
+            return f"The log tells neither the stiffness nor the damping; the model explains {share}."
         if not self.usable:
             return f"Without the load's inertia or a torque no stiffness can be known; the model explains {share}."
         return f"The model explains {share}."
@@ -208,7 +211,8 @@ def identify_log(
     causes = (*answer.causes, *(_held(records) if answer.explained < ENOUGH else ()))
     found = answer.known
     least = NEARLY if answer.more else ENOUGH
-    usable = not causes and answer.explained >= least and answer.inertia_known
+    dynamic = "K1" in found.values or "B" in found.values
+    usable = not causes and answer.explained >= least and answer.inertia_known and dynamic
     made = _project(answer, gear, project) if usable else None
     progress("identified", 1.0)
     return IdentifiedLog(
@@ -260,7 +264,8 @@ def _held(logs: Sequence[Any]) -> list[str]:
 def _project(answer: Answer, gear: str | None, given: Project | None) -> Project:
     """The project with the numbers found, and their scatter."""
     joint, told = answer.joint, answer.known.values
-    v, speeds = joint.values, np.abs(np.concatenate([piece.motor_rate for piece in joint.pieces]))
+    kept = {name: joint.scales[name].first for name in (*LAW, "B") if name not in told}  # what the logs do not tell
+    v, speeds = joint.values | kept, np.abs(np.concatenate([piece.motor_rate for piece in joint.pieces]))
     if given is None:
         top = float(np.max(speeds))
         given = from_text(
@@ -279,18 +284,20 @@ def _project(answer: Answer, gear: str | None, given: Project | None) -> Project
     size, phase = _wave(v, ("gravity_sin", "gravity_cos"))
     drag = _with_friction(AngleTorque(size, 1, -phase), told, "")
     pulled = {"excitation": Harmonic(0.0, mean=-v["gravity_mean"])} if v["gravity_mean"] else {}
-    train = given.subject.with_load(J=v["inertia"], drag=drag, **pulled)._replace(law=law, B=v["B"], error=error)
+    B = v["B"] if "B" in told else given.subject.B
+    train = given.subject.with_load(J=v["inertia"], drag=drag, **pulled)._replace(law=law, B=B, error=error)
     if told.get("motor_inertia", 0.0) > 0.0:
         train = train.with_motor(J=told["motor_inertia"])
     if (friction := _with_friction(None, told, "motor_")) is not None:
         train = train.with_motor(drag=friction)
     if v["load_friction"] > 0.0:
         train = train._replace(friction=LoadFriction(v["load_friction"]))
-    sources = (*given.sources, Source("gear", "", MEASURED), Source("damping", "", MEASURED))
+    measured = {"gear": {*LAW} & {*told}, "damping": {"B"} & {*told}}
+    sources = (*given.sources, *(Source(name, "", MEASURED) for name, numbers in measured.items() if numbers))
     limits = given.motor_limits
     if "torque_constant" in told:
         limits = (limits or MotorLimits())._replace(K_t=told["torque_constant"])
-    scatter, correlation = _scatter(answer, "gear.law.first." if v["hysteresis"] else "gear.law.", list(sizes))
+    scatter, correlation = _scatter(answer, list(sizes))
     better = replace(
         given, subject=train, sources=sources, scatter=scatter, correlation=correlation, motor_limits=limits
     )
@@ -306,9 +313,9 @@ def _with_friction(law: Any, told: dict[str, float], shaft: str) -> Any:
     return law
 
 
-def _scatter(answer: Answer, law: str, lines: Sequence[tuple[int, int]]) -> tuple[Any, Any]:
+def _scatter(answer: Answer, lines: Sequence[tuple[int, int]]) -> tuple[Any, Any]:
     """Deviations of the numbers that were found, relative, by their names in the file, and their correlation."""
-    names = {name: law + name for name in ("K1", "K2", "K3", "T1", "T2")}
+    names = {name: f"gear.law.{name}" for name in LAW}
     names |= {"B": "damping.B", "motor_inertia": "motor.inertia"}
     names |= {f"line({j}, {k})": f"excitation.kinematic_error.{i}.amplitude" for i, (j, k) in enumerate(lines)}
     told = list(answer.known.values)

@@ -68,7 +68,8 @@ def identify(
         write_all(output, contents)
         if result.project is None:
             (output / YAML).unlink(missing_ok=True)  # of an earlier log: it would pass for this one's
-    click.echo(numbers if as_json else "\n".join(lines(result.facts())))
+    doubts = [f"note: {said}" for log in logs for said in (*log.doubts, *log.notes)]
+    click.echo(numbers if as_json else "\n".join([*lines(result.facts()), *dict.fromkeys(doubts)]))
     if not result.usable:
         raise SolveError(f"no project file is written: {result.headline()}")
     if output is not None and not as_json:

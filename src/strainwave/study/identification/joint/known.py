@@ -72,6 +72,11 @@ def known(joint: Joint, inertia_given: bool) -> Known:
     tied = _ties(joint, lost, inertia_given, rates @ posterior @ rates.T, list(values))
     if "asymmetry" not in joint.free and not _sided(joint, held):
         tied.append((("asymmetry",), "torques of both signs"))
+    if {"K1", "B"} <= {*lost}:  # a resonance that is not known makes any size of a line
+        seen_lines = [name for name in values if name.startswith("line") and name not in lost]
+        tied += (
+            [(("K1", "B", *seen_lines), "a motion that makes the load ring, and other speeds")] if seen_lines else []
+        )
     unidentified: dict[str, str] = {}
     for group, move in tied:
         for name in group:

@@ -146,7 +146,14 @@ def pieces_of(logs: Sequence[Any], ratio: float, step: float) -> tuple[list[Piec
     many = sum((end - begin) / step for _, begin, end in stretches)
     if many > MOST_STEPS:
         stretches = _parts(stretches, MOST_STEPS * step)
-    return [piece for i, a, b in stretches if (piece := _piece(raw[i], i, a, b, step, sense, ratio)) is not None], sense
+    pieces = [piece for i, a, b in stretches if (piece := _piece(raw[i], i, a, b, step, sense, ratio)) is not None]
+    if not pieces:
+        steps = float(np.median(np.diff(raw[0][2])))
+        raise ValueError(
+            f"the load's angle has {steps:.3g} s between its readings, too few for a joint that rings; log faster, or "
+            "give the unit of the time"
+        )
+    return pieces, sense
 
 
 def _sense(raw: Sequence[tuple[Floats, ...]], ratio: float) -> float:
@@ -217,6 +224,8 @@ def _piece(
     tm, motor, tl, load = raw
     at, on = (tm >= begin) & (tm <= end), (tl >= begin) & (tl <= end)
     tm, motor, tl, load = tm[at], motor[at], tl[on], sense * load[on]
+    if min(len(tm), len(tl)) < FEWEST:
+        return None
     n = int((tm[-1] - tm[0]) / step)
     grid = tm[0] + 0.5 * step * np.arange(2 * n + 1)
     turned = through(tm - tm[0], motor)
