@@ -35,7 +35,7 @@ from ..speed_map.decide import Decision, decide
 from ..speed_map.motions import OMEGA, OSCILLATION
 from ..speed_map.ramp import in_run
 from ..speed_map.resonances import OperatingPoint, Regime, operating_point, regimes
-from ..speed_map.rules import complement, rules_of
+from ..speed_map.rules import complement, findings_under, rules_of
 from .analysis import Analysis, GearLoop, loop_of, move_of, parametric_of
 from .in_time import RunUp, beat_of, run_up_and_down
 from .knobs import Subject
@@ -245,7 +245,11 @@ def worst_posture(decided: Decision) -> WorstPosture | None:
         answer = Answer.ALL_RIGHT if not len(bands.forbidden) else Answer.BUT if len(bands.allowed) else Answer.NOT
         tops = [run[np.argmax(run[:, OSCILLATION])] for run, _ in found.runs]
         top = max(tops, key=lambda row: float(row[OSCILLATION]), default=np.full(2, math.nan))
-        rows.append(WorstPosture(i + 1, len(posed), name, answer, float(top[OSCILLATION]), float(top[OMEGA])))
+        exceeded = findings_under(decided.projects[i], found)
+        if any(one.fails for one in exceeded):
+            answer = Answer.NOT
+        size, omega = float(top[OSCILLATION]), float(top[OMEGA])
+        rows.append(WorstPosture(i + 1, len(posed), name, answer, size, omega, exceeded=exceeded))
     ranks = list(Answer)
     key = lambda row: (ranks.index(row.answer), row.peak if row.peak > 0.0 else math.inf)  # noqa: E731
     failing = sum(row.answer is not Answer.ALL_RIGHT for row in rows)

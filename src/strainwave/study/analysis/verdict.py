@@ -220,7 +220,8 @@ class WorstPosture(NamedTuple):
     """The posture in which a drive is judged worst: its number from 1 on, of so many rows, its name, and its answer.
 
     `peak` is its largest oscillation [rad], nan where no motion is stable, and `omega` the base-angle speed [rad/s].
-    `failing` counts the postures with speeds to keep out of.
+    `failing` counts the postures with speeds to keep out of, and `exceeded` are the limits of gear and motor that it
+    passes.
     """
 
     number: int
@@ -230,6 +231,7 @@ class WorstPosture(NamedTuple):
     peak: float
     omega: float
     failing: int = 1
+    exceeded: tuple[Finding, ...] = ()
 
     @property
     def title(self) -> str:

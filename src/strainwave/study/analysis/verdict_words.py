@@ -101,7 +101,8 @@ def _passes(analysis: Any, verdict: Verdict) -> str:
         faults.append("the motion jumps")
     if (worst := analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
         several = f"{worst.failing} of {worst.rows} postures fail, {worst.title} the most"
-        faults.append(several if worst.failing > 1 else f"{worst.title} of {worst.rows} fails")
+        said = several if worst.failing > 1 else f"{worst.title} of {worst.rows} fails"
+        faults.append(": ".join([said, *(above(one) for one in worst.exceeded[:1])]))
     faults += [f"in the move of the file {above(one)}" for one in of_move(analysis)]
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
         return "; ".join(["Some speeds are to be avoided", *faults, NO_LIMIT])
@@ -133,7 +134,8 @@ def posture_said(analysis: Any) -> Sentence:
         return Sentence("")
     size = Sentence("oscillation {} at {}", Angle(worst.peak), Speed(worst.omega, digits=5))
     said = " That is for the load of the file; of its {} postures the worst is {}, {}: {}."
-    return Sentence(said, worst.rows, worst.title, worst.answer, NOTHING_STABLE if math.isnan(worst.peak) else size)
+    reasons = listed([NOTHING_STABLE if math.isnan(worst.peak) else size, *map(above, worst.exceeded)])
+    return Sentence(said, worst.rows, worst.title, worst.answer, reasons)
 
 
 def _oscillation(analysis: Any) -> Sentence:
@@ -202,7 +204,9 @@ def changes_said(
     """The smallest change that suffices, or what the best one leaves, and what a passed limit of the gear needs."""
     avoid, sentences = analysis.avoid, []
     if verdict.change is not None:
-        sentences.append(Sentence(text, str(verdict.change) + _ends(verdict.change), _left(analysis, verdict.change)))
+        alone = " under the load of the file alone" if analysis.posture else ""
+        left = _left(analysis, verdict.change)
+        sentences.append(Sentence(text, str(verdict.change) + _ends(verdict.change) + alone, left))
     elif over_limit(analysis) and avoid is not None and analysis.remedies and analysis.remedies[0].helps:
         best = analysis.remedies[0]
         under = " under every load torque" if best.exceeds is False else ""

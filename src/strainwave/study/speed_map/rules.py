@@ -337,11 +337,7 @@ def beyond_ratings(
     """
     worst = dict[str, tuple[Finding, str]]()
     for loaded in by_load:
-        table = np.concatenate([np.zeros((1, MEAN + 1)), *(run for run, _ in loaded.runs)])
-        torque, mean, motor = (table[np.argmax(table[:, column])] for column in (TORQUE, MEAN, MOTOR))
-        loose = [(one.torque, one.omega) for one in loaded.loose if math.isfinite(one.torque)]
-        used = Usage(*max([(float(torque[TORQUE]), float(torque[OMEGA])), *loose]), float(mean[MEAN]), mean[OMEGA])
-        use = MotorUse(float(motor[MOTOR]), motor[OMEGA], 0.0)
+        used, use = asked_under(loaded)
         places = {"average_torque": used.at_average, PEAK: use.at}
         for finding in _findings(project, fastest, used, use, needs_of(loaded), resting):
             at = places.get(finding.limit, used.at_peak) if finding.omega is None else finding.omega
@@ -352,6 +348,23 @@ def beyond_ratings(
     passed = gravest(tuple(finding for finding, _ in worst.values()))
     said = [(f.fails, worst[f.limit][1]) for f in passed]
     return tuple(text for fails, text in said if fails), tuple(text for fails, text in said if not fails)
+
+
+def asked_under(loaded: UnderLoad) -> tuple[Usage, MotorUse]:
+    """Largest torques that the motions under a load ask of the gear and of the motor, with their speeds."""
+    table = np.concatenate([np.zeros((1, MEAN + 1)), *(run for run, _ in loaded.runs)])
+    torque, mean, motor = (table[np.argmax(table[:, column])] for column in (TORQUE, MEAN, MOTOR))
+    loose = [(one.torque, one.omega) for one in loaded.loose if math.isfinite(one.torque)]
+    used = Usage(*max([(float(torque[TORQUE]), float(torque[OMEGA])), *loose]), float(mean[MEAN]), mean[OMEGA])
+    return used, MotorUse(float(motor[MOTOR]), motor[OMEGA], 0.0)
+
+
+def findings_under(project: Project, loaded: UnderLoad) -> tuple[Finding, ...]:
+    """Limits of gear and motor that the motions under one load of a project pass, the gravest first."""
+    resting = max(map(abs, project.load_torques)) / project.drive.N
+    found = _findings(project, project.speeds.given[-1], *asked_under(loaded), needs_of(loaded), resting)
+    passed = gravest(tuple(one for one in found if one.exceeded))
+    return tuple(sorted(passed, key=lambda one: one.limit == "average_torque"))
 
 
 def _findings(
