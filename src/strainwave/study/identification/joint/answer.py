@@ -112,6 +112,7 @@ def answered(
     if rms(joint) > LEFT * noise or shown(joint, OUTSIDE):
         progress("causes", 0.8)
         joint, causes = _caused(joint, logs, ratio, law, inertia)
+    joint = settled(joint)  # where a term was tried, or left out, the others may not be at their best
     progress("intervals", 0.95)
     if "load_friction" not in joint.free and not one_way(joint):  # without a reversal it is a stiffness
         joint = settled(replace(joint, free=(*joint.free, "load_friction")))  # after a choice intervals are too narrow
