@@ -350,31 +350,23 @@ excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}]}
 """
 
 
-class StoredEnergy:
+def stored_energy(view):
     """A study in the shortest form: the energy in the gear at the largest error."""
-
-    heading = "Energy in the gear"
-
-    def data(self, view):
-        law, largest = view.project.drive.law, view.analysis.largest()
-        return {"stored_energy": {"largest_J": law.energy(largest.peak), "of": largest.of}}
-
-    def sentences(self, view):
-        largest = view.analysis.largest()
-        return ["It is largest at " + Speed(largest.omega) + ", where the error is " + Angle(largest.peak) + "."]
-
-    def figures(self, view):
-        x = np.linspace(0.0, view.analysis.largest().peak, 50)
-        panel = Panel("", view.angle.axis("torsion"), Axis("energy", "J"))
-        panel.line(x, view.project.drive.law.energy(x))
-        return [figure([[panel]], 300.0, "energy over torsion")]
+    law, largest = view.project.drive.law, view.analysis.largest()
+    data = {"stored_energy": {"largest_J": law.energy(largest.peak), "of": largest.of}}
+    said = ["It is largest at " + Speed(largest.omega) + ", where the error is " + Angle(largest.peak) + "."]
+    x = np.linspace(0.0, largest.peak, 50)
+    panel = Panel("", view.angle.axis("torsion"), Axis("energy", "J"))
+    panel.line(x, law.energy(x))
+    drawn = [figure([[panel]], 300.0, "energy over torsion")]
+    return sw.report.Part("Energy in the gear", data, said, [sw.report.Table(data)], figures=drawn, lines=said)
 
 
 @pytest.mark.slow
 def test_section_of_a_user_is_in_the_page_the_results_and_the_summary_of_a_report(tmp_path):
     (tmp_path / "joint.yaml").write_text(JOINT)
     folder = tmp_path / "report"
-    report = sw.report.write(tmp_path / "joint.yaml", folder, sections=(*sw.report.SECTIONS, StoredEnergy()))
+    report = sw.report.write(tmp_path / "joint.yaml", folder, sections=(*sw.report.SECTIONS, stored_energy))
     results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
     largest = results["largest_error"]
     assert largest["of"] == "run-up of the whole drive train"  # its steady curve has no gravity

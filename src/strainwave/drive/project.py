@@ -30,13 +30,7 @@ from .operating_point import refuse_overload
 from .reductions import THE_LOOP, beyond_equation, left_out
 from .response import UNDAMPED, loses_energy
 from .steady import equation_curve, is_beating, leaves_angle_out, train_motions
-from .train_curve import (
-    NO_MOTION,
-    has_curve,
-    refuse_free,
-    torques_of_angle,
-    without_gravity,
-)
+from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, without_gravity
 
 OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode", "hysteresis")
 SURE = 3  # digits of what rests on an assumed one of these

@@ -34,13 +34,7 @@ from ..numerics.curves.torus_growth import growth
 from ..numerics.curves.torus_problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
-from .train_curve import (
-    as_train,
-    parts_of_angle,
-    torques,
-    with_rounded_corners,
-    without_gravity,
-)  # fmt: skip
+from .train_curve import as_train, parts_of_angle, torques, with_rounded_corners, without_gravity  # fmt: skip
 
 MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 CORNERED = 1e-3  # the same on a curve of a law with rounded corners

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 from strainwave.app.report.report import page
-from strainwave.app.report.section import asked
+from strainwave.app.report.section import Part, Table, asked
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import Speeds
 
@@ -13,24 +13,20 @@ VIEW = View(PROJECT, ANALYSIS, AngleUnit("rad", 1.0))
 SVG = '<?xml version="1.0"?>\n<svg xmlns="http://www.w3.org/2000/svg"/>'
 
 
-class Mine:
-    def __init__(self, data=(), heading="Mine", **texts):
-        self.given, self.heading = data, heading
-        for name, value in texts.items():
-            setattr(self, name, lambda _, value=value: value)
-
-    def data(self, _):
-        return dict(self.given) if self.given == () else self.given
+def mine(data=(), heading="Mine", **texts):
+    """A section with data, a heading and texts."""
+    given = dict(data)
+    return lambda _: Part(heading, given, tables=[Table(given)], **texts)
 
 
 def test_a_sentence_of_the_page_has_units_as_they_are_printed():
-    section = Mine(sentences=("0.3 N*m*s/rad on 2 kg*m^2, `--loads -4:4`",))
+    section = mine(sentences=("0.3 N*m*s/rad on 2 kg*m^2, `--loads -4:4`",))
     assert asked(section, VIEW).sentences == ["0.3 N·m·s/rad on 2 kg·m², `--loads -4:4`"]
 
 
 def test_names_of_the_page_may_be_keys_of_a_section_and_its_texts_are_escaped():
     data = {name: "<script>" for name in ("rows", "template", "view", "heading", "unit")}
-    section = Mine(data, "<b>", sentences=("a & b",), figures=iter([SVG]))
+    section = mine(data, "<b>", sentences=("a & b",), figures=[SVG])
     html = page(VIEW, [asked(section, VIEW)])
     assert html.count("&lt;script&gt;") == len(data)
     assert "<h2>&lt;b&gt;</h2>" in html

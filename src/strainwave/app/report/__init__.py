@@ -3,5 +3,7 @@
 from ..view import View as View
 from .report import Report as Report
 from .report import write as write
+from .section import Part as Part
 from .section import Section as Section
+from .section import Table as Table
 from .sections import SECTIONS as SECTIONS

@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from html import escape
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from ...base.facts import NUMBERS, UNITS
 from ...base.sentences import Angle, Speed
@@ -85,19 +85,7 @@ class Part(NamedTuple):
         return self.page or said + shown + small + drawn
 
 
-class Section(Protocol):
-    """What gives a part of the report: a function of a `View`, or an object; no class needs to inherit from it.
-
-    An object has `heading` and `data(view)`, a table of which is on the page, and perhaps `sentences(view)`,
-    `figures(view)`, `lines(view, data)`, which the terminal has in place of the sentences, and `appendix = True`.
-    """
-
-    @property
-    def heading(self) -> str:
-        """Heading of its part of the page."""
-
-    def data(self, view: View) -> dict[str, Any]:
-        """Its keys of results.json."""
+Section = Callable[[View], Part]  # what gives a part of the report
 
 
 def paragraph(text: str, kind: str = "") -> str:
@@ -199,19 +187,10 @@ def _flat(value: Any, name: str) -> Iterator[tuple[str, str]]:
         yield from _flat(item, f"{name}.{key}" if name else str(key))
 
 
-def asked(section: Section | Callable[[View], Part], view: View) -> Part:
+def asked(section: Section, view: View) -> Part:
     """Part of a report, with its data and its texts in the units of the report."""
-    part = section(view) if callable(section) else _of_object(section, view)
+    part = section(view)
     told = {name: view.told(getattr(part, name)) for name in ("data", "sentences", "notes", "figures", "lines")}
     for name in ("sentences", "notes"):
         told[name] = [PRODUCT.sub("·", text).replace("m^2", "m²") for text in told[name]]
     return part._replace(tables=[one._replace(data=view.told(one.data)) for one in part.tables], **told)
-
-
-def _of_object(section: Section, view: View) -> Part:
-    data = section.data(view)
-    texts = (list(getattr(section, of)(view)) if hasattr(section, of) else [] for of in ("sentences", "figures"))
-    said, drawn = texts
-    lines = list(section.lines(view, data)) if hasattr(section, "lines") else said
-    appendix = getattr(section, "appendix", False)
-    return Part(section.heading, data, said, [Table(data)], figures=drawn, lines=lines, appendix=appendix)

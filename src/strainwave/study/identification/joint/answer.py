@@ -8,27 +8,13 @@ import numpy as np
 
 from ....base.results import Floats, SolveError
 from ....base.units import ARCSEC
+from . import solve
 from .known import Known, known, one_way
 from .march import spring_torque
 from .meter import OF_GEAR, OF_MOTOR, meters
 from .metered import LIKELY, Metered, constant_of, doubt, joined, lacking, linear, metered
 from .model import Joint, scales
 from .pieces import pieces_of
-from .solve import (
-    BASIC,
-    HIGHEST,
-    OUTSIDE,
-    completed,
-    fell,
-    found,
-    rms,
-    running,
-    scatter,
-    settled,
-    shown,
-    started,
-    without,
-)  # fmt: skip
 
 RESOLVED = 0.06  # of 1/omega of the stiffest slope: a step of the grid
 CLOUD = 600  # points
@@ -102,20 +88,20 @@ def answered(
         If the motion leaves every bound.
     """
     joint = _best(logs, ratio, law, inertia, progress)
-    if not np.isfinite(rms(joint)):
+    if not np.isfinite(solve.rms(joint)):
         raise SolveError("the motion leaves every bound; check that gear, load inertia and log are of one joint")
     by, said = None, list[str]()
     if inertia is None:
         joint, by, said = _weighed(joint, logs, ratio, law, constant, progress)
         inertia = None if by is None else joint.values["inertia"]
-    noise, causes = scatter(joint), list[str]()
-    if rms(joint) > LEFT * noise or shown(joint, OUTSIDE):
+    noise, causes = solve.scatter(joint), list[str]()
+    if solve.rms(joint) > LEFT * noise or solve.shown(joint, solve.OUTSIDE):
         progress("causes", 0.8)
         joint, causes = _caused(joint, logs, ratio, law, inertia)
-    joint = settled(joint)  # where a term was tried, or left out, the others may not be at their best
     progress("intervals", 0.95)
     if "load_friction" not in joint.free and not one_way(joint):  # without a reversal it is a stiffness
-        joint = settled(replace(joint, free=(*joint.free, "load_friction")))  # after a choice intervals are too narrow
+        joint = replace(joint, free=(*joint.free, "load_friction"))  # after a choice intervals are too narrow
+    joint = solve.settled(joint)  # where a term was tried, or left out, the others may not be at their best
     residual = float(np.sqrt(np.mean(np.concatenate(joint.residuals()) ** 2)))
     torsion = np.concatenate([torsion_of(joint, i) for i in range(len(joint.pieces))])
     explained = 1.0 - residual / max(float(np.sqrt(np.mean(torsion**2))), 1e-300)
@@ -159,8 +145,8 @@ def _weighed(
         if doubts or lacking(meter, fit, float(np.sqrt(fit.covariance[0, 0])) / scale):
             continue
         inertia = factor * joint.values["inertia"]
-        first = _first(logs, ratio, law, inertia, BASIC)
-        again = found(first, float(np.sqrt(law[0] / inertia)), progress)
+        first = _first(logs, ratio, law, inertia, solve.BASIC)
+        again = solve.found(first, float(np.sqrt(law[0] / inertia)), progress)
         return _scaled(again, logs, meter.name, constant), meter.name, said
     return joint, None, said
 
@@ -199,12 +185,12 @@ def _best(
 ) -> Joint:  # fmt: skip
     """The fit; without an inertia the best of several resonances, with K1 as the datasheet has it."""
     if inertia is not None:
-        return found(_first(logs, ratio, law, inertia, BASIC), float(np.sqrt(law[0] / inertia)), progress)
-    free, fits = ("inertia", *(name for name in BASIC if name != "K1")), []
+        return solve.found(_first(logs, ratio, law, inertia, solve.BASIC), float(np.sqrt(law[0] / inertia)), progress)
+    free, fits = ("inertia", *(name for name in solve.BASIC if name != "K1")), []
     for guess in GUESSES:
         omega = 2.0 * np.pi * guess
-        fits.append(found(_first(logs, ratio, law, law[0] / omega**2, free), omega, progress))
-    return min(fits, key=rms)
+        fits.append(solve.found(_first(logs, ratio, law, law[0] / omega**2, free), omega, progress))
+    return min(fits, key=solve.rms)
 
 
 def _caused(
@@ -212,25 +198,26 @@ def _caused(
 ) -> tuple[Joint, list[str]]:  # fmt: skip
     """The fit with what a test supports beyond the model, and the names of it."""
     given = joint.values["inertia"] if inertia is None else inertia
-    omega, most = float(np.sqrt(law[0] / given)), BETTER if rms(joint) > LEFT * scatter(joint) else 1.0
+    omega, most = float(np.sqrt(law[0] / given)), BETTER if solve.rms(joint) > LEFT * solve.scatter(joint) else 1.0
     for afresh in (False, True):
         trials = dict[str, Joint]()
-        for cause in OUTSIDE:
-            first = _first(logs, ratio, law, given, BASIC) if afresh else joint
+        for cause in solve.OUTSIDE:
+            first = _first(logs, ratio, law, given, solve.BASIC) if afresh else joint
             first = replace(first, free=(*first.free, cause))
             if cause == "gap":
                 first = replace(first, values=first.values | {"gap": 10.0 * first.scales["gap"].unit})
-            trials[cause] = running(first, omega, joint.lines, "hysteresis" in joint.free) if afresh else settled(first)
-        name = min(trials, key=lambda cause: rms(trials[cause]))
-        best = completed(trials[name])
-        if fell(joint, best) and rms(best) < min(most * rms(joint), NEAR * scatter(best)):
-            best = without(best, name)
+            memory = "hysteresis" in joint.free
+            trials[cause] = solve.running(first, omega, joint.lines, memory) if afresh else solve.settled(first)
+        name = min(trials, key=lambda cause: solve.rms(trials[cause]))
+        best = solve.completed(trials[name])
+        if solve.fell(joint, best) and solve.rms(best) < min(most * solve.rms(joint), NEAR * solve.scatter(best)):
+            best = solve.without(best, name)
             if name not in best.free:  # it has but led out of a trap
-                return best, _left(best) if rms(best) > LEFT * scatter(best) else []
+                return best, _left(best) if solve.rms(best) > LEFT * solve.scatter(best) else []
             value = best.values[name]
             size = {"gap": value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
             return best, [CAUSES[name].format(size)]
-    return joint, _left(joint) if rms(joint) > LEFT * scatter(joint) else []
+    return joint, _left(joint) if solve.rms(joint) > LEFT * solve.scatter(joint) else []
 
 
 def _left(joint: Joint) -> list[str]:
@@ -267,7 +254,7 @@ def _peak(places: Floats, values: Floats, lowest: float) -> tuple[float, float]:
 
 def residual_orders(joint: Joint) -> tuple[Floats, Floats]:
     """Orders (m,) of the motor's turn, and amplitudes (m,) [rad] of what is left at them, of all pieces."""
-    left, orders = np.concatenate(joint.residuals()), np.arange(LOWEST_ORDER, HIGHEST + 0.5, 0.05)
+    left, orders = np.concatenate(joint.residuals()), np.arange(LOWEST_ORDER, solve.HIGHEST + 0.5, 0.05)
     at = [p.begin + 0.5 * p.step * np.arange(len(p.motor)) for p in joint.pieces]
     turned = np.concatenate([np.interp(p.time, t, p.motor) for p, t in zip(joint.pieces, at, strict=True)])
     return orders, np.array([2.0 * abs(np.mean(left * np.exp(-1j * order * turned))) for order in orders])
@@ -277,8 +264,8 @@ def residuals_of(answer: Answer, logs: Sequence[Any]) -> list[tuple[Floats, Floa
     """Stamps and measured less predicted angles of the load in other logs, piece by piece; only starts are fitted."""
     joint = answer.joint
     pieces, _ = pieces_of(logs, joint.ratio, joint.pieces[0].step)
-    other = started(replace(joint, pieces=tuple(pieces), free=(), kept={}))
-    other = settled(other)
+    other = solve.started(replace(joint, pieces=tuple(pieces), free=(), kept={}))
+    other = solve.settled(other)
     return [(piece.time, residual) for piece, residual in zip(pieces, other.residuals(), strict=True)]
 
 
