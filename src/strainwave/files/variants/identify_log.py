@@ -112,10 +112,10 @@ class IdentifiedLog(Fit):
             use = "" if self.explained >= NEARLY else " Do not use its numbers."
             more = f"{self.answer.more:.2g} times the readings' scatter is left"
             return f"Something outside of the model moves the load: it explains {share}, and {more}.{use}"
-        if not self.usable and self.answer.inertia_known:
-            return f"The log tells neither the stiffness nor the damping; the model explains {share}."
         if not self.usable:
             return f"Without the load's inertia or a torque no stiffness can be known; the model explains {share}."
+        if not {"K1", "B"} & {*self.values}:
+            return f"The log tells neither the stiffness nor the damping; the model explains {share}."
         return f"The model explains {share}."
 
     def quality(self) -> list[str]:
@@ -211,8 +211,7 @@ def identify_log(
     causes = (*answer.causes, *(_held(records) if answer.explained < ENOUGH else ()))
     found = answer.known
     least = NEARLY if answer.more else ENOUGH
-    dynamic = "K1" in found.values or "B" in found.values
-    usable = not causes and answer.explained >= least and answer.inertia_known and dynamic
+    usable = not causes and answer.explained >= least and answer.inertia_known
     made = _project(answer, gear, project) if usable else None
     progress("identified", 1.0)
     return IdentifiedLog(
