@@ -24,7 +24,7 @@ from ...study.identification.joint.answer import Answer, answered, residuals_of
 from ...study.identification.joint.known import Tie
 from ...study.identification.joint.model import line_names
 from ...study.identification.log import Log
-from ..fields.groups import MEASURED
+from ..fields.groups import ASSUMED, MEASURED
 from ..logs.read import read_log
 from ..project_text import project_text
 from ..reading import from_text
@@ -112,7 +112,7 @@ class IdentifiedLog(Fit):
             use = "" if self.explained >= NEARLY else " Do not use its numbers."
             more = f"{self.answer.more:.2g} times the readings' scatter is left"
             return f"Something outside of the model moves the load: it explains {share}, and {more}.{use}"
-        if not self.usable:
+        if not self.answer.inertia_known:
             return f"Without the load's inertia or a torque no stiffness can be known; the model explains {share}."
         if not {"K1", "B"} & {*self.values}:
             return f"The log tells neither the stiffness nor the damping; the model explains {share}."
@@ -211,7 +211,8 @@ def identify_log(
     causes = (*answer.causes, *(_held(records) if answer.explained < ENOUGH else ()))
     found = answer.known
     least = NEARLY if answer.more else ENOUGH
-    usable = not causes and answer.explained >= least and answer.inertia_known
+    told = project is not None or {"K1", "B"} & {*found.values}  # else nothing is known beside the catalogue
+    usable = bool(not causes and answer.explained >= least and answer.inertia_known and told)
     made = _project(answer, gear, project) if usable else None
     progress("identified", 1.0)
     return IdentifiedLog(
@@ -293,6 +294,8 @@ def _project(answer: Answer, gear: str | None, given: Project | None) -> Project
         train = train._replace(friction=LoadFriction(v["load_friction"]))
     measured = {"gear": {*LAW} & {*told}, "damping": {"B"} & {*told}}
     sources = (*given.sources, *(Source(name, "", MEASURED) for name, numbers in measured.items() if numbers))
+    if gear is not None and not sizes:
+        sources += (Source("excitation.kinematic_error", "", ASSUMED),)
     limits = given.motor_limits
     if "torque_constant" in told:
         limits = (limits or MotorLimits())._replace(K_t=told["torque_constant"])

@@ -63,18 +63,14 @@ class Linear(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Metered:
-    """What a channel tells: its name and unit, numbers as `Known` has them, curves as `Linear` has them.
+    """What a channel tells: its name and unit, numbers, and curves as `Linear` has them.
 
     `deviation` is that of the channel's scale, relative; `said` are sentences.
     """
 
     name: str
     unit: str
-    values: dict[str, float]
-    covariance: Floats
-    freedom: Floats
-    unidentified: dict[str, str]
-    tied: list[Tie]
+    known: Known
     deviation: float
     curves: list[tuple[Floats, Floats, Floats]]
     said: list[str]
@@ -164,11 +160,11 @@ def metered(meter: Meter, fit: Linear, of_free: Floats, constant: float | None, 
         tied = _ties(meter, fit, {name: (numbers[name][0], sd) for name, sd in wide.items()}, share, whole)
     unidentified = {name: f"the log does not tell {name}; it takes {move}" for group, move in tied for name in group}
     told = [i for i, name in enumerate(numbers) if name not in unidentified]
-    return Metered(
-        meter.name, unit_of(meter.name), {name: numbers[name][0] for name in numbers if name not in unidentified},
-        full[np.ix_(told, told)], derived_freedom(rates[told], covariance, fit.freedom), unidentified, tied, share,
-        fit.curves, _said(meter, fit, constant, weighs),
+    known = Known(
+        {name: numbers[name][0] for name in numbers if name not in unidentified}, full[np.ix_(told, told)],
+        derived_freedom(rates[told], covariance, fit.freedom), unidentified, tied, of_free,
     )  # fmt: skip
+    return Metered(meter.name, unit_of(meter.name), known, share, fit.curves, _said(meter, fit, constant, weighs))
 
 
 def _numbers(meter: Meter, fit: Linear, given: float | None, main: str) -> dict[str, tuple[float, dict[str, float]]]:
@@ -247,22 +243,19 @@ def doubt(meter: Meter, ratio: float, most: float) -> list[str]:
 
 def joined(known: Known, told: Sequence[Metered], weighs: Metered | None, inertia: float) -> Known:
     """All numbers; those that hang on an inertia that a channel has weighed have its scatter too."""
-    values, tied = dict(known.values), list(known.tied)
-    blocks, freedom, unidentified = [known.covariance], [known.freedom], dict(known.unidentified)
-    for one in told:
-        values |= one.values
-        tied += one.tied
-        blocks.append(one.covariance)
-        freedom.append(one.freedom)
-        unidentified |= one.unidentified
+    every = [known, *(one.known for one in told)]
+    values = {name: value for one in every for name, value in one.values.items()}
+    unidentified = {name: why for one in every for name, why in one.unidentified.items()}
+    tied = [tie for one in every for tie in one.tied]
     if not any(one.name in OF_MOTOR for one in told):
         move = "a current or a torque of the motor"
         tied.append((MOTOR[:3], move))
         unidentified |= {name: f"the log does not tell {name}; it takes {move}" for name in MOTOR}
-    covariance, degrees = block_diag(*blocks), np.concatenate(freedom)
-    if weighs is not None and "load inertia" not in weighs.unidentified:
+    covariance = block_diag(*(one.covariance for one in every))
+    degrees = np.concatenate([one.freedom for one in every])
+    if weighs is not None and "load inertia" not in weighs.known.unidentified:
         alike = {*MECHANICAL, *(name for one in told if one is not weighs for name in (*MOTOR[:3], *SCALES))}
         by = np.array([value if name in alike else 0.0 for name, value in values.items()] + [inertia])
         covariance = block_diag(covariance, 0.0) + weighs.deviation**2 * np.outer(by, by)
-        values, degrees = values | {"load_inertia": inertia}, np.append(degrees, max(np.min(weighs.freedom), 1.0))
+        values, degrees = values | {"load_inertia": inertia}, np.append(degrees, max(np.min(weighs.known.freedom), 1.0))
     return known._replace(values=values, covariance=covariance, freedom=degrees, unidentified=unidentified, tied=tied)
