@@ -1,5 +1,6 @@
 """The words of the verdict where no change was found."""
 
+import math
 from types import SimpleNamespace
 
 import pytest
@@ -7,7 +8,7 @@ import pytest
 from strainwave.base.units import ARCSEC
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.remedies import Remedy
-from strainwave.study.analysis.verdict import Answer, Verdict, WorstPosture
+from strainwave.study.analysis.verdict import Answer, JudgedPosture, Verdict
 from strainwave.study.analysis.verdict_words import _headline, _remedy
 from strainwave.study.speed_map.avoid import Avoid
 
@@ -34,7 +35,7 @@ def test_a_remedy_that_misses_the_limit_is_the_best_of_no_change():
 
 
 def headline(
-    answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), posture=None, run_up=None, moved=None, apart=None
+    answer, peak, exceeded=(), unstable=(), limit=100.0, jumping=(), postures=(), run_up=None, moved=None, apart=None
 ):
     passed = ((100.0, 120.0),) if run_up else ()
     avoid = Avoid(
@@ -43,7 +44,8 @@ def headline(
     analysis = SimpleNamespace(
         train=None,
         avoid=avoid,
-        posture=posture,
+        posture=max(postures, key=lambda row: row.rank, default=None),
+        postures=postures,
         moved=moved,
         jumping=jumping,
         largest_oscillation=lambda: SimpleNamespace(peak=peak),
@@ -53,6 +55,9 @@ def headline(
 
 TORQUE = Finding("repeated_peak_torque", 616.8, 523.0, "N*m", "")
 BAND = ((100.0, 120.0),)
+IN = JudgedPosture(1, "in", 1.0, 0.0, Answer.ALL_RIGHT, 15.0, 110.0)
+OUT = JudgedPosture(2, "out", 2.0, 0.0, Answer.BUT, 120.0, 100.0)
+FAR = JudgedPosture(2, "far", 3.0, 0.0, Answer.NOT, math.nan, math.nan)
 
 
 @pytest.mark.parametrize(
@@ -63,21 +68,31 @@ BAND = ((100.0, 120.0),)
         ((Answer.BUT, 100.18), "Fail at some speeds; the oscillation is 0.18 % above its limit"),
         ((Answer.BUT, 340.0), "Fail at some speeds; the oscillation is 3.4 times its limit"),
         (
-            (Answer.BUT, 14.0, (), (), 100.0, (), WorstPosture(2, 3, "out", Answer.BUT, 2e-4, 100.0)),
-            "Fail at some speeds; posture 2 (out) of 3 fails",
+            (Answer.BUT, 14.0, (), (), 100.0, (), (IN, OUT)),
+            "Fail at some speeds; the oscillation in posture 2 (out) is 20 % above its limit; "
+            "posture 2 (out) of 2 fails",
+        ),
+        (
+            (Answer.BUT, 14.0, (), (), 100.0, (), (IN, OUT._replace(peak=13.0))),
+            "Fail at some speeds; posture 2 (out) of 2 fails",
+        ),
+        (
+            (Answer.NOT, 14.0, (), (), 100.0, (), (OUT._replace(number=1), FAR)),
+            "Fail; the oscillation in posture 1 (out) is 20 % above its limit; 2 of 2 postures fail, "
+            "posture 2 (far) the most",
         ),
         ((Answer.BUT, 14.0, (), BAND), "Fail at some speeds; at some speeds the motion is not stable"),
         ((Answer.BUT, 14.0, (), (), 100.0, (1,)), "Fail at some speeds; the motion jumps"),
         (
-            (Answer.BUT, 92.0, (), (), 100.0, (), None, None, None, 116.0),
+            (Answer.BUT, 92.0, (), (), 100.0, (), (), None, None, 116.0),
             "Fail at some speeds; the oscillation of a motion apart from the curve is 16 % above its limit",
         ),
         (
-            (Answer.ALL_RIGHT, 92.0, (), (), 100.0, (), None, 116.0),
+            (Answer.ALL_RIGHT, 92.0, (), (), 100.0, (), (), 116.0),
             "Pass; the oscillation is 8 % below its limit; but a run-up adds 100 to 120 rad/s",
         ),
         (
-            (Answer.NOT, 14.0, (), (), 100.0, (), None, None, SimpleNamespace(findings=(TORQUE,))),
+            (Answer.NOT, 14.0, (), (), 100.0, (), (), None, SimpleNamespace(findings=(TORQUE,))),
             "Fail; in the move of the file 616.8 N·m are above the repeated peak torque of 523 N·m",
         ),
         ((Answer.ALL_RIGHT, 14.0, (), (), None), "Pass; the file has no limit of the oscillation"),

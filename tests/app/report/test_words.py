@@ -129,7 +129,7 @@ def advised(
     analysis = SimpleNamespace(
         avoid=avoid, remedies=remedies, not_tried=(), drive=response, speeds=(60.0, 200.0), load_cases=(),
         train_curve=None, verdict=Verdict(Answer.BUT, merged([*bands, *beyond]), (), exceeded), jumping=jumping,
-        posture=None,
+        postures=(),
     )  # fmt: skip
     return told(speeds_to_avoid(view(analysis)).data["advice"])
 

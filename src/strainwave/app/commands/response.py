@@ -96,7 +96,7 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
     if curve.waves is not None:
         left_out = f"{len(curve.waves.pairs) - 1} waves of two turns; each one left out carries at most {share}"
     return (
-        Fact("failures", tuple(judged.failures), "FAIL: {}"),
+        Fact("failures", tuple(told(list(judged.failures), write)), "FAIL: {}"),
         Fact("", f"{name}, {plain['message']}", "response, motor: {}"),
         Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", motions.name),
         Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", _ranged(project)),

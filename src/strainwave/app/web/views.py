@@ -53,6 +53,7 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
     motor, torque = judged.motor, motions.usage.peak_torque
     limits, carried = _torque_limits(project), judged.used.peak_torque
     passed = [cap | {"reached": carried} for cap in limits if carried > cap["torque"] and cap["name"] != "rated torque"]
+    write = writer(project, angle_unit(motions.oscillation[top]), speeds.unit, scale)
     return {
         "title": project.title,
         "speed_name": speeds.name,
@@ -84,16 +85,14 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
         "passes": judged.passes,
         "assumed": bool(project.assumed),
         "covered": judged.covered,
-        "failures": list(judged.failures),
+        "failures": told(list(judged.failures), write),
         "limits": [cap.data() for cap in judged.findings],
         "required_motor": None if motor is None else {
             "torque": motor.torque, "holding_torque": motor.holding, "speed": scale * motor.at,
             "largest_speed": speeds.scale * speeds.given[-1], "max_torque": motor_limits.most,
             "max_speed": motor_limits.fastest * speeds.scale,
         },
-        "message": without_calls(
-            told(motions.message, writer(project, angle_unit(motions.oscillation[top]), speeds.unit, scale))
-        ),
+        "message": without_calls(told(motions.message, write)),
         "remarks": [
             f"Everything here is {OF_CURVE}.",
             *([HELD] if project.train is None and project.motor == "held" else []),

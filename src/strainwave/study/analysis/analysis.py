@@ -37,7 +37,7 @@ from .load_cases import AtTorque
 from .remedies import Remedy
 from .time_case import TimeCase
 from .train_study import MotorCase, TrainStudy
-from .verdict import LESS, Verdict, WorstPosture
+from .verdict import LESS, JudgedPosture, Verdict
 
 DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
 
@@ -225,8 +225,8 @@ class Analysis(Result):
         What the steady motions and the run-up ask of the motor; None where it is not known.
     other_damping : tuple of Remedy
         The largest oscillation with two thirds and with five thirds of the gear's damping; empty without advice.
-    posture : WorstPosture or None
-        The posture of the project in which the drive is judged worst, which counts in the verdict.
+    postures : tuple of JudgedPosture
+        The drive in every posture of the project; each counts in the verdict.
     beat : Beat or None
         The largest motion turn by turn, where motions beat.
     moved : Move or None
@@ -260,7 +260,7 @@ class Analysis(Result):
     doubts: tuple[str, ...] = ()
     motor: MotorUse | None = None
     other_damping: tuple[Remedy, ...] = ()
-    posture: WorstPosture | None = None
+    postures: tuple[JudgedPosture, ...] = ()
     beat: Beat | None = None
     moved: Move | None = None
     project: Project | None = None
@@ -281,6 +281,11 @@ class Analysis(Result):
     def warnings(self) -> tuple[str, ...]:
         """Sentences about what went wrong or needs care."""
         return tuple(cautions(self))
+
+    @property
+    def posture(self) -> JudgedPosture | None:
+        """The worst posture; None for a project without postures."""
+        return max(self.postures, key=lambda row: row.rank, default=None)
 
     @property
     def train_curve(self) -> DriveResponse | None:

@@ -43,7 +43,7 @@ from .load_cases import AtTorque, load_cases, over_all
 from .remedies import Remedy, at_worst, remedies, under, with_other_damping
 from .time_case import TimeCase, speeds_in_time, time_case, usage
 from .train_study import TrainStudy, motor_cases, train_study
-from .verdict import Answer, WorstPosture, smallest_change, verdict_of
+from .verdict import Answer, JudgedPosture, smallest_change, verdict_of
 
 Told = Callable[[str, float], None]
 Advice = tuple[tuple[Remedy, ...], tuple[str, ...], Remedy | None, tuple[Remedy, ...]]
@@ -199,9 +199,9 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     )
     fault = project.loop.fault if project.loop else ""
     verdict = verdict_of(limits, decided_bands(decided), avoid, largest, findings, change, motor, fault)
-    worst = worst_posture(decided)
-    if worst is not None:
-        verdict = replace(verdict, answer=max(verdict.answer, worst.answer, key=list(Answer).index))
+    postures = judged_postures(decided)
+    answers = verdict.answer, *(row.answer for row in postures)
+    verdict = replace(verdict, answer=max(answers, key=list(Answer).index))
     progress("the move of the file", 0.97)
     moved, unmoved = move_of(project)
     if moved is not None and moved.failures:
@@ -210,7 +210,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
         largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict,
         tuple(no_loop + not_searched + unmoved), tuple(implausible(project.gear, project.rated_torque, loop, largest)),
-        motor, damped, worst, beat_of(project, drive), moved, project,
+        motor, damped, postures, beat_of(project, drive), moved, project,
     )  # fmt: skip
 
 
@@ -235,25 +235,24 @@ def decided_bands(decided: Decision) -> tuple[tuple[float, float], ...]:
     return merged(complement(decided.allowed, decided.span).tolist())
 
 
-def worst_posture(decided: Decision) -> WorstPosture | None:
-    """The worst posture of a project; None where it has none."""
-    rows: list[WorstPosture] = []
-    posed = [i for i, case in enumerate(decided.load_cases) if case.posture is not None]
-    for i in posed:
-        found, bands, posture = decided.found[i], decided.bands[i], decided.load_cases[i].posture
-        name = "" if posture is None else posture.name
+def judged_postures(decided: Decision) -> tuple[JudgedPosture, ...]:
+    """Every posture of a project with its answer and its largest oscillation."""
+    rows: list[JudgedPosture] = []
+    for case, one, project, bands in zip(
+        decided.load_cases, decided.found, decided.projects, decided.bands, strict=True
+    ):
+        if case.posture is None:
+            continue
         answer = Answer.ALL_RIGHT if not len(bands.forbidden) else Answer.BUT if len(bands.allowed) else Answer.NOT
-        tops = [run[np.argmax(run[:, OSCILLATION])] for run, _ in found.runs]
-        top = max(tops, key=lambda row: float(row[OSCILLATION]), default=np.full(2, math.nan))
-        exceeded = findings_under(decided.projects[i], found)
-        if any(one.fails for one in exceeded):
+        exceeded = findings_under(project, one)
+        if any(limit.fails for limit in exceeded):
             answer = Answer.NOT
-        size, omega = float(top[OSCILLATION]), float(top[OMEGA])
-        rows.append(WorstPosture(i + 1, len(posed), name, answer, size, omega, exceeded=exceeded))
-    ranks = list(Answer)
-    key = lambda row: (ranks.index(row.answer), row.peak if row.peak > 0.0 else math.inf)  # noqa: E731
-    failing = sum(row.answer is not Answer.ALL_RIGHT for row in rows)
-    return max((row._replace(failing=failing) for row in rows), key=key, default=None)
+        tops = [run[np.argmax(run[:, OSCILLATION])] for run, _ in one.runs]
+        top = max(tops, key=lambda row: float(row[OSCILLATION]), default=np.full(2, math.nan))
+        inertia, torque = float(project.drive.J_l), project.mean_load_torque
+        place = len(rows) + 1, case.posture.name, inertia, torque, answer
+        rows.append(JudgedPosture(*place, float(top[OSCILLATION]), float(top[OMEGA]), exceeded))
+    return tuple(rows)
 
 
 def _of_one_turn(

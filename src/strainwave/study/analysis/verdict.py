@@ -15,7 +15,7 @@ from math import log as ln
 from typing import NamedTuple
 
 from ...base.results import SolveError
-from ...base.sentences import listed
+from ...base.sentences import Angle, Sentence, Speed, listed
 from ...drive.asked import Need
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
 from ...drive.postures import titled
@@ -157,9 +157,10 @@ class Judged(NamedTuple):
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """Limits of the gear and of the motor by which the drive fails, a limit out of reach, and jumps."""
+        """Limits of the oscillation, the gear and the motor by which the drive fails, one out of reach, and jumps."""
         jumps = "The motion jumps on a slow run-up or run-down." if self.jumps else ""
-        said = self.verdict.fault, self.below if self.fails else "", jumps, self.leaves
+        over = "" if self.fails or self.avoid is None else _over(self.avoid)
+        said = self.verdict.fault, self.below if self.fails else over, jumps, self.leaves
         return (*filter(None, said), *(finding.sentence for finding in gravest(self.findings) if finding.fails))
 
     @property
@@ -208,6 +209,14 @@ def _bands(project: Project, response: DriveResponse, need: Need | None) -> tupl
     return avoid, merged([*map(tuple, bands), *beyond_sheet(() if need is None else (need,), rules.sheet)])
 
 
+def _over(avoid: Avoid) -> str:
+    """The largest oscillation of a curve that is above its limit; "" within it."""
+    if avoid.limit is None or avoid.largest <= avoid.limit:
+        return ""
+    text = "The oscillation reaches {} at {}, above the limit of {}."
+    return Sentence(text, Angle(avoid.largest), Speed(avoid.at, digits=5), Angle(avoid.limit))
+
+
 def _left(project: Project, bands: Sequence[Speeds]) -> str:
     """Where the motion of a curve is not stable, and what follows, in a sentence; empty where there are no bands."""
     speeds = project.speeds
@@ -216,27 +225,31 @@ def _left(project: Project, bands: Sequence[Speeds]) -> str:
     return f"The motion is not stable at {places} {speeds.own_unit}: {follows}." if bands else ""
 
 
-class WorstPosture(NamedTuple):
-    """The posture in which a drive is judged worst: its number from 1 on, of so many rows, its name, and its answer.
+class JudgedPosture(NamedTuple):
+    """A posture of the machine: its number from 1 on, its name, inertia [kg*m^2] and torque [N*m], and its answer.
 
     `peak` is its largest oscillation [rad], nan where no motion is stable, and `omega` the base-angle speed [rad/s].
-    `failing` counts the postures with speeds to keep out of, and `exceeded` are the limits of gear and motor that it
-    passes.
+    `exceeded` are the limits of gear and motor that it passes.
     """
 
     number: int
-    rows: int
     name: str
+    inertia: float
+    torque: float
     answer: Answer
     peak: float
     omega: float
-    failing: int = 1
     exceeded: tuple[Finding, ...] = ()
 
     @property
     def title(self) -> str:
         """Its number and name."""
         return titled(self.number, self.name)
+
+    @property
+    def rank(self) -> tuple[int, float]:
+        """Place in the order from the best posture to the worst: by the answer, then by the oscillation."""
+        return list(Answer).index(self.answer), self.peak if self.peak > 0.0 else inf
 
 
 HELPS = 0.99  # relative oscillation below which a thing is followed further

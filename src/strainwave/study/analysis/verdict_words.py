@@ -11,7 +11,21 @@ from ...model.gears.limits import Finding, gravest
 from ..speed_map.avoid import Avoid, out_of_reach
 from .remedies import Remedy
 from .verdict import LESS, Answer, Verdict
-from .words import MOTOR, REST, above, equation_alone, move_said, named, of_move, place_said, under_load
+from .words import (
+    MOTOR,
+    NOTHING_STABLE,
+    REST,
+    above,
+    equation_alone,
+    largest_of_all,
+    move_said,
+    named,
+    of_move,
+    place_said,
+    posture_said,
+    postures_data,
+    under_load,
+)  # fmt: skip
 
 ADD_LIMIT = (
     "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
@@ -21,7 +35,6 @@ LOOP_FIRST = (
     "stable."
 )
 NO_LIMIT = "the file has no limit of the oscillation"
-NOTHING_STABLE = "no steady motion of the range is stable"
 RUN_UP = " In the run-up the oscillation about the mean of its turns reaches {}."
 TWICE = 2.0  # times a limit, from which on the size is told as a multiple
 NONE = 1e-9  # relative oscillation below which nothing is left but rounding
@@ -50,6 +63,7 @@ def facts(analysis: Any) -> tuple[Fact, ...]:
         Fact("verdict.how_sure", how_sure(analysis)),
         Fact("verdict.speeds_to_keep_out_of", [band_data(speeds, *band) for band in verdict.speeds]),
         Fact("verdict.allowed_speeds", [band_data(speeds, *band) for band in verdict.allowed]),
+        Fact("verdict.postures", postures_data(analysis)),
         Fact("verdict.run_up_adds", [band_data(speeds, *band) for band in passed]),
         Fact("verdict.smallest_change", row),
         Fact("verdict.answers", sentences),
@@ -63,10 +77,10 @@ def run_up_said(avoid: Avoid) -> Sentence:
 
 
 def share(analysis: Any) -> float | None:
-    """Largest oscillation over its limit; None without a limit."""
+    """Largest oscillation, in the worst posture where there are some, over its limit; None without a limit."""
     avoid = analysis.avoid
     limit = None if avoid is None else avoid.limit
-    return None if limit is None else analysis.largest_oscillation().peak / limit
+    return None if limit is None else largest_of_all(analysis)[0] / limit
 
 
 def _headline(analysis: Any, verdict: Verdict) -> str:
@@ -80,9 +94,9 @@ def _passes(analysis: Any, verdict: Verdict) -> str:
     """Pass or fail, by how much or why."""
     if verdict.fault:
         return f"Fail at every speed; {_begun(verdict.fault)}"
-    part, avoid, case = share(analysis), analysis.avoid, ""
+    part, avoid, case = share(analysis), analysis.avoid, largest_of_all(analysis)[1]
     if verdict.answer is Answer.ALL_RIGHT:
-        below = "" if part is None else f"the oscillation is {percent(1.0 - part, 2)} below its limit"
+        below = "" if part is None else f"the oscillation{case} is {percent(1.0 - part, 2)} below its limit"
         return f"Pass; {below or NO_LIMIT}" + (f"; but {run_up_said(avoid)}" if avoid and avoid.passed else "")
     faults = []
     if part is not None and part <= 1.0 and avoid and avoid.limit and avoid.apart:
@@ -100,8 +114,10 @@ def _passes(analysis: Any, verdict: Verdict) -> str:
     if not faults and analysis.jumping:
         faults.append("the motion jumps")
     if (worst := analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
-        several = f"{worst.failing} of {worst.rows} postures fail, {worst.title} the most"
-        said = several if worst.failing > 1 else f"{worst.title} of {worst.rows} fails"
+        rows = analysis.postures
+        failing = sum(row.answer is not Answer.ALL_RIGHT for row in rows)
+        several = f"{failing} of {len(rows)} postures fail" + f", {worst.title} the most" * (worst.title not in case)
+        said = several if failing > 1 else f"{worst.title} of {len(rows)} fails"
         faults.append(": ".join([said, *(above(one) for one in worst.exceeded[:1])]))
     faults += [f"in the move of the file {above(one)}" for one in of_move(analysis)]
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
@@ -117,9 +133,9 @@ def _sentence(analysis: Any, verdict: Verdict) -> Sentence:
     begin = "Not all right" if verdict.answer is Answer.NOT else "All right at all speeds"
     if verdict.answer is Answer.BUT:
         begin = "OK except " + ranges(verdict.speeds)
-    return Sentence("{}: {}; {}.", begin, _oscillation(analysis), torque_said(analysis, verdict)) + posture_said(
-        analysis
-    )
+    said = Sentence("{}: {}; {}.", begin, _oscillation(analysis), torque_said(analysis, verdict))
+    of_file = Sentence(" That is for the load of the file. {}", posture_said(analysis))
+    return said + of_file if analysis.postures else said
 
 
 def apart_said(apart: tuple[float, float]) -> tuple[Angle | str, Speed]:
@@ -127,20 +143,9 @@ def apart_said(apart: tuple[float, float]) -> tuple[Angle | str, Speed]:
     return Angle(apart[1]) if math.isfinite(apart[1]) else "no bound", Speed(apart[0], digits=5)
 
 
-def posture_said(analysis: Any) -> Sentence:
-    """The worst posture of the file, with its largest oscillation; empty where it has none."""
-    worst = analysis.posture
-    if worst is None:
-        return Sentence("")
-    size = Sentence("oscillation {} at {}", Angle(worst.peak), Speed(worst.omega, digits=5))
-    said = " That is for the load of the file; of its {} postures the worst is {}, {}: {}."
-    reasons = listed([NOTHING_STABLE if math.isnan(worst.peak) else size, *map(above, worst.exceeded)])
-    return Sentence(said, worst.rows, worst.title, worst.answer, reasons)
-
-
 def _oscillation(analysis: Any) -> Sentence:
     """The largest oscillation against its limit."""
-    analysis, avoid = analysis, analysis.avoid
+    avoid = analysis.avoid
     if avoid is None:
         return Sentence(analysis.project.undamped or NOTHING_STABLE)
     largest = analysis.largest_oscillation()
@@ -204,7 +209,7 @@ def changes_said(
     """The smallest change that suffices, or what the best one leaves, and what a passed limit of the gear needs."""
     avoid, sentences = analysis.avoid, []
     if verdict.change is not None:
-        alone = " under the load of the file alone" if analysis.posture else ""
+        alone = " under the load of the file alone" if analysis.postures else ""
         left = _left(analysis, verdict.change)
         sentences.append(Sentence(text, str(verdict.change) + _ends(verdict.change) + alone, left))
     elif over_limit(analysis) and avoid is not None and analysis.remedies and analysis.remedies[0].helps:
@@ -265,6 +270,7 @@ def answers(analysis: Any) -> dict[str, Any]:
     torque = torque_said(analysis, verdict, with_motor=False)
     sentences: dict[str, str] = {
         "requirement": _requirement(analysis),
+        "postures": posture_said(analysis, " The other answers are for the load of the file."),
         "largest oscillation": _worst(analysis),
         "margin": _margin(analysis),
         "jumps": _jumps(analysis),
@@ -367,7 +373,8 @@ def _margin(analysis: Any) -> Sentence:
     if part is None or limit is None:
         return Sentence("")
     where = "above" if part > 1.0 else "below"
-    said = Sentence("{} ({}) {} the limit.", Angle(abs(part - 1.0) * limit), percent(abs(part - 1.0), 2), where)
+    size, case = Angle(abs(part - 1.0) * limit), largest_of_all(analysis)[1]
+    said = Sentence(f"{{}} ({{}}) {{}} the limit{case}.", size, percent(abs(part - 1.0), 2), where)
     avoid = analysis.avoid
     if avoid is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > limit:
         said += Sentence(RUN_UP, Angle(avoid.largest_passed[1]))

@@ -1,14 +1,16 @@
 """Words that several parts of an `Analysis` share: limits of gear and motor, the move of the file, speeds and loads."""
 
+import math
 from typing import Any
 
-from ...base.sentences import Angle, Sentence, Speed, number
+from ...base.sentences import Angle, Sentence, Speed, listed, number
 from ...base.units import RPM
 from ...drive.asked import BRAKE, PEAK, RMS
 from ...drive.train_curve import unfollowed
 from ...model.gears.limits import RATED, Finding, gravest
 
 MOTOR = (PEAK, "motor speed", RMS, RATED, BRAKE)
+NOTHING_STABLE = "no steady motion of the range is stable"
 REST = ("max_rpm", "average_rpm", "average_torque", *MOTOR)  # limits that are named only where they are passed
 NAMES = {
     "max_rpm": "largest input speed", "average_rpm": "average input speed", "motor torque": "motor's largest torque",
@@ -77,3 +79,31 @@ def equation_alone(analysis: Any) -> str:
         return ""
     motor = "driven by torque" if analysis.project.motor == "free" else "ideally held"
     return f" in the error equation alone, with the motor {motor} and the load rigid"
+
+
+def largest_of_all(analysis: Any) -> tuple[float, str]:
+    """The largest oscillation [rad] under the load of the file and in all postures, and the posture that has it."""
+    tops = [(row.peak, f" in {row.title}") for row in analysis.postures if row.peak > 0.0]
+    return max([(analysis.largest_oscillation().peak, ""), *tops], key=lambda top: top[0])
+
+
+def postures_data(analysis: Any) -> list[dict[str, Any]]:
+    """Every posture as data: its load, its answer, its largest oscillation, and the limits that it passes."""
+    rows = []
+    for row in analysis.postures:
+        load = {"posture": row.title, "load_inertia_kg_m2": row.inertia, "load_torque_Nm": row.torque}
+        size, speed = (None, None) if math.isnan(row.peak) else (row.peak, row.omega)
+        rows.append(load | {"answer": str(row.answer), "oscillation_rad": size, "at_rad_per_s": speed})
+        rows[-1]["limits_passed"] = [one.sentence for one in row.exceeded]
+    return rows
+
+
+def posture_said(analysis: Any, rest: str = "") -> Sentence:
+    """The worst posture of the file, with its largest oscillation and a last sentence; empty where it has none."""
+    worst = analysis.posture
+    if worst is None:
+        return Sentence("")
+    size = Sentence("oscillation {} at {}", Angle(worst.peak), Speed(worst.omega, digits=5))
+    reasons = listed([NOTHING_STABLE if math.isnan(worst.peak) else size, *map(above, worst.exceeded)])
+    said = "Of the {} postures the worst is {}, {}: {}." + rest
+    return Sentence(said, len(analysis.postures), worst.title, worst.answer, reasons)

@@ -8,7 +8,7 @@ from ....base.units import ARCSEC
 from ....plot.svg import figure
 from ....study.analysis.remedies import CANCELLED
 from ....study.analysis.verdict_words import apart_said, band_data
-from ....study.analysis.words import MOTOR, under_load
+from ....study.analysis.words import MOTOR, postures_data, under_load
 from ....study.speed_map.avoid import Avoid
 from ....study.speed_map.bands import AMPLIFIED
 from ...console import number
@@ -42,6 +42,11 @@ def speeds_to_avoid(view: View) -> Part:
     said = _advice(view) or dict.fromkeys(("sentence", "about", "rule", "nominal"), "")
     sentences, notes = ([said[key] for key in keys] for keys in (("sentence", "about"), ("rule", "nominal")))
     return Part(data={"advice": _advice(view)}, sentences=sentences, notes=notes, kind="do")
+
+
+def postures(view: View) -> Part:
+    """The drive in every posture of the file, whose numbers are in `verdict.postures`."""
+    return Part("Postures", tables=[Table(postures_data(view.analysis))])
 
 
 def remedies(view: View) -> Part:
@@ -115,7 +120,7 @@ def _limits(view: View, avoid: Avoid) -> Sentence:
     verdict = view.analysis.verdict
     if verdict.fault or verdict.speeds == avoid.bands:
         return Sentence("")
-    posed = ["postures"] if view.analysis.posture else []
+    posed = ["postures"] if view.analysis.postures else []
     of = dict.fromkeys("limits of the motor" if f.limit in MOTOR else "limits of the gear" for f in verdict.exceeded)
     return Sentence(" With the {}, keep out of {} {}.", listed([*of, *posed]), _ranges(view, verdict.speeds), Speed())
 

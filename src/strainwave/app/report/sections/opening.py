@@ -26,7 +26,7 @@ from .whole_train import parts, train_warning
 
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
 MARKS = "Dashed grey lines: resonances, numbered as in the appendix."
-IN_SENTENCE = ("requirement", "largest oscillation", "margin", "torque")  # answers that the verdict's sentence has
+IN_SENTENCE = ("requirement", "postures", "largest oscillation", "margin", "torque")  # answers of its sentence
 PAGE = 430.0  # width of the figure beside the remedies [px]
 FIRST = 6  # remedies beside the figure
 

@@ -122,7 +122,7 @@ async function response(again, answered = () => false) {
   pinControls(again);
   const said = `Oscillation up to ${sure(r.largest.oscillation_arcsec)} arcsec at ${sure(r.largest.speed)} ${r.speed_unit}${r.beat ? ` (${sure(r.beat.smallest_at_largest_arcsec)} in the smallest turn of a beat of ${round(r.beat.period_s, 3)} s)` : ""}`;
   const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
-  const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds the drive leaves them, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : `, ${r.largest.oscillation_arcsec <= r.limit_arcsec ? "within" : "above"} the limit of ${round(r.limit_arcsec)} arcsec.`;
+  const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds the drive leaves them, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : r.largest.oscillation_arcsec > r.limit_arcsec ? "." : `, within the limit of ${round(r.limit_arcsec)} arcsec.`;
   const failures = sentences(r.failures);
   const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${toward(Math.floor, a, r.digits)} to ${toward(Math.ceil, b, r.digits)}`).join(", ")} ${r.speed_unit}.` : "";
   const range = `from ${signed(round(low))} to ${signed(round(high))} N·m`;
