@@ -45,6 +45,9 @@ def test_the_error_is_that_under_the_torque_of_the_load():
         assert sizes(other.kinematic_error) == pytest.approx([size, 2.0])
         assert sizes(other.whole.error) == pytest.approx([size, 2.0])
         assert sizes(axis.equation_of(axis.drive, torque).error) == pytest.approx([size, 2.0])
+    turned = project(TEXT.replace("mean: -60 N*m", "mean: {from: -60 N*m, to: 300 N*m}"))
+    assert any(x.startswith("Under 300 N*m on the load per_torque makes the amplitude") for x in turned.notes)
+    assert not any("per_torque" in x for x in axis.notes)
     middle = project(TEXT.replace("mean: -60 N*m", "mean: {from: -60 N*m, to: 20 N*m}"))
     assert sizes(middle.kinematic_error) == pytest.approx([22.0, 2.0])
 

@@ -326,6 +326,12 @@ def _error(project: Project) -> Iterator[str]:
             f"The kinematic error grows with the torque; it is that under the mean torque of the load, "
             f"{project.mean_load_torque:.4g} N*m, without torques that follow an angle."
         )
+        torques = project.mean_load_torque, *project.load_torques, *(row.torque or 0.0 for row in project.postures)
+        if turned := [T for T in torques if any(line.amplitude < 0.0 for line in loaded.under(-T).lines)]:
+            yield (
+                f"Under {turned[0]:.4g} N*m on the load per_torque makes the amplitude of a line negative, which turns "
+                "its phase by 180 deg; check the sign of per_torque."
+            )
     if loaded is not None and loaded.backward is not None:
         yield (
             "The kinematic error is another one in backward motion; a compensation at a negative speed has that, and "
