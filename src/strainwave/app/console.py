@@ -40,7 +40,7 @@ from ..compile.cache import cache_writable, compiling, is_empty
 
 T = TypeVar("T")
 
-EVERY = 10.0  # seconds after which a stage that goes on is shown again
+FIRST_LINE_S, NEXT_LINE_S = 1.0, 60.0  # progress where stderr is no terminal: seconds to its first line, and between
 TICK = 0.25  # seconds between looks at what is compiled
 SHORT = 1.0  # seconds of a run whose time left is not shown
 # What the errors are, wherever a command or the report shows one.
@@ -51,7 +51,7 @@ WHAT_X_IS = (
 
 
 class Progress:
-    """Progress of one run on stderr: a bar on a terminal, one plain line per stage and every 10 s of it elsewhere.
+    """Progress of one run on stderr: a bar on a terminal, elsewhere a line after a second and one a minute.
 
     The time left follows from the share that is finished; what is compiled on the way is announced, and not counted.
     """
@@ -59,7 +59,7 @@ class Progress:
     def __init__(self, title: str) -> None:
         self.title = title
         self.stage, self.share, self.total = "", 0.0, 0.0  # total: seconds of the whole run, 0 while unknown
-        self.started = self.begun = monotonic()
+        self.started = monotonic()
         self.compiled = 0.0  # seconds
         self.over = Event()
         self.bar: Any = None
@@ -93,31 +93,21 @@ class Progress:
         now = monotonic()
         if share > self.share:
             self.share, self.total = share, (now - self.started - self.compiled) / share
-        if stage != self.stage:
-            self.stage, self.begun = stage, now
-            self._tell(stage)
+        self.stage = stage
 
     def _watch(self) -> None:
-        """Show what is compiled and how long the run still takes, until it is over; repeat a stage every 10 s."""
-        last_line, before, previous, announced = monotonic(), monotonic(), "", ""
-        while not self.over.wait(min(TICK, EVERY)):
+        """Show what is done or compiled and how long the run still takes, until it is over."""
+        due, before = self.started + FIRST_LINE_S, monotonic()
+        while not self.over.wait(min(TICK, FIRST_LINE_S)):
             time, item = monotonic(), next(map(str, compiling()), "")
             if item:
                 self.compiled += time - before
-            if item != previous:
-                self._tell(item or self.stage, again=item in ("", announced))
-            before, previous, announced = time, item, item or announced
+            before, text, left = time, f"{self.title}: {item or self.stage}", self.rest(time)
             if self.bar is not None:
-                self.bar.update(self.task, completed=self.share, left=self.rest(time).removeprefix(", "))
-            elif self.stage and time - max(self.begun, last_line) >= EVERY:
-                last_line = time
-                self._tell(f"{self.stage}, {time - self.begun:.0f} s so far{self.rest(time)}")
-
-    def _tell(self, what: str, again: bool = False) -> None:
-        if self.bar is not None:
-            self.bar.update(self.task, completed=self.share, description=f"{self.title}: {what}")
-        elif not again:
-            print(f"{self.title}: {what}", file=sys.stderr, flush=True)
+                self.bar.update(self.task, completed=self.share, description=text, left=left.removeprefix(", "))
+            elif time >= due and (item or self.stage):
+                due = time + NEXT_LINE_S
+                print(f"{text}, {time - self.started:.0f} s so far{left}", file=sys.stderr, flush=True)
 
     def rest(self, now: float) -> str:
         """Say how long the run goes on after `now`; "" while that is unknown."""

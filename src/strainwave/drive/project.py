@@ -360,9 +360,9 @@ class Project:
         """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`."""
         return above("judged")(self, found)
 
-    def analyze(self, progress: Callable[[str, float], None] | None = None, *, advice: bool = True) -> Any:
+    def analyze(self, progress: Callable[[str, float], None] | None = None, **parts: bool) -> Any:
         """Analyse the drive through its speeds, an `Analysis`; arguments and errors as of `study.analysis.analyze`."""
-        return above("analyze")(self, progress, advice=advice)
+        return above("analyze")(self, progress, **parts)
 
     def equation_of(self, drive: Drive, torque: float | None) -> Oscillator | VaryingOscillator:
         """Error equation of another drive, under a constant torque [N*m] of the load or that of the file."""

@@ -315,7 +315,7 @@ def test_json_on_stdout_is_alone_and_progress_goes_to_stderr(drive, tmp_path):
     assert result.returncode == 0, result.stderr
     parsed = json.loads(result.stdout, parse_constant=forbid_constants)
     assert parsed["title"] == "A small drive"
-    assert "A small drive: run-up" in result.stderr
+    assert all(line.startswith("A small drive: ") and " s so far" in line for line in result.stderr.splitlines())
     assert "\x1b" not in result.stderr
     assert Path(tmp_path / "out" / "report.html").exists()
 

@@ -67,7 +67,6 @@ def test_the_tables_fit_a_terminal_of_80_columns_and_name_the_best(drive):
     assert [line.split()[0] for line in lines[1:5]] == ["motor", "loop", "inverse", "angle"]
     assert any(line.split()[:2] == ["inverse", "600"] for line in lines)
     assert "drive.yaml" not in run.stderr
-    assert "Turntable: inverse" in run.stderr  # progress
 
 
 def test_five_speeds_are_about_the_resonance_and_within_those_of_the_file(drive):

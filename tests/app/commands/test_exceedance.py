@@ -28,7 +28,6 @@ def test_it_prints_what_python_computes(drive):
     assert (report["exceeding"], report["interval"]) == (found.exceeding, list(found.interval))
     assert 0 < found.exceeding < 32
     assert set(report["first_order_index"]) == {"damping.B", "load.inertia"}
-    assert "Linear: 32 drives" in run.stderr
     told = invoke(drive, "--count", "32", "--seed", "4", "--limit", "1 deg").stdout
     assert "0 of 32 drives exceed 17.45 mrad somewhere in the range" in told
     assert "95 % confidence (Clopper-Pearson) 0 % to 10.9 %" in told  # 1 - 0.025^(1/32)

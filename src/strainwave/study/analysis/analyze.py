@@ -141,7 +141,9 @@ def _top(regime: Regime, places: list[float], system: Any, response: DriveRespon
 
 
 @one_thread
-def analyze(project: Project, progress: Told | None = None, *, advice: bool = True) -> Analysis:
+def analyze(
+    project: Project, progress: Told | None = None, *, advice: bool = True, resonances: bool = True
+) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
 
     Parameters
@@ -152,6 +154,8 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
         Told before every step what is done now, and the share of the work that is done.
     advice : bool
         Whether it is computed what would help.
+    resonances : bool
+        Whether they are computed by multiple scales; nothing of the verdict rests on them.
 
     Raises
     ------
@@ -169,7 +173,7 @@ def analyze(project: Project, progress: Told | None = None, *, advice: bool = Tr
     stability = _proof(system, point)
     progress("response curve", 0.02)
     exact = project.equation_response(coexisting=train is None or searched(system.law))
-    all_regimes, close, sweep, cases = _of_one_turn(project, system, point, exact, progress)
+    all_regimes, close, sweep, cases = _of_one_turn(project, system, point, exact, resonances, progress)
     single = tuple(case.omega for case in cases)
     study = None if train is None else _whole_train(project, train, system, point, exact, single, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
@@ -256,7 +260,7 @@ def judged_postures(decided: Decision) -> tuple[JudgedPosture, ...]:
 
 
 def _of_one_turn(
-    project: Project, system: Any, point: OperatingPoint, exact: DriveResponse, progress: Told
+    project: Project, system: Any, point: OperatingPoint, exact: DriveResponse, resonances: bool, progress: Told
 ) -> tuple[tuple[Regime, ...], dict[Resonance, DriveResponse], RunUp, tuple[TimeCase, ...]]:
     """What describes motions that repeat with every turn: resonances, a simulated run-up, and single speeds in time.
 
@@ -267,7 +271,7 @@ def _of_one_turn(
             raise SolveError(NONE_STABLE)
         return (), {}, RunUp((), (), np.empty(0), np.empty(0)), ()
     limits = project.speeds.limits
-    all_regimes, close = _resonances(system, limits, point, exact, progress)
+    all_regimes, close = _resonances(system, limits, point, exact, progress) if resonances else ((), {})
     sweep = run_up_and_down(
         system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share)
     )

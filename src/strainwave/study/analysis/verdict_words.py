@@ -17,6 +17,7 @@ from .words import (
     REST,
     above,
     equation_alone,
+    how_sure,
     largest_of_all,
     move_said,
     named,
@@ -51,15 +52,15 @@ def facts(analysis: Any) -> tuple[Fact, ...]:
         row = {"change": str(change), "from": change.before, "to": change.gear or change.after, "unit": change.unit}
         row |= {"oscillation_rad": size, "oscillation_arcsec": size / ARCSEC, "at_rad_per_s": change.at}
     passed, sentences = analysis.avoid.passed if analysis.avoid else (), answers(analysis)
-    headline = _headline(analysis, verdict)
+    headline, sentence, remedy = first_lines(analysis)
     return (
         Fact("", analysis.project.title, "{}"),
         Fact("", headline, "{}"),
         Fact("verdict.answer", str(verdict.answer)),
         Fact("verdict.headline", headline),
         Fact("verdict.largest_over_limit", share(analysis)),
-        Fact("verdict.sentence", _sentence(analysis, verdict)),
-        Fact("verdict.what_to_do", _remedy(analysis, verdict)),
+        Fact("verdict.sentence", sentence),
+        Fact("verdict.what_to_do", remedy),
         Fact("verdict.how_sure", how_sure(analysis)),
         Fact("verdict.speeds_to_keep_out_of", [band_data(speeds, *band) for band in verdict.speeds]),
         Fact("verdict.allowed_speeds", [band_data(speeds, *band) for band in verdict.allowed]),
@@ -69,6 +70,12 @@ def facts(analysis: Any) -> tuple[Fact, ...]:
         Fact("verdict.answers", sentences),
         Fact("", tuple(f"{what}: {said}" for what, said in sentences.items()), "{}"),
     )
+
+
+def first_lines(analysis: Any) -> tuple[str, Sentence, str]:
+    """Headline, sentence and remedy."""
+    verdict = analysis.verdict
+    return _headline(analysis, verdict), _sentence(analysis, verdict), _remedy(analysis, verdict)
 
 
 def run_up_said(avoid: Avoid) -> Sentence:
@@ -332,28 +339,6 @@ def _has(asked: float, bound: float, unit: str) -> str:
     if not math.isfinite(bound):
         return ""
     return f" It has {number(bound)} {unit}" + (": too little." if Finding("", asked, bound, "", "").exceeded else ".")
-
-
-def how_sure(analysis: Any) -> Sentence:
-    """What assumed numbers together leave open, or the damping, which no catalogue prints; "" where it is measured."""
-    sure = analysis.project.sureness
-    if sure.doubts:
-        together = sure.sentences(analysis.project.limit)[len(sure.doubts)]
-        return Sentence(f"{together[:1].upper()}{together[1:]}.")
-    ends, avoid = analysis.other_damping, analysis.avoid
-    if any(one.word == "measured" and one.name.startswith("damping.") for one in analysis.project.sources):
-        return Sentence("")
-    ratio, B = analysis.project.damping_ratio, analysis.project.drive.B
-    if len(ends) < 2 or avoid is None:
-        return Sentence("")
-    size, unit = (B, "N·m·s/rad") if ratio is None else (100.0 * ratio, "%")
-    low, high = number(size * (1.0 + ends[0].share), 2), number(size * (1.0 + ends[1].share), 2)
-    sizes = [Angle(end.ratio * avoid.largest, digits=3) for end in ends]
-    side = {(True, True): "all above", (False, False): "all within", (True, False): "the second within"}
-    limit = side.get((bool(ends[0].exceeds), bool(ends[1].exceeds)))
-    judged = f", {limit} the limit" if limit and avoid.limit is not None else ""
-    text = "The damping of {} {} is assumed, unless it was measured. From {} to {} {} the oscillation is {} to {}{}."
-    return Sentence(text, number(size, 2), unit, low, high, unit, *sizes, judged)
 
 
 def _begun(sentence: str) -> str:

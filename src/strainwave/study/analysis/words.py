@@ -107,3 +107,25 @@ def posture_said(analysis: Any, rest: str = "") -> Sentence:
     reasons = listed([NOTHING_STABLE if math.isnan(worst.peak) else size, *map(above, worst.exceeded)])
     said = "Of the {} postures the worst is {}, {}: {}." + rest
     return Sentence(said, len(analysis.postures), worst.title, worst.answer, reasons)
+
+
+def how_sure(analysis: Any) -> Sentence:
+    """What assumed numbers together leave open, or the damping, which no catalogue prints; "" where it is measured."""
+    sure = analysis.project.sureness
+    if sure.doubts:
+        together = sure.sentences(analysis.project.limit)[len(sure.doubts)]
+        return Sentence(f"{together[:1].upper()}{together[1:]}.")
+    ends, avoid = analysis.other_damping, analysis.avoid
+    if any(one.word == "measured" and one.name.startswith("damping.") for one in analysis.project.sources):
+        return Sentence("")
+    ratio, B = analysis.project.damping_ratio, analysis.project.drive.B
+    if len(ends) < 2 or avoid is None:
+        return Sentence("")
+    size, unit = (B, "N·m·s/rad") if ratio is None else (100.0 * ratio, "%")
+    low, high = number(size * (1.0 + ends[0].share), 2), number(size * (1.0 + ends[1].share), 2)
+    sizes = [Angle(end.ratio * avoid.largest, digits=3) for end in ends]
+    side = {(True, True): "all above", (False, False): "all within", (True, False): "the second within"}
+    limit = side.get((bool(ends[0].exceeds), bool(ends[1].exceeds)))
+    judged = f", {limit} the limit" if limit and avoid.limit is not None else ""
+    text = "The damping of {} {} is assumed, unless it was measured. From {} to {} {} the oscillation is {} to {}{}."
+    return Sentence(text, number(size, 2), unit, low, high, unit, *sizes, judged)

@@ -16,7 +16,8 @@ from ....model.gears.limits import gravest
 from ....plot.svg import stacked
 from ....study.analysis.analysis import Analysis, Largest
 from ....study.analysis.verdict import Answer
-from ....study.analysis.verdict_words import how_sure, ranges
+from ....study.analysis.verdict_words import ranges
+from ....study.analysis.words import how_sure
 from ...curves import CONVENTIONS
 from ...view import View, sizes
 from ..remedies import after_change, can_be_ordered
