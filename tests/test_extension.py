@@ -382,7 +382,7 @@ def test_section_of_a_user_is_in_the_page_the_results_and_the_summary_of_a_repor
     assert f"<p>{sentence}</p>" in own
     assert f'<td>stored_energy.largest_J</td><td class="n">{stored["largest_J"]:.5g}</td>' in own
     assert 'aria-label="energy over torsion"' in own
-    assert page.index("<h2>Assumptions and certificates</h2>") < page.index("<h2>Energy in the gear</h2>")
+    assert page.index("<h2>The whole drive train</h2>") < page.index("<h2>Energy in the gear</h2>")
     assert sentence in report.summary
 
 

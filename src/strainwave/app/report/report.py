@@ -48,7 +48,7 @@ NOTES = {
 NOTE = " ".join(NOTES.values())
 
 REST = (
-    "Resonances, motions in time, hysteresis, derived numbers, the project file and where every number comes from: "
+    "Assumptions, certificates, resonances, motions in time, hysteresis, derived numbers, the project file: "
     f'<a href="appendix.html">appendix</a>. {NOTES["x"]}'
 )
 CONVENTIONS = (

@@ -249,7 +249,7 @@ MOTORS = {
 def trust(view: View) -> Part:
     """Assumptions of this model, and a row for each method with its observed difference."""
     data = {"assumptions": assumptions(view), "certificates": certificates(view)}
-    return Part("Assumptions and certificates", data, tables=[*map(Table, data.values())])
+    return Part("Assumptions and certificates", data, tables=[*map(Table, data.values())], appendix=True)
 
 
 def assumptions(view: View) -> list[str]:
