@@ -17,6 +17,7 @@ from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
 
 CSV, SVG = "log.csv", "log.svg"
+PRINTED = 20  # segments on a terminal
 SIZES = ("least", "largest", "mean", "rms")  # of a channel
 
 
@@ -54,6 +55,7 @@ def facts(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> tuple[Fact, ..
     sizes, shaft = {name: _sizes(values) for name, values in log.channels.items()}, "motor"
     if {"load_angle", "load_speed"} & set(log.channels):
         shaft = "load"
+    stretches = tuple(_row(part, shaft) for part in parts)
     rows = [(name, sign(log.units[name]) or "–", *some) for name, some in sizes.items()]
     channels = {name: {"unit": log.units[name], **dict(zip(SIZES, some, strict=True))} for name, some in sizes.items()}
     gaps = [f"{gap.start:.13g} to {gap.stop:.13g} s" for gap in log.gaps[:5]]
@@ -65,7 +67,8 @@ def facts(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> tuple[Fact, ..
         Fact("samples", len(log)), Fact("start_s", log.time[0]), Fact("stop_s", log.time[-1]),
         Fact("rate_hz", log.rate), Fact("jitter_s", log.jitter), Fact("channels", channels),
         Fact("", tuple(tuple(map(Fact, [""] * 6, row, ("channel", "unit", *SIZES))) for row in rows), "{}"),
-        Fact("segments", tuple(_row(part, shaft) for part in parts), "{}"),
+        Fact("segments", stretches), Fact("", stretches[:PRINTED], "{}"),
+        Fact("", (f"{len(parts) - PRINTED} more",) * (len(parts) > PRINTED), "segments: {}"),
         Fact("ratio", log.ratio, "" if log.ratio is None else "the motor turns {} times as far as the load"),
         Fact("gaps", [gap._asdict() for gap in log.gaps]), Fact("", tuple(gaps), "gap: {}"),
         Fact("notes", tuple(map(in_options, log.notes)), "note: {}"),

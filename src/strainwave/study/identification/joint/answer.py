@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ....base.results import Floats, SolveError
-from ....base.units import ARCSEC
+from ....base.units import ARCSEC, RPM
 from . import solve
 from .known import Known, known, one_way
 from .march import spring_torque
@@ -89,7 +89,11 @@ def answered(
     """
     joint = _best(logs, ratio, law, inertia, progress)
     if not np.isfinite(solve.rms(joint)):
-        raise SolveError("the motion leaves every bound; check that gear, load inertia and log are of one joint")
+        fastest = max(float(np.max(np.abs(piece.motor_rate))) for piece in joint.pieces) / RPM
+        raise SolveError(
+            f"the motion leaves every bound; in this log the motor turns at up to {fastest:.4g} rpm: check the unit of "
+            "the angles, and that gear, load inertia and log are of one joint"
+        )
     by, said = None, list[str]()
     if inertia is None:
         joint, by, said = _weighed(joint, logs, ratio, law, constant, progress)

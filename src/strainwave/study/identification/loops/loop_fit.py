@@ -247,7 +247,7 @@ def _untold(loop: Loop, fit: Solution) -> str:
     if np.count_nonzero(way > p[corner] + sure) < BEYOND:
         return f"the torque reaches {reached:.4g} N*m and no corner lies below it; the law continues with {inner}"
     if np.count_nonzero(way < p["x1"] - sure) < BEYOND:
-        return f"fewer than {BEYOND} samples lie below the first corner; the law continues with {inner}"
+        return f"fewer than {BEYOND} samples lie below the first corner; the law has one slope less"
     covariance, names = scatter(loop, fit).covariance, fit.shape.names()
     i, j, k = map(names.index, (inner, outer, corner))
     apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
