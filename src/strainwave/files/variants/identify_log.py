@@ -105,7 +105,9 @@ class IdentifiedLog(Fit):
         share = f"{100.0 * max(self.explained, 0.0):.{1 if self.explained < 0.99 else 2}f} % of the motion"
         shows = f"The log shows {listed(self.causes)}, which the model lacks" if self.causes else ""
         if self.explained < ENOUGH:
-            return f"The model explains only {share}. Do not use its numbers. {shows}{'.' if shows else ''}".rstrip()
+            several = len({piece.log for piece in self.answer.joint.pieces}) > 1
+            hints = f"{shows}." * bool(shows), "The logs may be of different joints: fit each alone." * several
+            return " ".join([f"The model explains only {share}. Do not use its numbers.", *filter(None, hints)])
         if self.causes:
             return f"{shows}: it explains {share}."
         if self.answer.more:
