@@ -197,17 +197,17 @@ def bench(rest: list[str]) -> list[str]:
     return run_all([["python", script] for script in scripts])
 
 
-TESTED = ("plot", "report", "web", "sym", "cluster", "control", "fmi", "dev")
+TESTED = ("plot", "web", "sym", "cluster", "control", "fmi", "dev")
 TASKS: dict[str, tuple[Callable[[list[str]], list[str]], tuple[str, ...]]] = {
-    "demo": (demo, ("report",)),
+    "demo": (demo, ()),
     "test": (test, TESTED),
     "test-all": (test_all, TESTED),
     "check": (check, (*TESTED, "docs")),
     "coverage": (coverage, TESTED),
-    "docs": (docs, ("plot", "report", "sym", "docs")),
-    "figures": (figures, ("plot", "report", "web", "dev")),
-    "lint": (lint, ("plot", "report", "web", "sym", "cluster", "dev")),
-    "bench": (bench, ("plot", "report", "sym", "cluster", "dev")),
+    "docs": (docs, ("plot", "sym", "docs")),
+    "figures": (figures, ("plot", "web", "dev")),
+    "lint": (lint, ("plot", "web", "sym", "cluster", "dev")),
+    "bench": (bench, ("plot", "sym", "cluster", "dev")),
 }
 
 

@@ -26,7 +26,7 @@ used, so that importing the package costs nothing.
 from . import maths as maths
 from .base.above import contents
 
-__version__ = "0.3.0.dev0"
+__version__ = "0.3.0"
 
 __all__, __getattr__, _names = contents(__name__, __file__)
 

@@ -21,7 +21,6 @@ CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "ruamel
 OFF = "off (STRAINWAVE_JIT=0 or NUMBA_DISABLE_JIT=1)"
 EXTRAS = {
     "plot": ("matplotlib",),
-    "report": (),
     "sym": ("sympy",),
     "cluster": ("distributed",),
     "control": ("control",),
