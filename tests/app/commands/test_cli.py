@@ -227,7 +227,7 @@ def test_doctor_reports_cache_cores_and_extras(tmp_path, monkeypatch):
     assert facts["cache"]["folder"].startswith(str(tmp_path))
     assert facts["cache"]["writable"] is True
     assert facts["cores"]["usable"] >= 1
-    assert set(facts["extras"]) >= {"plot", "report", "sym"}
+    assert set(facts["extras"]) >= {"plot", "sym", "logs"}
     assert "cache" in run("doctor").stdout
 
 
