@@ -22,6 +22,10 @@ ARCMIN = math.pi / 10800.0
     [
         ("7160 N*m/rad", "N*m/rad", 7160.0),
         ("7.16 kN*m/rad", "N*m/rad", 7160.0),
+        ("2*1.5 kg*m^2", "kg*m**2", 3.0),
+        ("1/3", "", 1.0 / 3.0),
+        ("-1/4 1/rad^2", "1/rad**2", -0.25),
+        ("2 * 3/4 s", "s", 1.5),
         ("3 Nm/arcmin", "N*m/rad", 3.0 / ARCMIN),
         ("0.25 kg*cm^2", "kg*m**2", 0.25e-4),
         ("4.5 kg*cm^2", "kg*m**2", 4.5e-4),
@@ -76,6 +80,8 @@ def test_a_decimal_prefix_costs_no_digit(text, unit, value):
 @pytest.mark.parametrize(
     ("text", "unit", "sentence"),
     [
+        ("1/0 s", "s", "'1/0 s' does not begin with a finite number; write for example 0.5 ms"),
+        ("2*1/s", "1/s", "'2*1/s' is not one number and one unit"),
         ("7160", "N*m/rad", "'7160' has no unit; write for example 7160 N*m/rad or 3 Nm/arcmin"),
         (
             "20 Hz",

@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 LARGEST = 3_000_000  # bytes of the wheel
 DATA = (
     "app/report/page.html.j2",
-    "app/projects/CSG-40-50.yaml",
+    "app/projects/antenna.yaml",
     "app/web/static/index.html",
     "base/units.txt",
     "py.typed",

@@ -30,6 +30,7 @@ _SPELLING = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "
     "°": "deg", "′": "arcmin", "″": "arcsec", "'": "arcmin", '"': "arcsec", "%": "percent"
 } | dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True)))  # fmt: skip
 _TEN = re.compile(r"(?:([0-9.]+) ?[*x] ?)?10(?:\^|\*\*)([+-]?[0-9]+)")  # 3.1*10^4, 10^4
+_PRODUCT = re.compile(rf"{NUMBER.pattern}(?: ?[*/] ?{NUMBER.pattern})+(?=[ A-Za-z]|$)")  # 2*1.5, 1/3
 _RUN_TOGETHER = re.compile(r"\b(k?g|kgf|lbf?|ozf?)(mm|cm|m|in|ft)(?![a-z])")  # kgcm^2
 _HYPHEN = re.compile(r"\b(in|ft|lbf?|ozf?|kgf?|k?N)-(?=[a-z])")  # in-lb
 _KIND = {
@@ -50,8 +51,9 @@ _KIND = {
 def parse(text: str, unit: str) -> float:
     """Read text such as "7160 N*m/rad", "3 Nm/arcmin", "0.25 kg*cm^2", "60 rpm" or "23 arcsec".
 
-    One number with a decimal point, one unit, at most 60 characters; powers are ^2, **2 or ², products *, · or a space;
-    powers of ten are e4, *10^4 or ×10⁴. Pounds and ounces are forces where a torque is wanted: 30 in-lb, 5 ft*lb.
+    One number with a decimal point, or a product of numbers (1/3, 2*1.5), one unit, at most 60 characters; powers are
+    ^2, **2 or ², products *, · or a space; powers of ten are e4, *10^4 or ×10⁴. Pounds and ounces are forces where a
+    torque is wanted: 30 in-lb, 5 ft*lb.
 
     Parameters
     ----------
@@ -137,7 +139,18 @@ def _plain(text: str) -> str:
     raised = re.sub("(⁻?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)", r"^\1", text.replace("''", "″"))
     plain = re.sub(r"\s+", " ", raised.translate(_SPELLING)).strip()
     ten = re.match(rf"([+-]?){_TEN.pattern}", plain)
-    return plain if ten is None else f"{ten[1]}{ten[2] or 1}e{ten[3]}{plain[ten.end() :]}"
+    plain = plain if ten is None else f"{ten[1]}{ten[2] or 1}e{ten[3]}{plain[ten.end() :]}"
+    product = _PRODUCT.match(plain)
+    return plain if product is None else f"{_computed(product.group())!r}{plain[product.end() :]}"
+
+
+def _computed(product: str) -> float:
+    """Value of a product of numbers, as 2*1.5 or 1/3; inf of a division by 0."""
+    first, *rest = re.split(" ?([*/]) ?", product)
+    value = float(first)
+    for sign, text in zip(rest[::2], map(float, rest[1::2]), strict=True):
+        value = value * text if sign == "*" else value / text if 0.0 < abs(text) < inf else inf
+    return value
 
 
 @lru_cache(maxsize=1024)

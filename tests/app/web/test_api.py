@@ -20,11 +20,12 @@ from strainwave.app.web.parameters import about, parameters
 from strainwave.app.web.state import State, first_text, of_state, project_of
 from strainwave.app.web.views import POINTS
 from strainwave.base.units import ARCSEC, RPM
+from strainwave.files.reading import from_text
 from strainwave.study.speed_map.avoid import speeds_to_avoid
 from strainwave.study.speed_map.resonances import operating_point
 
 GEAR = {"gear": "CSG-40-50"}
-ARTICLE = (Path(sw.__file__).parent / "app/projects/article.yaml").read_text(encoding="utf-8")
+ARTICLE = (Path(__file__).parents[3] / "examples/projects/article.yaml").read_text(encoding="utf-8")
 
 
 def posted(client, path, **body):
@@ -146,6 +147,9 @@ def test_a_slider_shows_what_was_typed_in_the_unit_of_the_file(typed, shown):
 
 
 def test_every_gear_of_the_list_has_a_first_project(client):
+    axes = client.get("/api/axes").json()
+    assert list(axes) == ["Antenna", "Index table", "Robot joint"]
+    assert {from_text(text, Path("axis.yaml")).title.partition(":")[0] for text in axes.values()} == set(axes)
     gears = client.get("/api/gears").json()
     assert len(gears) > 150
     for gear in gears:

@@ -17,7 +17,7 @@ from ..report.report import Report, verdicts_page, write
 from .options import file_type, json_option, output_option
 
 COMPARISON = "verdicts.html"
-DRIVES = ("article", "CSG-40-50")
+DRIVES = ("antenna", "robot-joint", "index-table")
 
 
 @click.command()
@@ -43,7 +43,7 @@ def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, chec
 @output_option("Folder for reports.", default=Path("strainwave-demo"))
 @json_option
 def demo(output: Path, as_json: bool) -> None:
-    """Analyse the article's drive and a real catalogue drive."""
+    """Analyse three axes: an antenna, a robot joint, an index table."""
     projects = {}
     for name in DRIVES:
         with as_file(files("strainwave.app") / "projects" / f"{name}.yaml") as path:
@@ -57,7 +57,7 @@ def compile_ahead() -> None:
 
     The order differs from that of `analyze`, so that each process finds what the other has made.
     """
-    with as_file(files("strainwave.app") / "projects" / f"{DRIVES[1]}.yaml") as path:
+    with as_file(files("strainwave.app") / "projects" / f"{DRIVES[0]}.yaml") as path:
         project = read_project(path)
     slow_flow(project.system(reduced=True), PRIMARY).steady_states()
     if project.train is not None:

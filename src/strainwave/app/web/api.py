@@ -5,10 +5,12 @@ Work in the background: a few jobs at a time, each with its progress and its end
 
 import asyncio
 import json
+import re
 import secrets
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field
 from functools import cache
+from importlib.resources import files
 from time import monotonic
 from typing import Any, NamedTuple
 
@@ -223,6 +225,13 @@ async def gears(_request: Request) -> Response:
     return JSONResponse(_gears())
 
 
+async def axes(_request: Request) -> Response:
+    """Project files of axes to begin with, by what they are."""
+    texts = [file.read_text(encoding="utf-8") for file in (files("strainwave.app") / "projects").iterdir()]
+    titles = [re.findall(r'^title: "?([^:"]+)', text, re.MULTILINE)[0] for text in texts]
+    return JSONResponse(dict(sorted(zip(titles, texts, strict=True))))
+
+
 async def answer(request: Request) -> Response:
     """Answer with the data of one of ANSWERS."""
     kind, work, fields = ANSWERS[request.url.path]
@@ -286,6 +295,7 @@ async def schema(_request: Request) -> Response:
     posts["/api/jobs"] = requests.JobRequest.model_json_schema()
     descriptions = {
         "/api/gears": "GET: gears of the catalogue",
+        "/api/axes": "GET: project files of axes to begin with",
         "/api/jobs/{id}": "GET: state, progress, result; DELETE: cancel",
         "/api/log?name=FILE": "POST: a log of at most 20 MiB as the body; &columns= says in JSON what its columns are",
         "/api/identify?name=FILE": 'POST: a line {"state": ...} and the log as the body; starts a job',
@@ -298,6 +308,7 @@ async def schema(_request: Request) -> Response:
 POSTS = dict.fromkeys(ANSWERS, answer) | {"/api/log": log, "/api/identify": identify, "/api/jobs": begin}
 routes = [
     Route("/api/gears", gears),
+    Route("/api/axes", axes),
     Route("/api/schema", schema),
     Route("/api/status", status),
     *(Route(path, guarded(handler), methods=["POST"]) for path, handler in POSTS.items()),

@@ -228,9 +228,11 @@ async function begin() {
   tabs();
   dropping();
   const gears = (await trying(() => call("/api/gears"))) ?? [];
+  const axes = (await trying(() => call("/api/axes"))) ?? {};
   byId("gear").append(element("option", { value: "", textContent: "own project", disabled: true }));
-  byId("gear").append(...gears.map((gear) => element("option", { value: gear.name, textContent: gear.name })));
-  byId("gear").addEventListener("change", () => changeGear(byId("gear").value));
+  byId("gear").append(element("optgroup", { label: "Axes to begin with" }, ...Object.keys(axes).map((name) => element("option", { value: name, textContent: name }))));
+  byId("gear").append(element("optgroup", { label: "Gears" }, ...gears.map((gear) => element("option", { value: gear.name, textContent: gear.name }))));
+  byId("gear").addEventListener("change", ({ target: { value } }) => (value in axes ? taken(axes[value]) : changeGear(value)));
   byId("rename").addEventListener("click", () => {
     const title = prompt("Title of the drive, of its files and of its report", about.title)?.trim();
     if (title) ask("values", { title });
