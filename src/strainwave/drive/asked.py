@@ -1,4 +1,4 @@
-"""What is asked of a drive beside its speeds: the limits of its motor, a move, what the load carries."""
+"""Demands on a drive beside its speeds: the limits of its motor, a move, the payload."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -33,7 +33,7 @@ CURVES = ("peak_torque", "continuous_torque")
 
 
 class Source(NamedTuple):
-    """Where a number of a file comes from: "catalogue", "assumed", "yours" or "measured"; `why` is of what it lacks."""
+    """Origin of a number of a file: "catalogue", "assumed", "yours" or "measured"; `why` is of what it lacks."""
 
     name: str
     value: str
@@ -95,7 +95,7 @@ class MotorLimits(NamedTuple):
 
     @property
     def lasts(self) -> bool:
-        """Whether a limit of the rms torque is known."""
+        """True if a limit of the rms torque is known."""
         return bool(self.continuous_torque) or math.isfinite(self.rms_torque)
 
     def at(self, limit: str, speed: Any) -> Floats:
@@ -111,7 +111,7 @@ def along(curve: Curve, speed: Floats) -> Floats:
 
 
 def curve_fault(curve: Curve) -> str:
-    """What is wrong with points of a curve, as the end of a sentence; empty where nothing is."""
+    """Fault of the points of a curve, as the end of a sentence; empty without one."""
     if not all(isinstance(point, tuple) and len(point) == 2 for point in curve):
         return f"is {shown(curve)}; give points ((speed, torque), ...)"
     speeds = [speed for speed, _ in curve]
@@ -129,7 +129,7 @@ def curve_fault(curve: Curve) -> str:
 
 
 class Need(NamedTuple):
-    """What motions along a curve ask of a motor.
+    """Torque and speed of a motor that motions along a curve need.
 
     Attributes
     ----------
@@ -268,7 +268,7 @@ class Payload(NamedTuple):
 
 
 class Feedforward(NamedTuple):
-    """What the motor of a move is given before a deviation asks for it, as shares of what its model needs: 1 is exact.
+    """Feedforward of a move, as shares of what the motor's model needs: 1 is exact.
 
     `acceleration` is the torque of all inertias, rigid; `gravity` that which a constant torque and the angles of the
     shafts take at rest; `friction` what their drags add at the speed of the reference, of a law with memory the part
@@ -293,7 +293,7 @@ class Feedforward(NamedTuple):
 
 
 class DriveUnit(NamedTuple):
-    """What 1 of a drive's own parameter is: the gain of the loop that it sets, its size, and the unit of that."""
+    """Unit of a drive's own parameter: the gain of the loop that it sets, its size, and the unit of that."""
 
     gain: str
     size: float
@@ -301,7 +301,7 @@ class DriveUnit(NamedTuple):
 
 
 class Task(NamedTuple):
-    """What a project file asks of a move: parts of the profile, angle at the begin [rad], payload, window [rad].
+    """Move of a project file: parts of the profile, angle at the begin [rad], payload, window [rad].
 
     `files` has for every part the name of its file, empty where it is in the project file itself; `feedforward` is what
     the motor is given beside its loop.

@@ -40,7 +40,7 @@ class Usage:
 
 
 class MotorUse(NamedTuple):
-    """What the motions of a speed range ask of the motor.
+    """Largest demands of the motions of a speed range on the motor.
 
     Attributes
     ----------
@@ -173,7 +173,7 @@ class DriveResponse(Result):
 
     @property
     def name(self) -> str:
-        """What the error is, in words."""
+        """Name of the error."""
         return "pointing error" if self.has_reference else "error between motor and load"
 
     @property
@@ -193,7 +193,7 @@ class DriveResponse(Result):
 
     @property
     def stable(self) -> Any:
-        """Whether each motion is stable, (n,) bool."""
+        """Stability of each motion, (n,) bool."""
         return self.curve.stable
 
     @property
@@ -263,7 +263,7 @@ class DriveResponse(Result):
 
     @property
     def motor(self) -> MotorUse | None:
-        """What the same motions ask of the motor, where it is known."""
+        """Largest demands of the same motions on the motor; None where they are not known."""
         if self.motor_torque is None or self.motor_mean is None:
             return None
         top = self.top_of(self.motor_torque)
@@ -271,7 +271,7 @@ class DriveResponse(Result):
         return MotorUse(float(self.motor_torque[top]), float(self.omega[top]), holding)
 
     def need(self, shifts: tuple[float, ...] = (0.0,)) -> Need | None:
-        """What the same motions ask of the motor at every speed; None where it is not known.
+        """Demands of the same motions on the motor at every speed; None where they are not known.
 
         Of the `shifts` of its mean torque [N*m], those of other loads, the largest counts; the vibration is that of the
         curve.
@@ -286,7 +286,7 @@ class DriveResponse(Result):
         return Need(self.omega[at], peak, np.sqrt(moved**2 + ripple), np.diff(at) == 1)
 
     def asked(self, mean: float, loads: tuple[float, float], N: float) -> tuple[Usage, MotorUse | None]:
-        """What the motions ask of gear and motor, and at least what a range of `loads` [N*m] takes at steady speed.
+        """Demands of the motions on gear and motor, at least those of a range of `loads` [N*m] at steady speed.
 
         The curve is for the `mean` torque of the load; over the ratio `N` the motor holds the others too.
         """

@@ -50,17 +50,17 @@ class HysteresisBand:
 
     @property
     def jump_up(self) -> float:
-        """Where |x| jumps up (the largest such jump); nan where there is none."""
+        """Value at which |x| jumps up (the largest such jump); nan without one."""
         return _largest([j for j in (*self.on_run_up, *self.on_run_down) if j.after > j.before])
 
     @property
     def jump_down(self) -> float:
-        """Where |x| drops (the largest such jump); nan where there is none."""
+        """Value at which |x| drops (the largest such jump); nan without one."""
         return _largest([j for j in (*self.on_run_up, *self.on_run_down) if j.after < j.before])
 
     @property
     def whole(self) -> bool:
-        """Whether both ends are jumps."""
+        """True if both ends are jumps."""
         begins = any(j.value == self.low for j in self.on_run_down)
         return begins and any(j.value == self.high for j in self.on_run_up)
 
@@ -76,7 +76,7 @@ class HysteresisBand:
 
 
 class Leg(NamedTuple):
-    """What a sweep follows between two jumps: a piece, the values between which, and the jump at the end of it."""
+    """Stretch of a sweep between two jumps: a piece, the values between which, and the jump at its end."""
 
     piece: int
     low: float

@@ -1,4 +1,4 @@
-"""Whether the loop of a motor is stable with its gear, and how far it is from that: poles of the linearised train.
+"""Stability of a motor's loop with its gear, and its margin: poles of the linearised train.
 
 Bode plots of a drive train: speed of motor and load for a torque on either, linear and at a finite amplitude.
 """
@@ -185,7 +185,7 @@ def _at_amplitude(
 
 
 def motor_name(control: Any, inertia: float) -> str:
-    """What drives a motor, in words: "held", "free", or its loop by bandwidth and damping on an inertia [kg*m^2]."""
+    """Name of a motor's drive: "held", "free", or its loop by bandwidth and damping on an inertia [kg*m^2]."""
     if (tuning := controls.tuning_of(control, inertia)) is not None:
         return str(tuning)
     if isinstance(control, controls.Lagged):
@@ -255,7 +255,7 @@ def _grows(train: DriveTrain, control: Control) -> bool:
 
 
 def _stable_cascade(train: DriveTrain, control: Control) -> str:
-    """Which gain of a cascade makes its train stable when it is smaller, and down to which value."""
+    """Gain of a cascade that makes its train stable when it is smaller, and the value down to which."""
     core = controls.core_of(control)
     for name, unit in (("K_v", "1/s"), ("K_p", "N*m*s/rad")):
         value = getattr(core, name)

@@ -68,7 +68,7 @@ class MotorLoop:
 
     @property
     def stable(self) -> bool:
-        """Whether the closed loop is stable."""
+        """True if the closed loop is stable."""
         return self.closed.stable
 
     @property
@@ -97,7 +97,7 @@ class MotorLoop:
 
 @dataclass(frozen=True, eq=False)
 class Margins(Result):
-    """How far the motor's loop is from instability; margins mean that where the closed loop is `stable`.
+    """Margins of the motor's loop; they count where the closed loop is `stable`.
 
     Attributes
     ----------

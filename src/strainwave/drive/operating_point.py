@@ -1,4 +1,4 @@
-"""Where the mean torques hold a drive train that turns at constant speed."""
+"""Operating point of a drive train that turns at constant speed, under its mean torques."""
 
 from typing import Any
 
@@ -183,7 +183,7 @@ def with_mean_torques(train: DriveTrain) -> DriveTrain:
 
 
 def repeats(torque: Any) -> bool:
-    """Whether a torque is a function of an angle with a mean, not of the time."""
+    """True if a torque is a function of an angle with a mean, not of the time."""
     return not (lacking(torque, "mean") and lacking(torque, "terms"))
 
 

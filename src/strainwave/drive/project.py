@@ -120,7 +120,7 @@ class Project:
 
     @property
     def motor(self) -> Literal["free", "held"]:
-        """Whether the motor follows its torque or keeps its speed."""
+        """Mode of the motor: it follows its torque ("free") or keeps its speed ("held")."""
         return "free" if self.subject.motor.free else "held"
 
     @cached_property
@@ -187,7 +187,7 @@ class Project:
 
     @property
     def has_memory(self) -> bool:
-        """Whether the torsion law has friction or memory."""
+        """True if the torsion law has friction or memory."""
         return depends(self.drive.law) > 1
 
     @property
@@ -340,7 +340,7 @@ class Project:
 
     @cached_property
     def sureness(self) -> Any:
-        """What the assumed numbers leave open in the response, a `Sureness`; as of `how_sure`."""
+        """Range of the response for assumed numbers, a `Sureness`; as of `how_sure`."""
         return above("how_sure")(self)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What the error equations leave out: that of a free motor against the whole drive train, over the speed."""
+"""Error of the reduced models: the equation of a free motor against the whole drive train, over the speed."""
 
 import math
 from dataclasses import dataclass
@@ -129,7 +129,7 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
 
 
 def beyond_equation(train: DriveTrain) -> bool:
-    """Whether a train has anything that its error equation has not; for a held motor also what loads that alone."""
+    """True if a train has anything that its error equation has not; for a held motor also what loads that alone."""
     motor = train.motor
     more = motor.drag != NO_DRAG or train.friction != NO_FRICTION or (motor.free and bool(lines_of(train.error)))
     return more or bool(left_out(train))

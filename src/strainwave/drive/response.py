@@ -48,12 +48,12 @@ UNDAMPED = (
 
 
 def loses_energy(system: Any) -> bool:
-    """Whether motions lose energy: by damping, or in a law with friction or memory."""
+    """True if motions lose energy: by damping, or in a law with friction or memory."""
     return damping_of(system) > 0.0 or depends(system.law) > 1
 
 
 def no_multiple_scales(system: Any) -> str:
-    """Why multiple scales does not describe a system, as a sentence; empty where it can."""
+    """Reason for which multiple scales does not describe a system, as a sentence; empty where it can."""
     if depends(system.law) > 1:
         return "first-order multiple scales describes springs, and this law has friction or memory"
     if lacking(system, "B"):
@@ -142,7 +142,7 @@ def turn_response(
 
 
 def sweep_on(curve: Branch) -> Jumps | None:
-    """What a slow run-up and run-down do on a curve; None where nothing is stable."""
+    """Slow run-up and run-down on a curve; None where nothing is stable."""
     try:
         return jumps(curve)
     except ValueError:

@@ -244,7 +244,7 @@ def waiting(train: DriveTrain, t: float) -> Floats:
 
 
 def holds_its_place(motor: Motor) -> bool:
-    """Whether the control answers a deviation of the angle, at once or by states of its own."""
+    """True if the control answers a deviation of the angle, at once or by states of its own."""
     control = core_of(motor.control)
     if motor.held or depends(control) == 3:
         return True

@@ -75,7 +75,7 @@ class StateSpace(Result):
 
     @property
     def stable(self) -> bool:
-        """Whether every pole decays; a free motor, which drifts, is not stable.
+        """True if every pole decays; a free motor, which drifts, is not stable.
 
         States of a law with memory add poles at 0, which only say that they stay where they are: these do not count.
         """

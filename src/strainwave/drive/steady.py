@@ -15,12 +15,12 @@ from .two_turns import NONE_STABLE, BeatCrest, beating_response, largest_beat
 
 
 def is_beating(error: Any) -> bool:
-    """Whether lines of a kinematic error belong to the output's turn, or to both, so that motions beat."""
+    """True if lines of a kinematic error belong to the output's turn, or to both, so that motions beat."""
     return not lacking(error, "lines") and any(line.order % 1 for line in error.lines)
 
 
 def leaves_angle_out(train: DriveTrain) -> bool:
-    """Whether the steady curve has the mean alone of a torque that follows the angle of the load."""
+    """True if the steady curve has the mean alone of a torque that follows the angle of the load."""
     return not is_beating(train.error) and follows_its_angle(train)
 
 

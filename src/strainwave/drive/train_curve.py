@@ -81,12 +81,12 @@ def train_curve(
 
 
 def has_curve(train: DriveTrain) -> bool:
-    """Whether a train has a curve and needs one: the error equation serves a free motor with gear and rigid load."""
+    """True if a train has a curve and needs one: the error equation serves a free motor with gear and rigid load."""
     return not train.motor.free or (bool(left_out(train)) and at_load(train).linear_part() is not None)
 
 
 def unfollowed(train: DriveTrain | None, curve: DriveResponse | None) -> bool:
-    """Whether no motion of a whole train is stable: those of its error equation are not the drive's."""
+    """True if no motion of a whole train is stable: those of its error equation are not the drive's."""
     return curve is None and train is not None and has_curve(train)
 
 
@@ -180,7 +180,7 @@ def _oscillations(problem: Any, points: Floats) -> Floats:
 
 
 def follows_its_angle(train: DriveTrain) -> bool:
-    """Whether the load is opposed by a torque of its own angle, which repeats once in N turns of the motor."""
+    """True if the load is opposed by a torque of its own angle, which repeats once in N turns of the motor."""
     return bool(without_gravity(train) != train)
 
 

@@ -120,7 +120,7 @@ class TwoTurnCurve:
 
     @property
     def stable(self) -> Booleans:
-        """Whether each motion is stable."""
+        """Stability of each motion."""
         return np.asarray(self.growth < 0.0)
 
     @property
@@ -324,7 +324,7 @@ def _described(
 
 
 def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
-    """What drives a system, and the part whose disturbances are meant."""
+    """Excitation of a system, and the part whose disturbances are meant."""
     train = as_train(checked(system), ratio)
     end, plain = train.load.end(), without_gravity(train)
     pulls = tuple(law for law in parts_of_angle(end.drag) if law.amplitude)

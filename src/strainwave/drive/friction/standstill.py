@@ -1,4 +1,4 @@
-"""Where a drive train rests under its mean torques, with dry friction and an integrating loop, and whether it hunts."""
+"""Rest and hunting of a drive train under its mean torques, with dry friction and an integrating loop."""
 
 from dataclasses import dataclass
 from itertools import product
@@ -77,11 +77,11 @@ class Standstill(Result):
 
     @property
     def hunts(self) -> bool:
-        """Whether the motor sticks and slips for ever."""
+        """True if the motor sticks and slips for ever."""
         return self.period == self.period
 
     def facts(self) -> tuple[Fact, ...]:
-        """Where it rests, and whether it hunts."""
+        """Angles at rest, and hunting."""
         hunting = {"period_s": self.period, "size_arcsec": self.size / ARCSEC, "regular": self.regular}
         return (
             Fact("standstill.sag_arcsec", self.sag), Fact("standstill.pointing_error_arcsec", self.error),
@@ -92,7 +92,7 @@ class Standstill(Result):
         )  # fmt: skip
 
     def sentences(self) -> tuple[str, ...]:
-        """Where it rests, and whether it hunts, a sentence each."""
+        """Sentences on rest and hunting."""
         dry = DRY.format(self.motor_friction, self.load_friction) if self.motor_friction + self.load_friction else ""
         place = f"the motor sags by {_range(self.sag)} (output), the load points off by {_range(self.error)}"
         low, high = map(number, self.loads)
@@ -104,7 +104,7 @@ class Standstill(Result):
         )
 
     def hunting(self) -> str:
-        """Whether it hunts, how far and with which period."""
+        """Hunting: its size and its period."""
         if not self.hunts and self.slips >= SLIPS:
             return f"After {SLIPS} slips the motor still sticks and slips; whether it ends was not found."
         if not self.hunts:
@@ -205,7 +205,7 @@ def standing(project: Any) -> Standstill | None:
 
 
 def _is_held(train: DriveTrain) -> bool:
-    """Whether a loop holds the motor's angle."""
+    """True if a loop holds the motor's angle."""
     return not (train.motor.free or train.motor.held) and holds_its_place(train.motor)
 
 

@@ -49,7 +49,7 @@ class Sizes(NamedTuple):
 
 
 def slides(train: Any, rough: DriveTrain, angles: Floats, y: Any) -> Booleans:
-    """Whether shafts with the dry friction of a `rough` train only slide, in states (states, n, samples) of turns."""
+    """True if shafts with the dry friction of a `rough` train only slide, in states (states, n, samples) of turns."""
     motor, load = train.motor_speed(angles, y), train.load_speed(angles, y)
     drags = rough.motor.drag, rough.load.end().drag
     enough = [np.min(v + 0.0 * y[0], axis=-1) > parted(drag) for v, drag in zip((motor, load), drags, strict=True)]

@@ -26,7 +26,7 @@ ON_CIRCLE = 1e-9  # distance from 1 of a pole that does not move
 
 
 class SampledPlant:
-    """What a controller's torque moves between its samples: plant, lag and filters, linear about an operating point.
+    """Plant, lag and filters behind a controller's samples, linear about an operating point.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class SampledLoop:
 
     @property
     def stable(self) -> bool:
-        """Whether every motion decays from sample to sample."""
+        """True if every motion decays from sample to sample."""
         return bool(np.all(self.growing.real < 0.0))
 
     def __call__(self, omega: ArrayLike, answer: Complexes | None = None) -> Complexes:
@@ -124,7 +124,7 @@ def sampled_loop(loop: Any, sampling: Sampling) -> SampledLoop:
 
 
 def without_outside(control: Any) -> tuple[Any, Any]:
-    """What a controller computes of a control, and a torque from outside behind its filters and its lag."""
+    """Computed part of a control, and a torque from outside behind its filters and its lag."""
     core, parts = apart(control)
     outside: Any = COMMANDED
     for item in parts.pop("filters", ()):

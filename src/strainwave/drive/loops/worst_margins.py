@@ -1,4 +1,4 @@
-"""How far the loop of a drive is from instability: the worst over its loads and postures, as its controller samples it.
+"""Worst margins of a drive's loop over its loads and postures, as its controller samples it.
 
 A gear is stiffer under a torque, so that a loop which is stable with one load need not be so with another. Dry friction
 is left out: where a shaft slides at a constant torque it damps nothing, and where it sticks nothing moves.
@@ -38,7 +38,7 @@ class Loaded(NamedTuple):
 
     @property
     def said(self) -> str:
-        """Where that is, as the end of a sentence."""
+        """Load and posture, as the end of a sentence."""
         load = "" if self.load is None else f" under a load of {number(self.load)} N·m"
         return load + (f" in {self.posture}" if self.posture else "")
 
@@ -69,7 +69,7 @@ class WorstMargins:
 
     @property
     def stable(self) -> bool:
-        """Whether the loop is stable under every load."""
+        """True if the loop is stable under every load."""
         return all(found.stable for found in self.margins)
 
     @property
@@ -92,7 +92,7 @@ class WorstMargins:
 
     @property
     def sampled(self) -> str:
-        """How it is sampled, as a part of a sentence."""
+        """Sampling, as a part of a sentence."""
         if self.sampling is None:
             return "computed without sampling"
         period, delay = (number(1e3 * time, 3) for time in (self.sampling.period, self.sampling.delay))

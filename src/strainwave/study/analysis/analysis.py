@@ -1,4 +1,4 @@
-"""What an analysis of a drive holds, and the largest error and oscillation in it.
+"""Analysis of a drive, and the largest error and oscillation in it.
 
 Sentences about what went wrong in an analysis, or needs care. What a drive has beyond a spring of constant stiffness:
 the hysteresis loop of its gear, parametric resonances.

@@ -117,7 +117,7 @@ def with_tops(
 def _of_another(
     p: int, top: tuple[int, float], largest: dict[int, float], system: Any, response: DriveResponse
 ) -> bool:
-    """Whether a maximum of component p lies in the half-power band of another component, which is larger there."""
+    """True if a maximum of component p lies in the half-power band of another component, which is larger there."""
     others = ((response.torsion_amplitude(system, q)[top[0]], size) for q, size in largest.items() if q != p)
     return any(there > top[1] and there >= HALF_POWER * size for there, size in others)
 
@@ -221,7 +221,7 @@ def analyze(
 def _advice(
     subject: Subject, drive: DriveResponse, avoid: Avoid, by_load: tuple[AtTorque, ...], torque: float, progress: Told
 ) -> Advice:
-    """What would help under the torque with the largest oscillation, which suffices under all, and other damping."""
+    """Remedies under the torque with the largest oscillation, the one that suffices under all, and other damping."""
     progress("what would help", 0.9)
     worst, told = at_worst(subject, drive, avoid, by_load), lambda what: progress(f"what would help: {what}", 0.9)
     helps, not_tried = remedies(*worst, torque, told) if avoid.bands else ((), ())
@@ -262,7 +262,7 @@ def judged_postures(decided: Decision) -> tuple[JudgedPosture, ...]:
 def _of_one_turn(
     project: Project, system: Any, point: OperatingPoint, exact: DriveResponse, resonances: bool, progress: Told
 ) -> tuple[tuple[Regime, ...], dict[Resonance, DriveResponse], RunUp, tuple[TimeCase, ...]]:
-    """What describes motions that repeat with every turn: resonances, a simulated run-up, and single speeds in time.
+    """Resonances, a simulated run-up, and single speeds in time, of motions that repeat with every turn.
 
     Where motions beat all of it is empty.
     """
@@ -352,7 +352,7 @@ def _with_gravity(
 def _used(
     system: Any, exact: DriveResponse, sweep: RunUp, cases: tuple[TimeCase, ...], study: TrainStudy | None
 ) -> Usage:
-    """What the gear is asked for: by the whole train and its run-up, or by the error equation without its curve."""
+    """Torques of the gear: of the whole train and its run-up, or of the error equation without its curve."""
     if study is None or study.curve is None:
         used = usage(system, exact, (*sweep.up, *sweep.down, *(case.steady for case in cases)))
     else:
@@ -363,7 +363,7 @@ def _used(
 def _asked_of_motor(
     drive: DriveResponse, by_load: tuple[AtTorque, ...], study: TrainStudy | None
 ) -> MotorUse | None:  # fmt: skip
-    """What the steady motions under every load, and the run-up, ask of the motor."""
+    """Demands of the steady motions under every load, and of the run-up, on the motor."""
     steady = [use and use._replace(load=case.torque) for case in by_load for use in (case.drive.motor,)]
     ramp = None if study is None or study.ramp is None else study.ramp.motor()
     return most_asked([*(steady or [drive.motor]), ramp])
@@ -382,7 +382,7 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
 
 
 def _narrow(regime: Regime, exact: DriveResponse) -> bool:
-    """Whether a resonance of the main branch has too few points of the response curve in its band."""
+    """True if a resonance of the main branch has too few points of the response curve in its band."""
     if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
         return False
     low, high = regime.band()

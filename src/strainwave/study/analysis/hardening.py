@@ -1,4 +1,4 @@
-"""What the cubic coefficient alpha of a gear trades: peak, its speed, error at the speeds of duty, superharmonic, jump.
+"""Trade of the cubic coefficient alpha: peak, its speed, error at the speeds of duty, superharmonic, jump.
 
 The resonance curve bends with alpha; at first order its peak f/(mu omega_0) stays (Nayfeh & Mook 1979, Nonlinear
 Oscillations, sec. 4.1.1), and the superharmonic of order 3 grows in proportion to alpha (sec. 4.1.3). Here every number

@@ -258,7 +258,7 @@ class DriveMotion(Result):
 
     @property
     def name(self) -> str:
-        """What the error is, in words."""
+        """Name of the error."""
         return "pointing error" if self.has_reference else "error between motor and load"
 
     @property
@@ -292,7 +292,7 @@ class DriveMotion(Result):
 
     @property
     def remark(self) -> str:
-        """Why the motion is none that repeats with every turn; empty where it does."""
+        """Reason for which the motion does not repeat with every turn; empty where it does."""
         if not self.change:
             return ""
         return Sentence(

@@ -50,7 +50,7 @@ PHASES = 8
 
 
 def takes(point: Floats, period: int) -> bool:
-    """Whether an orbit takes `period` turns and no fewer: more than rounding beside the harmonics of fewer."""
+    """True if an orbit takes `period` turns and no fewer: more than rounding beside the harmonics of fewer."""
     size = float(np.linalg.norm(point[:-1]))
     multiples = (period // n for n in range(1, period) if period % n == 0)
     parts = (point[between(len(point) // 2 - 1, multiple)] for multiple in multiples)
@@ -58,7 +58,7 @@ def takes(point: Floats, period: int) -> bool:
 
 
 def lies_on(problem: Any, point: Floats, branch: Branch) -> bool:
-    """Whether an orbit, or a copy of it, is on a branch: the same motion at its frequency."""
+    """True if an orbit, or a copy of it, is on a branch: the same motion at its frequency."""
     omega = float(point[-1])
     side, stretch = branch.omega - omega, problem.turns // branch.period
     for i in np.flatnonzero(side[1:] * side[:-1] <= 0.0):
@@ -72,7 +72,7 @@ def lies_on(problem: Any, point: Floats, branch: Branch) -> bool:
 
 
 def are_copies(x: Floats, y: Floats, period: int) -> bool:
-    """Whether two series (blocks) are one motion but for whole forcing periods, or half turns and a mirror."""
+    """True if two series (blocks) are one motion but for whole forcing periods, or half turns and a mirror."""
     h = len(x) // 2
     k = np.arange(h + 1)
     a = np.append(x[0], x[1 : h + 1] - 1j * x[h + 1 :])
@@ -279,7 +279,7 @@ def _probes(problem: Balance, branch: Branch) -> Iterator[Floats]:
 
 
 def _sentence(search: Search, period: int, branches: int, lost: list[Motion]) -> str:
-    """What was searched, and what was met that is not in the list."""
+    """Sentence on the search, and on motions that are not in the list."""
     at = search.omegas
     sentences = [
         f"{branches} branch(es) of orbits of {_turns(period)}; searched at {len(at)} speeds, omega = {at[0]:.6g} .. "
@@ -368,7 +368,7 @@ def _around(problem: Any, point: Floats, lo: float, hi: float, step: float) -> t
 
 
 def _turns_back(trace: Trace) -> bool:
-    """Whether a fold is on a branch twice: a step past a branch point may turn round, and follow all of it again."""
+    """True if a fold is on a branch twice: a step past a branch point may turn round, and follow all of it again."""
     folds = trace.points[trace.labels == FOLD]
     if len(folds) < 2:
         return False

@@ -1,4 +1,4 @@
-"""What an engineer can turn on a drive: loop, lines of the error, mean torque, inertia, damping, stiffness.
+"""Numbers that an engineer can change on a drive: loop, lines of the error, mean torque, inertia, damping, stiffness.
 
 The drive whose remedies are looked for: what is followed, and how another drive is made of it.
 """
@@ -66,7 +66,7 @@ class Subject(NamedTuple):
 
     @property
     def has_memory(self) -> bool:
-        """Whether the law of the gear or of a coupling has friction or memory."""
+        """True if the law of the gear or of a coupling has friction or memory."""
         couplings = () if self.train is None else self.train.load.couplings()
         return any(depends(law) > 1 for law in (self.whole.law, *couplings))
 
@@ -211,7 +211,7 @@ def _preload(subject: Subject, torque: float) -> Knob | None:
 
 
 def _bends(system: System, loaded: Any) -> bool:
-    """Whether a preload that the law carries changes the stiffness at the operating point."""
+    """True if a preload that the law carries changes the stiffness at the operating point."""
     try:
         before, after = operating_point(system).stiffness, operating_point(loaded).stiffness  # 0 in the play of a gear
         return abs(after - before) > BENDS * before

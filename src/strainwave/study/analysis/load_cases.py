@@ -15,7 +15,7 @@ from ..speed_map.rules import complement
 
 
 class AtTorque(NamedTuple):
-    """What was decided of a drive under one torque of its load's range.
+    """Decision on a drive under one torque of its load's range.
 
     Attributes
     ----------

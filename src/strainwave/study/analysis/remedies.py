@@ -1,4 +1,4 @@
-"""What would make the error smaller: its peak computed again with one thing changed at a time.
+"""Remedies: the peak of the error computed again with one number changed at a time.
 
 A thing is changed by 10 %, and by 30 % where that changes the oscillation by less than 1 %; of two directions the one
 that helps is kept. A line that is cancelled and another gear of the catalogue are changes of their own.
@@ -97,7 +97,7 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
 
 
 def _holds(law: Law, part: Any) -> bool:
-    """Whether a law is another one, or made of it."""
+    """True if a law is another one, or made of it."""
     if type(law) is type(part) and law == part:
         return True
     return isinstance(law, tuple) and any(_holds(item, part) for item in law)
@@ -129,7 +129,7 @@ def _error_of(error: Any, old: Gear, gear: Gear, before: float, ratio: float) ->
 
 @dataclass(frozen=True)
 class Remedy:
-    """What a change of one thing does to the largest oscillation.
+    """Effect of a change of one number on the largest oscillation.
 
     Attributes
     ----------
@@ -167,12 +167,12 @@ class Remedy:
 
     @property
     def helps(self) -> bool:
-        """Whether it leaves less oscillation."""
+        """True if it leaves less oscillation."""
         return self.ratio < 1.0 - NOTHING
 
     @property
     def change(self) -> str:
-        """How much is changed, in words."""
+        """Size of the change, in words."""
         if self.gear:
             return f"{self.gear} instead"
         if self.by:
@@ -281,7 +281,7 @@ def every_knob(subject: Subject, response: DriveResponse, torque: float) -> Iter
 
 @dataclass
 class Allowance:
-    """How many changed drives may be followed: a count, so that every machine finds the same."""
+    """Count of changed drives that may be followed, so that every machine finds the same."""
 
     most: int
     left: int
@@ -300,7 +300,7 @@ class Allowance:
 
 @dataclass(frozen=True)
 class Trial:
-    """How changed drives are followed, by harmonics or pairs, and the largest oscillation without a change."""
+    """Method by which changed drives are followed, and the largest oscillation without a change."""
 
     speeds: tuple[float, float]
     how: tuple[int, bool, Any]
@@ -364,7 +364,7 @@ class Trial:
         return changed.largest(harmonics, True, pairs) if moved else top
 
     def remedy(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:
-        """What a change of one thing by a share does; None where no steady motion is found with it."""
+        """Effect of a change of one number by a share; None where no steady motion is found with it."""
         try:
             after = self.largest(changed if share == 0.0 else changed._replace(speeds=self.speeds))
         except SolveError:  # its law cannot carry the mean torque

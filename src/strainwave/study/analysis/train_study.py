@@ -80,7 +80,7 @@ def spread(cases: tuple[MotorCase, ...]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class TrainStudy:
-    """What the whole train does, and what the error equation makes of it.
+    """Behaviour of the whole train, and of its error equation.
 
     Attributes
     ----------

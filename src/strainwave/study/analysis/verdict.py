@@ -1,4 +1,4 @@
-"""Whether a drive is all right at its speeds, and the smallest change of one thing that brings it under its limit.
+"""Verdict on a drive at its speeds, and the smallest change of one number that brings it under its limit.
 
 The verdict goes by the oscillation of its error and by what the gear is asked for. On one curve of a drive, where no
 analysis follows the others, it is decided as `analyze` decides.
@@ -33,7 +33,7 @@ LESS = 1.001  # relative difference of two largest errors below which the steady
 
 
 class Answer(StrEnum):
-    """What the verdict is."""
+    """Answer of the verdict."""
 
     ALL_RIGHT = "all right"
     BUT = "OK except for some speeds"
@@ -42,7 +42,7 @@ class Answer(StrEnum):
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether a drive is all right at its speeds, and the smallest change that brings its oscillation under the limit.
+    """Verdict on a drive at its speeds, and the smallest change that brings its oscillation under the limit.
 
     Attributes
     ----------
@@ -111,7 +111,7 @@ def verdict_of(
 
 
 class Judged(NamedTuple):
-    """What one curve says of a drive.
+    """Verdict on one curve of a drive.
 
     Attributes
     ----------
@@ -152,7 +152,7 @@ class Judged(NamedTuple):
 
     @property
     def covered(self) -> bool:
-        """Whether a stable motion is known at every speed, so that the largest oscillation is that of the range."""
+        """True if a stable motion is known at every speed, so that the largest oscillation is that of the range."""
         return self.whole and self.avoid is not None and not self.avoid.unstable
 
     @property
@@ -165,7 +165,7 @@ class Judged(NamedTuple):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is beyond a limit and no failure."""
+        """Sentences on limits that are passed without a failure."""
         below = [self.below] if self.below and not self.fails else []
         return (*below, *(finding.sentence for finding in gravest(self.findings) if not finding.fails))
 
@@ -192,7 +192,7 @@ def judged(project: Project, response: DriveResponse) -> Judged:
 
 
 def _bands(project: Project, response: DriveResponse, need: Need | None) -> tuple[Avoid | None, tuple[Speeds, ...]]:
-    """What the motions of a curve forbid, and the same with the limits of gear and motor, which has a `need`.
+    """Speeds that the motions of a curve forbid, and the same with the limits of gear and motor, which has a `need`.
 
     None for a drive whose spring cannot hold its load, and where no motion is stable.
     """
@@ -218,7 +218,7 @@ def _over(avoid: Avoid) -> str:
 
 
 def _left(project: Project, bands: Sequence[Speeds]) -> str:
-    """Where the motion of a curve is not stable, and what follows, in a sentence; empty where there are no bands."""
+    """Sentence on the speeds at which the motion of a curve is not stable; empty without bands."""
     speeds = project.speeds
     places = listed(f"{speeds.own(low):.5g} to {speeds.own(high):.5g}" for low, high in bands)
     follows = "what follows does not repeat with every turn, jumps or escapes"
@@ -330,7 +330,7 @@ def _steps(
 
 
 def _within(limit: float, trial: Trial, knob: Knob, share: float, allowance: Allowance) -> bool:
-    """Whether a change keeps the oscillation [rad] under another load torque within a limit."""
+    """True if a change keeps the oscillation [rad] under another load torque within a limit."""
     changed = knob.turned(share)
     if isinstance(changed, str) or not allowance.take():
         return False
@@ -348,11 +348,11 @@ def _needed(remedy: Remedy, ratio: float) -> float:
 
 
 def _stepwise(remedy: Remedy) -> bool:
-    """Whether the thing can be changed by any share."""
+    """True if the thing can be changed by any share."""
     return not remedy.by and remedy.share not in (0.0, -1.0)
 
 
 def _knob_of(remedy: Remedy, known: list[Knob]) -> Knob:
-    """What a remedy has turned."""
+    """Number that a remedy has changed."""
     cancelled = remedy.share == -1.0
     return next(k for k in known if k.what == remedy.what and (k.changes == (1.0,)) == cancelled)

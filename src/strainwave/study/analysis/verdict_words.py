@@ -205,7 +205,7 @@ def _remedy(analysis: Any, verdict: Verdict) -> str:
 
 
 def over_limit(analysis: Any) -> bool:
-    """Whether a steady motion oscillates with more than the limit of the file."""
+    """True if a steady motion oscillates with more than the limit of the file."""
     avoid = analysis.avoid
     return avoid is not None and avoid.limit is not None and avoid.largest > avoid.limit
 
@@ -236,14 +236,14 @@ def changes_said(
 
 
 def _ends(change: Remedy) -> str:
-    """What a number is and what it becomes, with its unit; nothing for what is exchanged or cancelled."""
+    """Value before and after a change, with its unit; nothing for what is exchanged or cancelled."""
     if change.gear or change.by or change.share == -1.0:
         return ""
     return f" ({number(change.before)} to {number(change.after)} {change.unit})".replace(" )", ")")
 
 
 def _left(analysis: Any, change: Remedy) -> Sentence:
-    """What a change leaves of the oscillation, and where."""
+    """Oscillation after a change, and its speed."""
     if change.ratio < NONE:
         return Sentence("no oscillation")
     return Sentence("{} at {}", Angle(_after(analysis)), Speed(change.at, digits=5))
@@ -335,7 +335,7 @@ def _motor(analysis: Any) -> str:
 
 
 def _has(asked: float, bound: float, unit: str) -> str:
-    """What a motor has against what is asked of it; nothing where that is not known."""
+    """Rating of a motor against its demand; nothing where it is not known."""
     if not math.isfinite(bound):
         return ""
     return f" It has {number(bound)} {unit}" + (": too little." if Finding("", asked, bound, "", "").exceeded else ".")

@@ -20,7 +20,7 @@ NAMES = {
 
 
 def above(finding: Finding) -> str:
-    """What is above which limit."""
+    """Value that is above a limit, in words."""
     return f"{number(finding.value)} {_unit(finding)} are above {named(finding)}"
 
 
@@ -41,7 +41,7 @@ def of_move(analysis: Any) -> list[Finding]:
 
 
 def move_said(analysis: Any) -> str:
-    """What the move of the file asks of gear and motor, and how far the load is off in it."""
+    """Demands of the file's move on gear and motor, and its pointing error."""
     moved = analysis.moved
     if moved is None:
         return ""
@@ -73,7 +73,7 @@ def place_said(largest: Any) -> Sentence:
 
 
 def equation_alone(analysis: Any) -> str:
-    """Whose steady motions are told where the whole drive has no stable one; "" where they are its own."""
+    """Model of the steady motions where the whole drive has no stable one; "" where they are its own."""
     study = analysis.train
     if study is None or not unfollowed(study.train, analysis.train_curve):
         return ""
@@ -110,7 +110,7 @@ def posture_said(analysis: Any, rest: str = "") -> Sentence:
 
 
 def how_sure(analysis: Any) -> Sentence:
-    """What assumed numbers together leave open, or the damping, which no catalogue prints; "" where it is measured."""
+    """Range for all assumed numbers, or for the damping, which no catalogue prints; "" where it is measured."""
     sure = analysis.project.sureness
     if sure.doubts:
         together = sure.sentences(analysis.project.limit)[len(sure.doubts)]

@@ -1,4 +1,4 @@
-"""Which speeds to avoid for the motion of a drive, of one curve or as it was decided, and how large the motion is."""
+"""Speeds to avoid for the motion of a drive, of one curve or as it was decided, and the size of the motion."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -142,5 +142,5 @@ def out_of_reach(limit: float | None, slow: float, train: DriveTrain | None = No
 
 
 def sees_load(train: DriveTrain | None) -> bool:
-    """Whether a loop of the motor has an encoder on the load."""
+    """True if a loop of the motor has an encoder on the load."""
     return train is not None and hasattr(train.motor.control, "at_load")

@@ -81,7 +81,7 @@ def quasi_static(system: Any, point: OperatingPoint) -> float:
 
 
 def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = NARROW) -> tuple[Speeds, ...]:
-    """What of a range no band covers; bands are ascending and apart, and relatively `narrow` rests are none."""
+    """Parts of a range that no band covers; bands are ascending and apart, relatively `narrow` parts are left out."""
     rest = list(pairwise([within[0], *(end for band in bands for end in band), within[1]]))[::2]
     return tuple((float(low), float(high)) for low, high in rest if high > low * (1.0 + narrow) or len(rest) == 1)
 
@@ -98,7 +98,7 @@ def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:
 
 
 def searched(law: Any) -> bool:
-    """Whether motions apart from a torque's curve are looked for: with memory or a gap that takes most of the time."""
+    """True if motions apart from a torque's curve are looked for: with memory or a gap that takes most of the time."""
     return depends(law) == 1 and bool(law.stiffness(0.0) > 0.0)
 
 

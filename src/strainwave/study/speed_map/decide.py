@@ -1,4 +1,4 @@
-"""Which speeds of a drive are allowed under every load: the one place that decides it.
+"""Decision on the speeds of a drive that are allowed under every load; nothing else decides it.
 
 All stable motions under every load, coexisting ones among them, jumps, the limits of gear and motor, and the stability
 of the motor's loop.

@@ -23,7 +23,7 @@ OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR, RMS, SMALLEST, MEAN = range(9)  # 
 
 
 class Loose(NamedTuple):
-    """Where a trajectory settled on a motion that no curve has: speed [rad/s], oscillation [rad] and torque [N*m]."""
+    """Motion of a trajectory that no curve has: speed [rad/s], oscillation [rad] and torque [N*m]."""
 
     omega: float
     oscillation: float
@@ -53,7 +53,7 @@ class Motions:
 
     @cached_property
     def subharmonic(self) -> bool:
-        """Whether its motions take longer to repeat than what drives them."""
+        """True if its motions take longer to repeat than what drives them."""
         h = self.branch.coefficients.shape[1] // 2
         waves = np.hypot(self.branch.coefficients[:, 1::2], self.branch.coefficients[:, 2::2])
         rest = np.arange(1, h + 1) % (self.turns * self.every) > 0
@@ -92,7 +92,7 @@ class Motions:
 
 @dataclass(frozen=True, eq=False)
 class UnderLoad:
-    """What a drive does under one load, over the range of speeds.
+    """Motions of a drive under one load, over the range of speeds.
 
     Attributes
     ----------

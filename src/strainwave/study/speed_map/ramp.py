@@ -44,7 +44,7 @@ class Ramp(NamedTuple):
         return float(self.run.trajectory.t[-1]) - self.begin
 
     def motor(self) -> MotorUse | None:
-        """What the run asks of the motor once it has begun; None where it did not end well.
+        """Demands of the run on the motor once it has begun; None where it did not end well.
 
         How fast the motor runs up is assumed: `torque` is without what that takes of a rigid drive, `run_up` with it.
         """
@@ -59,7 +59,7 @@ class Ramp(NamedTuple):
         return MotorUse(torque, at, 0.0, None, True, run_up)
 
     def added_to(self, used: Usage) -> Usage:
-        """What motions ask of the gear, with the largest torque of a run that ended well where that is larger."""
+        """Torques of the gear, with the largest of a run that ended well where that is larger."""
         peak, at = self.largest(self.run.torque)
         if not self.run.trajectory.status or peak <= used.peak_torque:
             return used

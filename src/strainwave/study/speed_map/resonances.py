@@ -1,4 +1,4 @@
-"""Which resonances a drive meets in its speed range, and whether multiple scales can describe them there.
+"""Resonances of a drive in its speed range, and their description by multiple scales.
 
 An excitation line of order k resonates at k omega = omega_0 (primary), 3 k omega = omega_0 (superharmonic) and
 k omega = 3 omega_0 (subharmonic); a law that is not odd about the operating point, for one under a mean torque, adds
@@ -33,7 +33,7 @@ NAMES = {
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Where the mean torque holds the drive.
+    """Equilibrium of the drive under its mean torque.
 
     Attributes
     ----------
@@ -167,7 +167,7 @@ def operating_point(system: Any) -> OperatingPoint:
 
 
 def _is_odd(law: Any, x: float, mean: float) -> bool:
-    """Whether a spring is odd about its torsion x [rad] under the mean torque [N*m]."""
+    """True if a spring is odd about its torsion x [rad] under the mean torque [N*m]."""
     steps = np.geomspace(1e-6, 1.0, 25) * max(abs(x), 1e-2)
     around = law.torque(x + steps) + law.torque(x - steps) - 2.0 * mean
     size = np.abs(law.torque(x + steps)) + np.abs(law.torque(x - steps)) + abs(mean) + 1e-300
@@ -240,7 +240,7 @@ def _at_peak(flow: Any, response: SlowResponse | None) -> Certificate | None:
 
 
 def _worth(flow: Any, name: str, omega: float, states: tuple[SteadyState, ...]) -> bool:
-    """Whether a curve can be expected: always at a primary resonance, else where a state exists at or just above it."""
+    """True if a curve can be expected: always at a primary resonance, else where a state exists at or just above it."""
     if name == "primary" or any(state.amplitude > 0.0 for state in states):
         return True
     return bool(slow_flow(flow.system._replace(omega=1.05 * omega), flow.resonance).exists())

@@ -29,7 +29,7 @@ def load_text(load: float, name: str, title: str = "") -> str:
 
 
 class JumpSpeed(NamedTuple):
-    """Where a slow run-up (`up`) or run-down jumps: number of the load, and speed of the base angle [rad/s].
+    """Jump of a slow run-up (`up`) or run-down: number of the load, and speed of the base angle [rad/s].
 
     The error jumps up there (`rises`), or drops.
     """
@@ -72,7 +72,7 @@ class Scatter(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SpeedMap(Result):
-    """Which speeds a drive may run at under each load, from all its stable steady motions.
+    """Speeds at which a drive may run under each load, from all its stable steady motions.
 
     The error is the pointing error of the load, its oscillation the largest distance from its mean. Bands are computed
     from the curves, not from the cells.
@@ -162,7 +162,7 @@ class SpeedMap(Result):
 
     @property
     def vendor_sentence(self) -> str:
-        """What the vendors' rule is worth over all loads; empty where it has no frequency."""
+        """Sentence on the vendors' rule over all loads; empty where it has no frequency."""
         return vendor_sentence(self.vendor)
 
     @property
@@ -175,7 +175,7 @@ class SpeedMap(Result):
         return common(np.column_stack([self.speeds[ends[:, 0]], self.speeds[ends[:, 1] - 1]]), self.windows)
 
     def is_allowed(self, speed: float, load: float) -> bool:
-        """Whether a motor speed [rad/s] is allowed under a load.
+        """True if a motor speed [rad/s] is allowed under a load.
 
         Between two loads of the map it is where neither of them forbids it and no band passes it from one to the
         other. What the map does not cover is not allowed: speeds and loads beyond its ranges, and what is no posture.
@@ -293,7 +293,7 @@ class SpeedMap(Result):
         )
 
     def _sentence(self, i: int) -> str:
-        """What is forbidden under a load, and where the error jumps, in the words of a response."""
+        """Sentence on the forbidden speeds and the jumps under a load, in the words of a response."""
         parts = []
         for rises, way in WAYS.items():
             speeds = sorted({j.speed for j in self.jumps if j.load == i and j.rises == rises})
@@ -304,7 +304,7 @@ class SpeedMap(Result):
 
     @property
     def units_sentence(self) -> str:
-        """What the units that scatter make of the map, in one sentence."""
+        """Sentence on the units that scatter."""
         if self.scatter is None:
             return ""
         spans, worst = listed(self.unit_windows, self.axis) or "no speed", float(np.max(self.scatter.worst))
@@ -316,7 +316,7 @@ class SpeedMap(Result):
 
     @property
     def rule(self) -> str:
-        """What forbids a speed, in words."""
+        """Rules that forbid a speed, in words."""
         rules = self.rules
         rows = (
             ("oscillation above {:.4g} arcsec", rules.limit, ARCSEC),

@@ -1,4 +1,4 @@
-"""When a speed is forbidden: a limit on the oscillation, on its amplification, or a margin from the resonances.
+"""Rules that forbid a speed: a limit on the oscillation, on its amplification, a margin from the resonances.
 
 Intervals are arrays (n, 2) of speeds [rad/s], ascending and apart.
 
@@ -54,7 +54,7 @@ NOTHING = Usage(0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class Rules:
-    """What forbids a speed; None is no rule.
+    """Rules that forbid a speed; None is no rule.
 
     Attributes
     ----------
@@ -161,7 +161,7 @@ def above(run: Floats, level: float, column: int = OSCILLATION) -> list[Span]:
 
 
 def needs_of(loaded: UnderLoad) -> list[Need]:
-    """What the runs of a load ask of the motor."""
+    """Demands of the runs under a load on the motor."""
     return [Need(run[:, OMEGA], run[:, MOTOR], run[:, OF_RMS], np.ones(len(run) - 1, bool)) for run, _ in loaded.runs]
 
 
@@ -179,7 +179,7 @@ def swept(first: Floats, second: Floats) -> list[Span]:
 
 
 def gaps(spans: list[Span], within: Span) -> list[Span]:
-    """What of a range no span covers; narrower gaps than a fold is sharp are none."""
+    """Parts of a range that no span covers; gaps narrower than a fold is sharp are left out."""
     return list(between(clipped(spans, within), within, SHARP))
 
 
@@ -195,7 +195,7 @@ def complement(intervals: Floats, within: Span) -> Floats:
 
 
 def common(first: Floats, second: Floats) -> Floats:
-    """What two sets of intervals share."""
+    """Intersection of two sets of intervals."""
     pairs = [(max(a, c), min(b, d)) for a, b in first for c, d in second]
     return as_intervals(merged([pair for pair in pairs if pair[0] < pair[1]]))
 
@@ -206,14 +206,14 @@ def as_intervals(spans: object) -> Floats:
 
 
 def holds(intervals: Floats, omega: Floats) -> NDArray[np.bool_]:
-    """Whether speeds (n,) lie in the intervals, (n,) bool."""
+    """True if speeds (n,) lie in the intervals, (n,) bool."""
     inside = (omega[:, None] >= intervals[:, 0]) & (omega[:, None] <= intervals[:, 1])
     return np.asarray(np.any(inside, axis=1))
 
 
 @dataclass(frozen=True, eq=False)
 class VendorRule:
-    """What the vendors' rule says under one load, against the map.
+    """Vendors' rule under one load, against the map.
 
     Attributes
     ----------
@@ -252,7 +252,7 @@ class VendorRule:
 
     @property
     def sentence(self) -> str:
-        """What the rule is worth here, in one sentence."""
+        """Sentence on the rule under this load."""
         speed = f"f_n = {self.frequency:.4g} Hz, {self.speed / RPM:.5g} rpm"
         said = [f"forbids {listed(self.needless)} needlessly"] * bool(len(self.needless))
         said += [f"allows {listed(self.misleading)} although the map forbids it"] * bool(len(self.misleading))
@@ -260,7 +260,7 @@ class VendorRule:
 
 
 def vendor_sentence(rules: Sequence[VendorRule]) -> str:
-    """What the rule is worth over all loads, in one sentence; empty without a rule."""
+    """Sentence on the rule over all loads; empty without a rule."""
     if len(rules) < 2:
         return rules[0].sentence if rules else ""
     ends = [min(rules, key=lambda rule: rule.speed), max(rules, key=lambda rule: rule.speed)]

@@ -63,7 +63,7 @@ class Settling(NamedTuple):
 
 
 class Found(NamedTuple):
-    """What a search adds: curves, motions that no curve has, whether all had time to settle, states that led there."""
+    """Result of a search: curves, motions that no curve has, whether all had time to settle, states that led there."""
 
     curves: tuple[Motions, ...]
     loose: tuple[Loose, ...]
@@ -141,7 +141,7 @@ def _searched(
 
 
 def _effort(curve: Motions) -> float:
-    """How many curves of usual length one with its harmonics counts as."""
+    """Effort of one curve with its harmonics, in curves of usual length."""
     return max(1.0, float(curve.branch.coefficients.shape[1] // 2 / USUAL) ** 2)
 
 
@@ -200,7 +200,7 @@ def follow(
 
 
 def _on(curves: tuple[Motions, ...], start: Start) -> bool:
-    """Whether a solved motion is on one of the curves, stable there or not; one of more turns is on none of fewer."""
+    """True if a solved motion is on one of the curves, stable there or not; one of more turns is on none of fewer."""
     omega, least = float(start.point[-1]), SAME * (start.high - start.low)
     for curve in (curve for curve in curves if curve.turns % start.problem.turns == 0):
         side = curve.table[:, OMEGA] - omega
@@ -258,7 +258,7 @@ def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
 
 
 def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
-    """Whether each lane is on a motion of these curves."""
+    """True if each lane is on a motion of these curves."""
     matched = np.zeros(len(omega), bool)
     for w in np.unique(omega):
         here = np.flatnonzero(omega == w)
@@ -269,7 +269,7 @@ def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
 
 
 def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Settled, lane: int) -> bool:
-    """Whether a lane that did not settle reaches beyond the largest motion at its speed."""
+    """True if a lane that did not settle reaches beyond the largest motion at its speed."""
     rows = [row for curve in curves for row in curve.at(float(omega[lane]))]
     if not rows:
         return True
@@ -368,7 +368,7 @@ def _problem(case: Any) -> Any:
 
 
 class Springs(NamedTuple):
-    """What is left of a law while nothing slips: its springs, without friction and memory."""
+    """Springs of a law while nothing slips, without friction and memory."""
 
     law: Any
 

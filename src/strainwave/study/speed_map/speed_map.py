@@ -258,7 +258,7 @@ def _without(cases: Sequence[LoadCase], project: Project) -> tuple[str, ...]:
 
 
 def _remarks(decided: Decision, lines: list[CampbellLine], search: bool) -> tuple[str, ...]:
-    """What a reader must know, each once."""
+    """Remarks for the reader, each once."""
     cases, by_load, name, span, rules = decided.cases, decided.found, decided.name, decided.span, decided.rules
     remarks = [remark for loaded in by_load if loaded.curves for remark in loaded.remarks]
     if still := ", ".join(f"{loaded.load:g}" for loaded in by_load if not loaded.curves):

@@ -66,7 +66,7 @@ class Case(NamedTuple):
 
     @property
     def system(self) -> Any:
-        """What is integrated: the error equation where that is the drive, or the whole train."""
+        """Integrated system: the error equation where that is the drive, or the whole train."""
         if self.level is None or (self.level.motor.held and not left_out(self.level)):
             return self.equation
         return AtLoad(self.level, self.level.omega)
@@ -78,14 +78,14 @@ class Case(NamedTuple):
 
     @property
     def searched(self) -> bool:
-        """Whether other motions are looked for; where all is linear there is one."""
+        """True if other motions are looked for; where all is linear there is one."""
         part = None if self.system is self.equation else linear_part_of(self.system)
         laws = (self.equation.law,) if self.system is self.equation else None if part is None else part.laws
         return is_searched(self.equation) and not (laws and all(map(is_linear, laws)))
 
 
 def is_searched(equation: Any) -> bool:
-    """Whether other motions are looked for: at constant damping and stiffness, where a motion repeats with a turn."""
+    """True if other motions are looked for: at constant damping and stiffness, where a motion repeats with a turn."""
     return isinstance(equation, Oscillator) and not any(order % 1 for order in orders_of(equation))
 
 
@@ -174,7 +174,7 @@ def of_curve(response: DriveResponse, slow: float, load: float = 0.0, every: int
 
 
 def _beat(train: DriveTrain | None, span: Span) -> str:
-    """How long a beat takes at both ends of a range, in a sentence."""
+    """Sentence on the length of a beat at both ends of a range."""
     turns, text = beat_said(train)
     ends = [end for w in span for end in (number(2.0 * pi * turns / w, 3), f"{number(w / RPM, 5)} rpm")]
     return Sentence(BEATS, text, *ends)
@@ -218,7 +218,7 @@ def searched_at(own: UnderLoad, span: Span, apart: float, shift: float) -> Float
 
 
 class CampbellLine(NamedTuple):
-    """Where an order meets a resonance under one load.
+    """Speed at which an order meets a resonance under one load.
 
     Attributes
     ----------
