@@ -1,4 +1,4 @@
-"""What a fitted model does not explain: colour of its residual, a line in it, terms that are missing."""
+"""Misfit of a model: colour of its residual, a line in it, missing terms."""
 
 import math
 from collections.abc import Mapping
@@ -42,7 +42,7 @@ class MissingTerm:
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """What a model leaves of the measurement.
+    """Residual of a model against the measurement.
 
     Attributes
     ----------

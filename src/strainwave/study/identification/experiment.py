@@ -1,4 +1,4 @@
-"""What is identified from which signals: a system with measured inputs inside, and what of its motion was measured."""
+"""Experiment of an identification: a system with measured inputs inside, and the measured part of its motion."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -244,7 +244,7 @@ def start_states(setup: Experiment, outputs: Floats, at: int, step: float) -> Fl
 
 
 def sizes_of(setup: Experiment, record: Record) -> Floats:
-    """How large the states (states,) are: of a measured one its scatter, of its rate that of its steps; 0 of others."""
+    """Sizes of the states (states,): of a measured one its scatter, of its rate that of its steps; 0 of others."""
     sizes: dict[str, float] = {}
     for name, row in zip(setup.outputs, record.outputs, strict=True):
         known = row[np.isfinite(row)]

@@ -1,4 +1,4 @@
-"""What fits have in common: values and intervals of their numbers by path.
+"""Common part of fits: values and intervals of their numbers by path.
 
 Which parameters data do not tell, and what they tell instead.
 """

@@ -1,4 +1,4 @@
-"""What `identify` found, and what it says of other records.
+"""Result of `identify`, and its prediction of other records.
 
 Channels of a log, or of a dictionary, as the records that an experiment needs.
 """
@@ -139,7 +139,7 @@ def even_step(label: str, time: Floats) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Identified(Fitted):
-    """What `identify` found: a `Fitted` system, its inputs as they were given, and how it meets the signals.
+    """Result of `identify`: a `Fitted` system, its inputs as they were given, and its misfit to the signals.
 
     The discrepancy of several outputs is that of the residuals over the noise of each.
 

@@ -53,7 +53,7 @@ NAMES = ("x^2", "x^3", "x^5", "|v| v", "v^3", "sign v")
 
 
 def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
-    """What a little of each term adds to the residuals (n,), the starts taken out; none without a law on top."""
+    """Derivative of the residuals (n,) by each term, the starts taken out; none without a law on top."""
     system = problem.of.driven
     if not hasattr(system, "law"):
         return {}
@@ -210,7 +210,7 @@ def _finer(
 
 
 def _moves_little(finer: LeastSquares, point: Point) -> bool:
-    """Whether finer steps would move the numbers by little, from the begin of every window."""
+    """True if finer steps would move the numbers by little, from the begin of every window."""
     most = CHECKED if len(finer.noise) == 1 else max(len(w.record) for w in finer.windows)  # outputs stand in turn
     windows = [Window(w.record.parted(most, 1)[0], w.first, min(w.stop, most)) for w in finer.windows]
     rows = [int(np.sum(np.isfinite(w.record.outputs[:, w.first : w.stop]))) for w in windows]

@@ -120,7 +120,7 @@ def relative_variance(columns: Floats, a: Floats, parts: Sequence[slice], rows: 
 
 
 class Interval(NamedTuple):
-    """Where a value lies, with the probability that was asked for."""
+    """Interval of a value, with the probability that was asked for."""
 
     low: float
     high: float

@@ -36,7 +36,7 @@ SAID = {
 
 
 class LackOfFit(NamedTuple):
-    """What a law misses, beside what repetitions differ by.
+    """Misfit of a law, beside the differences of repetitions.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class LackOfFit(NamedTuple):
 
     @property
     def found(self) -> bool:
-        """Whether the law does not fit."""
+        """True if the law does not fit."""
         return self.probability < RARE
 
     def __str__(self) -> str:
@@ -198,13 +198,13 @@ class LawFit(Fit):
         return str(self.lack_of_fit) if self.lack_of_fit is not None and self.lack_of_fit.found else ""
 
     def sentences(self) -> tuple[str, ...]:
-        """What the measurement does not tell, why this law was taken, what limits the result, whether the law fits."""
+        """Limits of the measurement, the reason for this law, the limit of the result, and the fit of the law."""
         fits = "" if self.misses else str(self.lack_of_fit or self.unknown)
         told = (*dict.fromkeys(self.unidentified.values()), self.reason, *self.remarks, fits)
         return tuple(sentence for sentence in told if sentence)
 
     def headline(self) -> str:
-        """What was fitted."""
+        """Fitted law, in one line."""
         return f"{type(self).__name__}: residual {self.residual_rms:.3g} N*m rms"
 
     def __str__(self) -> str:

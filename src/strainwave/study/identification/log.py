@@ -223,14 +223,14 @@ class Log(Result):
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
-        """Where samples are missing: steps of time longer than 1.5 usual ones."""
+        """Gaps between samples: steps of time longer than 1.5 usual ones."""
         steps = np.diff(self.time)
         at = np.flatnonzero(steps >= HOLE * np.median(steps))
         return tuple(Gap(float(self.time[i]), float(self.time[i + 1])) for i in at)
 
     @property
     def ratio(self) -> float | None:
-        """How many times as far as the load the motor turns, by angles or speeds; None without both or without motion.
+        """Ratio of the motor's motion to the load's, by angles or speeds; None without both or without motion.
 
         The gear's ratio, where both shafts were measured on their own.
         """
@@ -248,7 +248,7 @@ class Log(Result):
 
     @property
     def moving(self) -> bool:
-        """Whether the log has the angle or the speed of a shaft, which `segments` needs."""
+        """True if the log has the angle or the speed of a shaft, which `segments` needs."""
         return any(f"{shaft}_{kind}" in self.channels for shaft in ("motor", "load") for kind in ("angle", "speed"))
 
     def unbroken(self) -> tuple[slice, ...]:

@@ -104,7 +104,7 @@ class LeastSquares:
         return self.at(values, starts)
 
     def sizes(self, record: Record) -> Floats:
-        """How large the states (states,) of a record are, those that were not measured as computed."""
+        """Sizes of the states (states,) of a record, those that were not measured as computed."""
         found = sizes_of(self.of, record)
         return np.where(found > 0.0, found, self.unseen if len(self.unseen) else 1.0)
 
@@ -171,7 +171,7 @@ class LeastSquares:
         self.variations = np.minimum(self.variations * factor, most)
 
     def differences(self, w: Window, values: Floats, lanes: Lanes, start: Floats, by_start: Floats) -> Floats:
-        """What lanes (n, lanes - 1) differ by from the first one in a window, in units of noise, the start cleared."""
+        """Differences of lanes (n, lanes - 1) from the first one in a window, in units of noise, the start cleared."""
         pieces, measured, _ = self._ready(w.record, values)
         seen = self._run(w, pieces, lanes, np.repeat(start[:, None], lanes.table.shape[1], axis=1))
         scale = self.of.of_outputs(values)["gain"] / self.noise
@@ -258,7 +258,7 @@ def _scale(columns: Floats, values: Floats) -> Floats:
 
 
 def small(columns: Floats, rest: Floats, change: Floats, share: float = CONVERGED) -> bool:
-    """Whether a change is below a share of the standard deviations that white residuals would give."""
+    """True if a change is below a share of the standard deviations that white residuals would give."""
     singular = np.linalg.svd(columns, compute_uv=True, full_matrices=False)
     spread = singular[2].T / np.where(singular[1] > 0.0, singular[1], np.inf)
     deviation = np.sqrt(np.sum(rest * rest) / len(rest) * np.sum(spread * spread, axis=1))

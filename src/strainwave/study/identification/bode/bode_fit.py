@@ -159,7 +159,7 @@ class BodeFit(Fit):
         return {"measured": value} | {n: (value[0], getattr(self, n), value[2]) for n in ("model", "computed")}
 
     def facts(self) -> tuple[Fact, ...]:
-        """What was measured and assumed, what model and fit miss, and the numbers with their intervals."""
+        """Measurement and assumptions, misfit of model and fit, and the numbers with their intervals."""
         facts = list(self.measured.facts())
         if self.measured.quantity != "plant":
             facts.append(Fact("loop", self.loop, "loop of the drive: {}"))

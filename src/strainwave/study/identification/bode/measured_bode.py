@@ -98,7 +98,7 @@ class MeasuredBode(Result):
         return {"value": ("frequency", self.value, unit), "deviation": ("frequency", self.deviation, unit)}
 
     def facts(self) -> tuple[Fact, ...]:
-        """What was measured, where, and what was assumed."""
+        """Measured places and assumptions."""
         low, high = self.omega[[0, -1]].tolist()
         told = (
             f"Measured Bode plot of the {{}}: {len(self.omega)} frequencies, {low / HERTZ:.4g} .. {high / HERTZ:.4g} Hz"

@@ -121,7 +121,7 @@ def _crossings(log_of: Logarithm, fine: Floats) -> Margins:
 
 
 def _is_stable(size: Floats, turns: Floats) -> bool:
-    """Whether the Nyquist plot of a stable open loop leaves -1 out: its crossings beyond -1, up less down, are none.
+    """True if the Nyquist plot of a stable open loop leaves -1 out: its crossings beyond -1, up less down, are none.
 
     The plot comes from as many integrators as the phase at the lowest frequency has quarters of a turn: one that
     begins behind half a turn of lag has crossed the axis once.

@@ -238,7 +238,7 @@ def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
 
 
 def _untold(loop: Loop, fit: Solution) -> str:
-    """Why the outermost corner of a fit is not told by the samples; empty where it is."""
+    """Reason for which the samples do not tell the outermost corner of a fit; empty where they do."""
     p = fit.shape.named(fit.p)
     corner, inner, outer = ("x2", "K2", "K3") if fit.shape.slopes == 3 else ("x1", "K1", "K2")
     way = np.abs(fit.torsion - p.get("torsion_offset", 0.0)) - p.get("half_gap", 0.0)

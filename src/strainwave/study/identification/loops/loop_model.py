@@ -28,7 +28,7 @@ FULL = 1.0 - 1e-12  # of the yield twist: the largest state at a start
 
 
 class Shape(NamedTuple):
-    """What a candidate law has: slopes of the spring, a gap, exponent of Bouc-Wen (0: none), whether beta is free.
+    """Shape of a candidate law: slopes of the spring, a gap, exponent of Bouc-Wen (0: none), whether beta is free.
 
     A record of several pieces has a state at the start of each.
     """
@@ -257,7 +257,7 @@ class LoopFit(LawFit):
         return f"gear: {{{ratio}law: {entry(spring)}, {rated}}}\n{gap}{beside}sources: {{{measured}}}\n"
 
     def headline(self) -> str:
-        """What was fitted."""
+        """Fitted law, in one line."""
         return (
             f"Fit of a loop: {len(self.torque)} samples, {self.cycles:.3g} cycle{'' if self.cycles == 1.0 else 's'}, "
             f"up to {np.max(np.abs(self.torque)):.4g} N*m; residual {self.residual_rms:.3g} N*m rms"

@@ -32,7 +32,7 @@ def twins(runs: Sequence[Run], orders: Sequence[float], limit: float, two: Clock
 
 
 def _likely(run: Run, candidates: Floats, orders: Floats) -> Floats:
-    """How alike candidates (m,) and orders (n,) are, as an (m, n) array: 1 for aliases over all samples."""
+    """Likeness of candidates (m,) and orders (n,), as an (m, n) array: 1 for aliases over all samples."""
     sums = np.zeros((len(candidates), 2 * len(orders)), complex)
     for i in range(0, len(run.angle), CHUNK):
         angle = run.angle[i : i + CHUNK]

@@ -265,7 +265,7 @@ def _resolved(
 
 
 def _misfit(runs: Sequence[Run], lines: Sequence[FoundLine]) -> float:
-    """What lines and slow parts leave of the runs: twice the logarithm of the likelihood, less is better."""
+    """Misfit of lines and slow parts to the runs: twice the logarithm of the likelihood, less is better."""
     lowest = min(line.place for line in lines if line.kind != "frequency")
     left = [without(_columns(run, lines, lowest), run.value) for run in runs]
     return sum(len(rest) * math.log(max(float(rest @ rest), 1e-300)) for rest in left)
@@ -289,7 +289,7 @@ def _group(order: float, two: Clocks | None, turns: float, *, short: bool = Fals
 
 
 def _beside(order: float, group: dict[Pair, float], turns: float) -> bool:
-    """Whether an order is within a resolution of those of a group."""
+    """True if an order is within a resolution of those of a group."""
     return min(group.values()) - 1.0 / turns < order < max(group.values()) + 1.0 / turns
 
 
@@ -369,7 +369,7 @@ def named(line: FoundLine, turning: Clocks | None, runs: Sequence[Run]) -> Found
 
 
 def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[Run]) -> Iterator[str]:
-    """What runs are too short to tell of lines over the angle, and how long they must be."""
+    """Sentence on lines over the angle that runs are too short for, and the length that they need."""
     turns, lasting = max(run.turns for run in runs), f"{max(run.turns for run in runs):.3g} turns"
     short = [line for line in lines if not line.joint and turns * line.place / LARGEST < HALF]
     if turning is None and short:

@@ -1,4 +1,4 @@
-"""What a measured error scan gives: lines with their uncertainty, the noise, what changes with the direction."""
+"""Result of an error scan: lines with their uncertainty, the noise, the change with the direction."""
 
 import math
 from dataclasses import dataclass, field
@@ -41,7 +41,7 @@ class ScanLine:
 
 @dataclass(frozen=True)
 class Reversal:
-    """What changes with the direction of rotation: forward minus backward.
+    """Change with the direction of rotation: forward minus backward.
 
     Attributes
     ----------

@@ -98,7 +98,7 @@ def _found(runs: Sequence[Run], highest: int, false_alarm: float) -> list[float]
 
 
 def _left(runs: Sequence[Run], orders: Sequence[float]) -> list[Floats]:
-    """What mean, drift and lines leave of each direction."""
+    """Residual of mean, drift and lines in each direction."""
     return [without(np.column_stack([run.slow_columns(0.0), *waves_of(run.angle, orders)]), run.value) for run in runs]
 
 

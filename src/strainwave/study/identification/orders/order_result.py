@@ -1,4 +1,4 @@
-"""What a scan of runs for orders finds: lines with their errors, and a delay."""
+"""Result of a scan of runs for orders: lines with their errors, and a delay."""
 
 import math
 from dataclasses import dataclass

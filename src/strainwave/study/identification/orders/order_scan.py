@@ -128,7 +128,7 @@ def order_scan(
 
 
 def _differences(scan: OrderScan, joint: Joint, speeds: bool) -> list[str]:
-    """Why runs differ by more than their noise."""
+    """Reasons for which runs differ by more than their noise."""
     orders = ", ".join(f"{line.order:g}" for line in scan.varying)
     if orders and speeds:
         return [
@@ -158,7 +158,7 @@ def _unheld(fits: Sequence[RunFit], orders: Floats, speeds: Floats, hold: float)
 
 
 def _stands_out(fits: Sequence[RunFit], joint: Joint, i: int, false_alarm: float) -> bool:
-    """Whether a line that was found is more than noise where all lines are fitted together, and one in all runs.
+    """True if a line that was found is more than noise where all lines are fitted together, and one in all runs.
 
     What friction and starts leave in each run is weak, and has a phase of its own in each.
     """
@@ -188,7 +188,7 @@ def _ways(
 def _notes(
     lines: Sequence[OrderLine], speeds: Floats, several: bool, beyond: bool, forms: Responses | None
 ) -> Iterator[str]:  # fmt: skip
-    """What the runs cannot tell, and where an amplitude grows."""
+    """Notes on what the runs cannot tell, and on an amplitude that grows."""
     if forms is not None and forms.hold:
         yield (
             f"the value is held or averaged over {1e3 * forms.hold:.3g} ms, as the runs together show: amplitudes are "
@@ -269,7 +269,7 @@ def _freedom(joint: Joint) -> float:
 
 
 def _differ(joint: Joint) -> bool:
-    """Whether runs differ by more than their noise, with a probability of 1 - `DOUBTFUL`."""
+    """True if runs differ by more than their noise, with a probability of 1 - `DOUBTFUL`."""
     return joint.freedom > 0 and float(gammaincc(0.5 * joint.freedom, 0.5 * joint.misfit)) < DOUBTFUL
 
 

@@ -68,12 +68,12 @@ class FoundLine(NamedTuple):
 
     @property
     def alone(self) -> bool:
-        """Whether the runs part it from its neighbours."""
+        """True if the runs part it from its neighbours."""
         return self.joint or len(self.pairs) == 1
 
 
 class Search:
-    """What is left of runs while lines are found in them and taken out.
+    """Residual of runs while lines are found in them and taken out.
 
     What a strong line leaves where its place is a little wrong, and its leakage into the places of others, would look
     like more lines: after each new one the places of those near it are found anew (Li & Stoica 1996, IEEE Trans. Signal
@@ -181,7 +181,7 @@ class Search:
         self.rest = after
 
     def _beside(self, frequency: float, ratios: Floats) -> bool:
-        """Whether a frequency stands within a few resolutions of a taken order, in every run that has it."""
+        """True if a frequency stands within a few resolutions of a taken order, in every run that has it."""
         orders = [line.place for line in self.lines if line.kind == "order"]
         near = np.abs(self.time.places - frequency) <= self.time.spacing
         seen = np.max(ratios[:, near], axis=1, initial=0.0)
@@ -255,7 +255,7 @@ class TakenLine:
 
 
 def shares(columns: Floats, values: Floats) -> Floats:
-    """How much of each column values have (least squares); a cosine and a sine are nearly orthogonal."""
+    """Share of each column in values (least squares); a cosine and a sine are nearly orthogonal."""
     return np.asarray(np.linalg.solve(columns.T @ columns, columns.T @ values))
 
 
@@ -276,7 +276,7 @@ def chance_of(total: float, trials: float, runs: int, *, between: bool = True) -
 
 
 class Coordinate(NamedTuple):
-    """What a run is looked at over, the angle travelled [rad] or 2 pi times the time [s], and its highest place."""
+    """Coordinate of a run, the angle travelled [rad] or 2 pi times the time [s], and its highest place."""
 
     x: Floats
     highest: float
@@ -285,7 +285,7 @@ class Coordinate(NamedTuple):
 
     @property
     def reach(self) -> float:
-        """How far it goes."""
+        """Length of the coordinate."""
         return float(np.max(self.x))
 
     def wave(self, place: float) -> tuple[Floats, Floats]:

@@ -1,4 +1,4 @@
-"""Where the lines that were found stand: what is not told apart, whole orders, multiples of a ratio.
+"""Orders of the lines that were found: those not told apart, whole orders, multiples of a ratio.
 
 Ratio and arrangement of a gear from the counts of encoders on both sides.
 """
@@ -123,7 +123,7 @@ TURN = 2.0 * np.pi
 
 
 class Counted(NamedTuple):
-    """What counts tell of a gear.
+    """Counts of a gear.
 
     Attributes
     ----------

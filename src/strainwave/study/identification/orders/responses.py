@@ -1,4 +1,4 @@
-"""How lines change with the speed: a channel that is held or averaged over a time, a delay and a growth of each line.
+"""Change of lines with the speed: a channel that is held or averaged over a time, a delay and a growth of each line.
 
 At the speed w a line of order k is (a + b |w|/w_0) sinc(k w T/2 pi) exp(-i k w d): T is the time over which the channel
 is held or averaged, whose mean delay of T/2 is part of d, and w_0 the largest speed.
@@ -48,7 +48,7 @@ class Responses(NamedTuple):
 
 
 def sinc(order: float | Floats, speed: Floats, hold: float) -> Floats:
-    """What a hold or a mean over a time leaves of a line."""
+    """Transfer of a hold or a mean over a time."""
     return np.asarray(np.sinc(order * speed * hold / (2.0 * np.pi)))
 
 
