@@ -117,5 +117,5 @@ if __name__ == "__main__":
         each.define_pipelines = pipelines
     balance.run = integrate.run = typed
     jit._address_of = typed_entry
-    jit.CodeCache.place = lambda *_: ([], None, "")  # types alone are not kept
+    jit.CodeCache.location = lambda *_: ([], None, "")  # types alone are not kept
     print(json.dumps(list(chain.from_iterable(map(complaints, json.load(sys.stdin))))))

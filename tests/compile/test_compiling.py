@@ -58,7 +58,7 @@ def test_what_is_compiled_is_told_once_for_kinds_of_arguments(monkeypatch):
 
     law, seen, told = Stiffening(2.0, 1.0), [], module.Compilation
     monkeypatch.setattr(module, "Compilation", lambda *fields: seen.append(fields[0]) or told(*fields))
-    monkeypatch.setattr(module.CodeCache, "place", lambda *_: ([], None, ""))
+    monkeypatch.setattr(module.CodeCache, "location", lambda *_: ([], None, ""))
     for x in (1.0, 2.0):
         assert jit.run(torque_of, law, x) == pytest.approx(law.torque(x), rel=1e-15)
     assert seen == ["torque_of"]

@@ -1,1 +1,1 @@
-"""What models and results are made of: units and quantities, contracts of laws, results and their files."""
+"""Parts of models and results: units and quantities, contracts of laws, results and their files."""

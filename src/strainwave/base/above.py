@@ -1,4 +1,4 @@
-"""What stands above a model or a result, loaded by its name where it is asked for: no other file imports by string.
+"""Modules above a model or a result, loaded by name when they are used: no other file imports by string.
 
 Tables of contents of namespaces, too.
 """
@@ -34,7 +34,7 @@ def above(name: str) -> Any:
 
 
 def thing(module: str, name: str) -> Any:
-    """What a module has under a name, the module loaded where it was not."""
+    """Attribute of a module, which is loaded if it was not."""
     return getattr(import_module(module), name)
 
 
@@ -71,9 +71,9 @@ def namespaces() -> dict[str, str]:
     root, homes = Path(__file__).parents[1], dict[str, str]()
     places = dict(listed_in(root / "__init__.pyi"))
     for space in NAMESPACES:
-        place = root.joinpath(*filter(None, places[space].split(".")), space)
-        table = place.with_suffix(".pyi")
-        for name, _ in listed_in(table if table.exists() else place / "__init__.pyi"):
+        path = root.joinpath(*filter(None, places[space].split(".")), space)
+        table = path.with_suffix(".pyi")
+        for name, _ in listed_in(table if table.exists() else path / "__init__.pyi"):
             homes.setdefault(name, space)
     return homes
 

@@ -29,7 +29,7 @@ STORED: dict[str, tuple[type, ...]] = {
     "b": (np.int8,), "i": (np.int32, np.float64), "u": (np.int32, np.float64), "f": (np.float64,)
 }  # fmt: skip
 PARTS = ("_real", "_imag")
-LARGEST = 2**31 - 1  # whole number of an attribute in NetCDF 3
+LARGEST_INT = 2**31 - 1  # whole number of an attribute in NetCDF 3
 
 Arrays = dict[str, Any]
 
@@ -158,8 +158,8 @@ def load(path: str | os.PathLike[str]) -> Any:
     try:
         stored, text = _read(path)
     except Exception as error:  # whatever a damaged file makes its reader raise
-        said = " ".join(str(error).split())[:200]
-        raise ValueError(f"{path} is no whole .nc file of strainwave ({said}); save the result again") from None
+        reason = " ".join(str(error).split())[:200]
+        raise ValueError(f"{path} is no whole .nc file of strainwave ({reason}); save the result again") from None
     if text is None:
         raise ValueError(f"{path} holds no result of strainwave; `save` of a result writes one")
     damaged = ValueError(f"{path} is damaged: its content is not what was saved; save the result again")
@@ -179,7 +179,7 @@ def load(path: str | os.PathLike[str]) -> Any:
 def _arrays_of(about: Any, stored: Mapping[str, Any]) -> Arrays | None:
     """Arrays of a file; None where they are not those that were to be saved."""
     try:
-        arrays = {name: _restored(stored, *how) for name, how in about["arrays"].items()}
+        arrays = {name: _restored(stored, *description) for name, description in about["arrays"].items()}
         return arrays if _digest(json.dumps(about["content"]), arrays) == about["sha256"] else None
     except (ValueError, KeyError, TypeError):
         return None
@@ -204,9 +204,9 @@ def _stored_name(name: str) -> str:
 
 def _plain(data: Any) -> Any:
     """Dataset with the kinds of arrays alone that NetCDF 3 knows, and without the empty ones."""
-    whole = {name: value for name, value in data.attrs.items() if isinstance(value, int) and abs(value) > LARGEST}
+    numbers = {name: value for name, value in data.attrs.items() if isinstance(value, int) and abs(value) > LARGEST_INT}
     data = data.rename({name: _stored_name(str(name)) for name in data.variables})
-    data = data.assign_attrs({name: str(value) for name, value in whole.items()})
+    data = data.assign_attrs({name: str(value) for name, value in numbers.items()})
     for name in list(data.variables):
         variable = data[name]
         if not variable.size:
@@ -233,42 +233,42 @@ def _stored(variable: Any) -> Any:
     )
 
 
-def _packed(thing: Any, place: str, arrays: Arrays) -> Any:
-    """What a thing consists of as JSON; its arrays, by the path to them, go into `arrays`."""
+def _packed(thing: Any, path: str, arrays: Arrays) -> Any:
+    """Parts of a thing as JSON; its arrays, by the path to them, go into `arrays`."""
     cls = type(thing)
     if isinstance(thing, np.ndarray):
-        arrays[place] = thing
-        return {"array": place}
+        arrays[path] = thing
+        return {"array": path}
     if isinstance(thing, np.generic):
-        return _packed(thing.item(), place, arrays)
+        return _packed(thing.item(), path, arrays)
     if isinstance(thing, Enum):
-        return {"member": thing.name, "class": _name_of(cls, place)}
+        return {"member": thing.name, "class": _name_of(cls, path)}
     if is_dataclass(thing) or is_model(thing):
         names = thing._fields if is_model(thing) else [field.name for field in fields(thing)]
-        parts = {name: _packed(getattr(thing, name), _join(place, name), arrays) for name in names}
-        return {"class": _name_of(cls, place), "of": parts}
+        parts = {name: _packed(getattr(thing, name), _join(path, name), arrays) for name in names}
+        return {"class": _name_of(cls, path), "of": parts}
     if thing is None or isinstance(thing, str | bool | int | float):
         return thing
     if isinstance(thing, complex):
         return {"complex": [thing.real, thing.imag]}
     if isinstance(thing, tuple | list):
-        items = [_packed(item, _join(place, str(i)), arrays) for i, item in enumerate(thing)]
+        items = [_packed(item, _join(path, str(i)), arrays) for i, item in enumerate(thing)]
         return items if isinstance(thing, list) else {"tuple": items}
     if isinstance(thing, dict):
         pairs = enumerate(thing.items())
-        return {"dict": [[_packed(k, "", arrays), _packed(v, _join(place, str(i)), arrays)] for i, (k, v) in pairs]}
-    raise ValueError(f"{place} is {shown(thing)}, which no file can give back; pickle it, or save its parts")
+        return {"dict": [[_packed(k, "", arrays), _packed(v, _join(path, str(i)), arrays)] for i, (k, v) in pairs]}
+    raise ValueError(f"{path} is {shown(thing)}, which no file can give back; pickle it, or save its parts")
 
 
-def _join(at: str, name: str) -> str:
-    return f"{at}.{name}" if at else name
+def _join(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name
 
 
-def _name_of(cls: type, at: str) -> str:
+def _name_of(cls: type, path: str) -> str:
     if cls.__module__.partition(".")[0] != MARK:
         raise ValueError(
-            f"{at} is a {cls.__name__} of your own ({cls.__module__}), and a file can give back classes of strainwave "
-            "alone; pickle the result, or save its parts"
+            f"{path} is a {cls.__name__} of your own ({cls.__module__}), and a file can give back classes of "
+            "strainwave alone; pickle the result, or save its parts"
         )
     return f"{cls.__module__}:{cls.__qualname__}"
 
@@ -298,11 +298,11 @@ def _unpacked(packed: Any, arrays: Arrays, path: Path) -> Any:
 
 def _class_of(name: str, path: Path) -> Any:
     """Class of this package that a file names; no other code is imported."""
-    module, _, own = name.partition(":")
+    module, _, attribute = name.partition(":")
     cls = None
     if module.partition(".")[0] == MARK:
         try:
-            cls = getattr(import_module(module), own, None)
+            cls = getattr(import_module(module), attribute, None)
         except ImportError:
             cls = None
     if not isinstance(cls, type) or not (is_dataclass(cls) or hasattr(cls, "_fields") or issubclass(cls, Enum)):
@@ -311,18 +311,18 @@ def _class_of(name: str, path: Path) -> Any:
 
 
 def _print(array: object) -> tuple[str, tuple[int, ...], bytes]:
-    """What two arrays share when they are equal to the bit."""
+    """Key of an array: equal for two arrays that are equal to the bit."""
     array = np.asarray(array)
     return array.dtype.str, array.shape, array.tobytes()
 
 
 def _digest(content: str, arrays: Arrays) -> str:
-    said = hashlib.sha256(content.encode())
+    digest = hashlib.sha256(content.encode())
     for name in sorted(arrays):
         dtype, shape, data = _print(arrays[name])
-        said.update(f"{name} {dtype} {shape}".encode())
-        said.update(data)
-    return said.hexdigest()
+        digest.update(f"{name} {dtype} {shape}".encode())
+        digest.update(data)
+    return digest.hexdigest()
 
 
 def _restored(stored: Mapping[str, Any], name: str, dtype: str, shape: list[int]) -> Any:

@@ -51,17 +51,17 @@ def data(facts: Iterable[Fact]) -> dict[str, Any]:
     for fact in facts:
         if fact.key:
             *groups, name = fact.key.split(".")
-            place = tree
+            branch = tree
             for group in groups:
-                place = place.setdefault(group, {})
-            place[name] = _in_unit(fact.value, _unit_of(fact.key)[1])
+                branch = branch.setdefault(group, {})
+            branch[name] = _in_unit(fact.value, _unit_of(fact.key)[1])
     return tree
 
 
 def lines(facts: Iterable[Fact]) -> Iterator[str]:
     """Lines of the text of facts: one for each group that is told, and for each sentence of several."""
     for group, some in groupby((fact for fact in facts if fact.words), lambda fact: fact.key.rpartition(".")[0]):
-        parts = [part for fact in some for part in _told(fact)]
+        parts = [part for fact in some for part in _printed(fact)]
         if group:
             name = group.removesuffix(_ending_of(group)).replace("_", " ")
             yield f"{name}: {', '.join(parts)}"
@@ -71,23 +71,23 @@ def lines(facts: Iterable[Fact]) -> Iterator[str]:
 
 def table(rows: Sequence[Sequence[Fact]]) -> list[list[str]]:
     """Cells of rows of facts as texts, their heads with the units first; facts without words are left out."""
-    told = [[fact for fact in row if fact.words] for row in rows]
-    columns = [(fact.words, *_unit_of(fact.key)) for fact in told[0]]
+    printed = [[fact for fact in row if fact.words] for row in rows]
+    columns = [(fact.words, *_unit_of(fact.key)) for fact in printed[0]]
     heads = [f"{words} [{unit}]" if unit else words for words, unit, _ in columns]
     sizes = [size for *_, size in columns]
-    return [heads, *([number(_in_unit(f.value, size)) for f, size in zip(row, sizes, strict=True)] for row in told)]
+    return [heads, *([number(_in_unit(f.value, size)) for f, size in zip(row, sizes, strict=True)] for row in printed)]
 
 
 def aligned(cells: Sequence[Sequence[str]]) -> Iterator[str]:
     """Lines of a table of texts, its heads first; columns of numbers stand to the right."""
     columns = list(zip(*cells, strict=True))
-    ways = [str.rjust if all(map(NUMBERS.fullmatch, column[1:])) else str.ljust for column in columns]
+    pads = [str.rjust if all(map(NUMBERS.fullmatch, column[1:])) else str.ljust for column in columns]
     widths = [max(map(len, column)) for column in columns]
     for row in cells:
-        yield "  ".join(way(cell, width) for way, cell, width in zip(ways, row, widths, strict=True)).rstrip()
+        yield "  ".join(pad(cell, width) for pad, cell, width in zip(pads, row, widths, strict=True)).rstrip()
 
 
-def _told(fact: Fact) -> Iterator[str]:
+def _printed(fact: Fact) -> Iterator[str]:
     several = fact.value if isinstance(fact.value, tuple) else (fact.value,)
     if _is_table(fact.value):
         yield from aligned(table(fact.value))

@@ -1,4 +1,4 @@
-"""What a law depends on, and the functions that do the same for every class of law or system.
+"""Arguments that a law depends on, and the functions that do the same for every class of law or system.
 
 x is the torsion [rad], v its rate [rad/s], z a tuple of internal states.
 
@@ -19,10 +19,10 @@ from ..compile.tree import alike, axpy, shown
 from .above import ROOT
 
 KINDS = ("torque(x)", "torque(x, v)", "torque(x, v, z)")
-TORSIONS = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # times SEEN, rad, to both sides: where a slope is compared
-SEEN = 1.2371  # no torsion that a user is likely to have a kink at
+TORSIONS = (1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0)  # times UNROUND, rad, to both sides: where a slope is compared
+UNROUND = 1.2371  # no torsion that a user is likely to have a kink at
 STEPS = (0.1, 1e-3, 1e-7)  # of the torsion: differences of which one gives the slope, whatever the law's scale
-APART = 0.05  # of the larger one: two slopes that differ
+SLOPE_DIFFERENCE = 0.05  # of the larger one: two slopes that differ
 
 COEFFICIENT = 1e-9  # of the terms of a polynomial: a torque that differs is another
 
@@ -33,7 +33,7 @@ def class_of(law: Any) -> Any:
 
 
 def has(thing: object, name: str) -> bool:
-    """Whether the class of a model, or of the models that a type of the compiler stands for, has a method."""
+    """True if the class of a model, or of the models of a type of the compiler, has a method."""
     return hasattr(class_of(thing), name)
 
 
@@ -61,10 +61,10 @@ def states_of(law: Any) -> int:
     cls = class_of(law)
     if not hasattr(cls, "z_rate"):
         return 0
-    own = getattr(cls, "states", None)
-    if own is None:
+    states = getattr(cls, "states", None)
+    if states is None:
         return sum(states_of(part) for part in parts_of(law))
-    return int(own(law) if callable(own) else own)
+    return int(states(law) if callable(states) else states)
 
 
 @chosen
@@ -128,7 +128,7 @@ def spring_stiffness(law: Any, x: Any) -> Any:
 
 @chosen
 def share(law: Any, z: Any) -> Any:
-    """Take a law's own internal states: as many of the first of z as it has."""
+    """Internal states of a law itself: as many of the first of z as it has."""
     n = states_of(law)
 
     def first(law: Any, z: Any) -> Any:
@@ -138,8 +138,8 @@ def share(law: Any, z: Any) -> Any:
 
 
 @chosen
-def rest(law: Any, z: Any) -> Any:
-    """Take the internal states in z after the law's own."""
+def tail(law: Any, z: Any) -> Any:
+    """Tail of z: the internal states after the law's own."""
     n = states_of(law)
 
     def after(law: Any, z: Any) -> Any:
@@ -162,31 +162,31 @@ def _no_breakpoints(law: Any) -> Any:
     return ()
 
 
-def said(law: Any, name: str) -> Any:
-    """What a law says of its torque as a whole, by a method without arguments; None where it does not.
+def stated(law: Any, name: str) -> Any:
+    """Statement of a law on its torque as a whole, by a method without arguments; None from a law without it.
 
-    A subclass that changes the torque says nothing by the method that it inherits.
+    A subclass that changes the torque states nothing by the method that it inherits.
     """
     classes = type(law).__mro__
-    speaks = next((cls for cls in classes if name in vars(cls) or "torque" in vars(cls)), object)
-    return getattr(law, name)() if name in vars(speaks) else None
+    author = next((cls for cls in classes if name in vars(cls) or "torque" in vars(cls)), object)
+    return getattr(law, name)() if name in vars(author) else None
 
 
 def polynomial_of(law: Any) -> tuple[float, ...] | None:
     """Coefficients c_0, c_1, ... of a law whose torque is the sum of c_k x^k [N*m/rad^k]; None of another."""
-    coefficients = said(law, "polynomial")
+    coefficients = stated(law, "polynomial")
     return None if coefficients is None else tuple(coefficients)
 
 
 def is_linear(law: Any) -> bool:
-    """Whether a law says that its torque is a straight line over the torsion."""
+    """True for a law that states a torque in a straight line over the torsion."""
     coefficients = polynomial_of(law)
     return coefficients is not None and not any(coefficients[2:])
 
 
 @chosen
 def kinks_of(law: Any, x: Any, v: Any, z: Any) -> Any:
-    """What vanishes where a law is not smooth: its `kinks`, or distances [rad] of the torsion from its breakpoints."""
+    """Functions that vanish at the kinks of a law: its `kinks`, or distances [rad] of the torsion from breakpoints."""
     return _own_kinks if has(law, "kinks") else _past_breakpoints
 
 
@@ -273,25 +273,25 @@ def check_law(field: str, law: Any) -> None:
 
 
 def of_the_package(law: Any) -> bool:
-    """Whether the class of a law is one of this package, so that its methods fit together."""
+    """True for a law of a class of this package, so that its methods fit together."""
     return type(law).__module__.startswith(f"{ROOT}.")
 
 
 def _check_slope(law: Any) -> None:
     """Refuse a user's spring whose stiffness is not the slope of its torque (ValueError).
 
-    What a law raises, and what is no number, is said by what uses it.
+    Errors of a law, and values that are no numbers, are reported by what uses it.
     """
     try:
-        found = [
+        samples = [
             (x, float(law.stiffness(x)), [_slope(law, x, share * room) for share in STEPS]) for x, room in _places(law)
         ]
     except Exception:
         return
-    for x, given, slopes in found:
+    for x, given, slopes in samples:
         if not abs(given) + sum(abs(slope) for slope, _ in slopes) < float("inf"):
             continue
-        if all(abs(slope - given) > APART * max(abs(slope), abs(given)) + noise for slope, noise in slopes):
+        if all(abs(slope - given) > SLOPE_DIFFERENCE * max(abs(slope), abs(given)) + noise for slope, noise in slopes):
             raise ValueError(
                 f"{type(law).__name__}.stiffness at {x:.4g} rad gives {given:.4g} N*m/rad and its torque rises by "
                 f"{slopes[1][0]:.4g} N*m/rad there; stiffness(x) must be the derivative of torque(x)"
@@ -315,7 +315,7 @@ def _places(law: Any) -> Iterator[tuple[float, float]]:
     """Torsions of a law away from its breakpoints, with what is free of them to either side."""
     knots = sorted(map(float, breakpoints_of(law)))
     between = [0.5 * (a + b) for a, b in pairwise(knots) if b > a]
-    for x in (*(side * SEEN * size for size in TORSIONS for side in (1.0, -1.0)), *between):
+    for x in (*(side * UNROUND * size for size in TORSIONS for side in (1.0, -1.0)), *between):
         room = min([abs(x - knot) for knot in knots] + ([abs(x)] if x != 0.0 else []))
         if room > 0.0:
             yield x, room
@@ -352,16 +352,16 @@ def _listed_corners(model: Any) -> tuple[float, ...]:
 
 def repeating(verb: str, system: Any) -> Any:
     """Return the system, or refuse one that does not repeat with every turn of the base angle (ValueError)."""
-    if found := corners_of(system):
+    if corners := corners_of(system):
         raise ValueError(
-            f"{type(system).__name__} has a profile with corners at {shown(found)} s and does not repeat; {verb} takes "
-            "what repeats with every turn of the base angle: use simulate or drive_run"
+            f"{type(system).__name__} has a profile with corners at {shown(corners)} s and does not repeat; {verb} "
+            "takes what repeats with every turn of the base angle: use simulate or drive_run"
         )
     return system
 
 
 def is_spring(system: Any) -> bool:
-    """Whether a system's law depends on the torsion alone, so that its `jacobian` and a balance in x alone hold."""
+    """True if a system's law depends on the torsion alone, so that its `jacobian` and a balance in x alone hold."""
     return not hasattr(system, "law") or depends(system.law) == 1
 
 

@@ -1,4 +1,4 @@
-"""What the objects must have that the package works with, what they may have, and the defaults otherwise.
+"""Required and optional methods of the objects that the package works with, and the defaults of the optional ones.
 
 No class of a user needs to inherit from these: they are read by people and by type checkers. The functions below are
 the only place that asks an object for what it may have; `law` does the same for laws.
@@ -82,7 +82,7 @@ class Control(Protocol):
 
 
 class LinearPart(Protocol):
-    """What is linear around the laws of a system: M p'' + C p' + K p + torques of the laws = forces, in coordinates p.
+    """Linear part of a system around its laws: M p'' + C p' + K p + torques of the laws = forces, in coordinates p.
 
     The first coordinates are the twists that the `laws` see: the first without the kinematic error, u = x - e. If the
     error follows a coordinate of the motion, that one comes next. Matrices are (n, n), SI units, angles in rad.
@@ -96,7 +96,7 @@ class LinearPart(Protocol):
     laws: tuple[Any, ...]
     error: Any
     follows: bool
-    """Whether the error is a function of the base angle and of coordinate `len(laws)` together."""
+    """True if the error is a function of the base angle and of coordinate `len(laws)` together."""
     per_speed: Floats
     """Constant torques (n,) per speed of the base angle [N*m*s/rad]: drag at the mean speed."""
     loose: int
@@ -117,7 +117,7 @@ class LinearPart(Protocol):
 
 
 class Scheme(Protocol):
-    """What takes the equal steps of an integration."""
+    """Scheme of equal steps for an integration."""
 
     def step(self, system: Any, phase: Any, turn: Any, y: Any, h: Any) -> Any:
         """State, a tuple, after a step of h in time [s] and of `turn` in the base angle [rad]."""
@@ -188,7 +188,7 @@ class Balance(Protocol):
         """Number of states of the system."""
 
     def hill(self) -> bool:
-        """Whether disturbances obey Hill's equation, so that the trace of its period map tells all."""
+        """True if disturbances obey Hill's equation, so that the trace of its period map tells all."""
 
     # What kernels call.
 
@@ -215,8 +215,8 @@ class Balance(Protocol):
     def table(self, point: Floats) -> Floats:
         """Table of what the equations are in."""
 
-    def whole(self, table: Floats) -> Floats:
-        """Table of the states, as many as tell the others, of such a table."""
+    def state_table(self, table: Floats) -> Floats:
+        """Table of the states that give all others, from a table of what the equations are in."""
 
     def motion(self, point: Floats, x: Floats) -> Floats:
         """Table of all states of a point, the first of which has the series x."""
@@ -235,8 +235,8 @@ class Balance(Protocol):
     def linear_response(self, value: float) -> Floats:
         """Point near the response of the linearised system."""
 
-    def left_out(self, points: Floats, at: int) -> tuple[Floats, Floats]:
-        """Parameter at some points, and shares (values, states) of the harmonics left out there."""
+    def left_out(self, points: Floats, index: int) -> tuple[Floats, Floats]:
+        """Parameter at some points, one at `index`, and shares (values, states) of the harmonics left out there."""
 
     def damping_leaf(self) -> int | None:
         """Place of the damping that, strong enough, leaves the linear response alone; None where there is none."""
@@ -248,10 +248,10 @@ class Balance(Protocol):
         """Problem with a little constant torque, of a system with half-wave symmetry; None for others."""
 
     def floating(self, points: Floats) -> Any:
-        """Whether (points,) no torque acts anywhere on an orbit that moves."""
+        """True (points,) for an orbit that moves without any torque."""
 
     def several_at(self, points: Floats) -> Any:
-        """Whether (points,) other orbits may exist beside these."""
+        """True (points,) for an orbit beside which others may exist."""
 
     def to_search(self, value: float) -> Any:
         """The problem at a base frequency [rad/s], with as many harmonics as a search for other orbits takes."""
@@ -270,7 +270,7 @@ class Balance(Protocol):
 
 
 class Load(Protocol):
-    """What hangs on the gear's output: a `Load`, or an `Elastic` coupling with a load behind it.
+    """Load on the gear's output: a `Load`, or an `Elastic` coupling with a load behind it.
 
     See `model.train.shafts`: its other methods say what moves behind the gear, and take the torque of the gear on.
     """
@@ -285,7 +285,7 @@ def lacking(thing: object, *methods: str) -> tuple[str, ...]:
 
 
 def takes(function: Any, count: int) -> bool:
-    """Whether a function or a method can be called with so many arguments, as far as it says."""
+    """True for a function or a method that, by its signature, can be called with so many arguments."""
     plain = getattr(function, "__func__", function)  # of a method, which has its object before its arguments
     return _takes(plain, count + (plain is not function))
 
@@ -354,7 +354,7 @@ def names_of(system: Any) -> tuple[str, ...]:
 
 
 def state_count(system: System) -> int:
-    """How many states a system has: two unless it names them."""
+    """Number of states of a system: two unless it names them."""
     return len(names_of(system)) or 2
 
 
@@ -379,7 +379,7 @@ def lines_of(error: object) -> tuple[Any, ...]:
 
 
 def has_jacobian(system: System) -> bool:
-    """Whether a system has a `jacobian` that holds: of a law with friction or memory it does not."""
+    """True for a system with a `jacobian` that holds: with friction or memory in the law it does not."""
     return not lacking(system, "jacobian") and is_spring(system)
 
 

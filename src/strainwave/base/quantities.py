@@ -185,8 +185,8 @@ def _check(model: Any) -> None:
         for item in items:
             if is_model(item):
                 _check(item)
-            elif isinstance(item, float | int) and not abs(item) <= (most := _largest(item)):
-                limit = f"not exceed {most:g} in SI units" if abs(item) < inf else "be finite"
+            elif isinstance(item, float | int) and not abs(item) <= (largest := _largest(item)):
+                limit = f"not exceed {largest:g} in SI units" if abs(item) < inf else "be finite"
                 raise ValueError(f"{type(model).__name__}.{name} is {shown(value)}; it must {limit}")
             elif isinstance(item, float) and 0.0 < abs(item) < SMALLEST:
                 bounds = f"it must be 0, or from {SMALLEST:g} in size, in SI units"
@@ -252,11 +252,11 @@ def number(name: str, value: object, *, positive: bool = False) -> float:
     return result
 
 
-def number_of(function: Callable[[Any], Any], thing: Any, place: str) -> float:
-    """What a function says of something, `place` in words: one finite number (ValueError)."""
+def number_of(function: Callable[[Any], Any], thing: Any, subject: str) -> float:
+    """Value of a function of a thing, called `subject` in an error: one finite number (ValueError)."""
     value = float(function(thing))
     if not isfinite(value):
-        raise ValueError(f"the function gives {value} for {place}; give one that has a finite number there")
+        raise ValueError(f"the function gives {value} for {subject}; give one that has a finite number there")
     return value
 
 
@@ -330,10 +330,10 @@ def complex_numbers(name: str, values: object) -> NDArray[np.complex128]:
     return np.asarray(array)
 
 
-def positive_count(name: str, value: Any, most: int = MOST_THINGS) -> int:
-    """Return a whole number from 1 to `most`, or say in one sentence that `name` is none."""
-    if whole(name, value, 1) > most:
-        raise ValueError(f"{name} is {shown(value)}; it must be at most {most}")
+def positive_count(name: str, value: Any, largest: int = MOST_THINGS) -> int:
+    """Return a whole number from 1 to `largest`, or say in one sentence that `name` is none."""
+    if whole(name, value, 1) > largest:
+        raise ValueError(f"{name} is {shown(value)}; it must be at most {largest}")
     return int(value)
 
 

@@ -1,4 +1,4 @@
-"""What every result can do beside its own numbers: labelled arrays, a table, a file, a figure."""
+"""Forms of every result beside its own numbers: labelled arrays, a table, a file, a figure."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -167,5 +167,5 @@ class Waves(NamedTuple):
 
     def amplitude(self, order: float) -> NDArray[np.float64]:
         """Amplitude (n,) of an order, which need not be whole; 0 where there is no such wave."""
-        there = np.isclose(np.abs(self.orders), order, rtol=0.0, atol=1e-9)
-        return np.asarray(np.abs(self.amplitudes[:, there]).sum(axis=1))
+        matches = np.isclose(np.abs(self.orders), order, rtol=0.0, atol=1e-9)
+        return np.asarray(np.abs(self.amplitudes[:, matches]).sum(axis=1))

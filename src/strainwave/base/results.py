@@ -1,4 +1,4 @@
-"""What the verbs return: a status that is a sentence, and frozen results that print themselves and can be saved."""
+"""Results of the verbs: a status that is a sentence, and frozen results that print themselves and can be saved."""
 
 import math
 import os
@@ -26,7 +26,7 @@ NO_MEAN = 1e-12  # of the largest |first state|: a smaller mean is none
 
 
 class Status(Enum):
-    """How a computation ended: the value is the sentence for the user, with its remedy. Truthy when all is well."""
+    """Outcome of a computation: the value is the sentence for the user, with its remedy. Truthy when all is well."""
 
     OK = "finished"
     DIVERGED = "the solution left every bound; check the sign of damping and stiffness, or start closer to equilibrium"
@@ -40,7 +40,7 @@ class Status(Enum):
 
     @property
     def found(self) -> bool:
-        """Whether there is a whole result, if perhaps a rough one: `OK` or `TRUNCATED`."""
+        """True for a whole result, if perhaps a rough one: `OK` or `TRUNCATED`."""
         return self in (Status.OK, Status.TRUNCATED)
 
 
@@ -126,7 +126,7 @@ class Trajectory(Result):
         Parameters
         ----------
         component : int
-            Which state; 0 is the dynamic error x, -1 the last one.
+            Index of the state; 0 is the dynamic error x, -1 the last one.
         after : float
             Look at times from the first sample at t >= after [s] on.
         """
@@ -188,7 +188,7 @@ class Orbit(Result):
     multipliers : (states,) complex array
         Floquet multipliers over the orbit's period, largest modulus first.
     stable : bool
-        Whether every multiplier lies inside the unit circle.
+        True if every multiplier lies inside the unit circle.
     tail : float
         Share of the first state that the harmonics left out hold, estimated from the torque; no error of the peak.
     status : Status
@@ -281,23 +281,23 @@ class Branch(Result):
     multipliers : (n, states) complex array
         Floquet multipliers over the orbit's period, largest modulus first.
     stable : (n,) bool array
-        Whether the orbit is stable.
+        True for a stable orbit.
     folds, doublings : list of Orbit
         Turning points of the parameter, and period doublings, in arc order.
     period : int
         Turns of the base angle that an orbit takes; amplitude(k) belongs to k omega/period.
     closed : bool
-        Whether the branch is a closed loop (an isola).
+        True for a closed loop (an isola).
     tail : float
         Largest share of the first state that the harmonics left out hold, estimated from the torque.
     origin : str
-        How the branch was found.
+        Origin of the branch.
     status : Status
         `Status.OK`; `Status.TRUNCATED` where `tail` is above 1e-3; or why the branch ends inside the range.
     message : str
         One sentence.
     branch_points : list of Orbit
-        Where a multiplier passes +1 without a fold: another branch crosses (the symmetry of the orbit breaks).
+        Points with a multiplier through +1 and no fold: another branch crosses (the symmetry of the orbit breaks).
     tori : list of Orbit
         Neimark-Sacker points, where a complex pair of multipliers leaves the unit circle (general systems only).
     elsewhere : list of Orbit
@@ -351,7 +351,7 @@ class Branch(Result):
 
     @property
     def inside(self) -> Booleans:
-        """Whether each point (n,) lies in `span`."""
+        """True for each point (n,) in `span`."""
         return np.asarray((self.values >= self.span[0]) & (self.values <= self.span[1]))
 
     def coordinates(self) -> Labelled:

@@ -25,11 +25,11 @@ class Quantity:
     digits : int
         Significant digits in SI; a face may write fewer.
     between : str
-        What stands between two values.
+        Text between two values.
     bare : bool
-        Whether the unit is left out.
+        True to leave the unit out.
     ways : tuple of int
-        Whether each value is rounded down (-1) or up (1); default: to the nearest.
+        Rounding of each value, down (-1) or up (1); default: to the nearest.
     """
 
     unit = ""
@@ -52,7 +52,7 @@ class Quantity:
         return Sentence("{}{}", other, self)
 
     def __str__(self) -> str:
-        return self.written(lambda value, way: f"{rounded(value, self.digits, way):.{self.digits}g}", self.unit)
+        return self.written(lambda value, side: f"{rounded(value, self.digits, side):.{self.digits}g}", self.unit)
 
 
 class Speed(Quantity):
@@ -79,8 +79,8 @@ class Sentence(str):
         """
         parts: list[Any] = []
         for words, value in zip(text.split("{}") if values else [text], [*values, ""], strict=True):
-            own = value if isinstance(value, Quantity) else str(value)
-            parts += [words, *(own.parts if isinstance(own, Sentence) else [own])]
+            item = value if isinstance(value, Quantity) else str(value)
+            parts += [words, *(item.parts if isinstance(item, Sentence) else [item])]
         self = super().__new__(cls, "".join(map(str, parts)))
         self.parts = tuple(part for part in parts if part != "")
         return self
@@ -155,8 +155,8 @@ def rounded(value: float, digits: int, side: int) -> float:
         return value
     step = 10.0 ** min(0, math.floor(math.log10(abs(value))) + 1 - digits)
     steps = value / step
-    whole = round(steps) if abs(steps - round(steps)) < 1e-6 else math.floor(steps) if side < 0 else math.ceil(steps)
-    return float(f"{whole * step:.12g}")
+    count = round(steps) if abs(steps - round(steps)) < 1e-6 else math.floor(steps) if side < 0 else math.ceil(steps)
+    return float(f"{count * step:.12g}")
 
 
 def number(value: float | str | bool | None, digits: int = 4) -> str:

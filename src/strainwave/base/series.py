@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..compile.jit import kernel, kernel_as, run
 
 PER_HARMONIC, STEPS = 32, 3  # samples in a period of the highest harmonic; steps of Newton's method from the largest
-LOOKED = 17  # places between two others at which a highest one is looked for
+SEARCH_POINTS = 17  # places between two others at which a highest one is looked for
 MOST_BYTES = 4_000_000  # of the tables of a function that are remembered
 P = ParamSpec("P")
 Tables = TypeVar("Tables", bound="NDArray[np.float64] | tuple[NDArray[np.float64], ...]")
@@ -143,16 +143,16 @@ def highest_between(
 
 def highest_in(arc: Any, series: Any, waves: Any, low: float, high: float, from_mean: bool, peak: Any) -> None:
     """Write the place and the size of what `highest_between` gives; `waves` is the table of all harmonics."""
-    places, values, rows = np.empty(LOOKED), np.empty(LOOKED), np.empty((LOOKED, series.shape[1]))
+    places, values, rows = np.empty(SEARCH_POINTS), np.empty(SEARCH_POINTS), np.empty((SEARCH_POINTS, series.shape[1]))
     best = 1
     for _ in range(2):
-        for j in range(LOOKED):
-            places[j] = low + (high - low) * j / (LOOKED - 1)
+        for j in range(SEARCH_POINTS):
+            places[j] = low + (high - low) * j / (SEARCH_POINTS - 1)
             interpolate(arc, places[j], series, rows[j])
             if from_mean:
                 rows[j, 0] = 0.0
         largest_in(rows, waves, values)
-        best = min(max(int(np.argmax(values)), 1), LOOKED - 2)
+        best = min(max(int(np.argmax(values)), 1), SEARCH_POINTS - 2)
         low, high = places[best - 1], places[best + 1]
     bend, rise = values[best - 1] - 2.0 * values[best] + values[best + 1], values[best - 1] - values[best + 1]
     if bend < 0.0:
@@ -161,8 +161,8 @@ def highest_in(arc: Any, series: Any, waves: Any, low: float, high: float, from_
         peak[0], peak[1] = places[best], values[best]
 
 
-def _interpolate_loops(arc: Any, place: float, series: Any, values: Any) -> None:
-    weights = weights_at(arc, place)
+def _interpolate_loops(arc: Any, s: float, series: Any, values: Any) -> None:
+    weights = weights_at(arc, s)
     for i in range(len(values)):
         values[i] = 0.0
         for a in range(len(arc)):
@@ -170,19 +170,19 @@ def _interpolate_loops(arc: Any, place: float, series: Any, values: Any) -> None
 
 
 @kernel_as(_interpolate_loops)
-def interpolate(arc: NDArray[np.float64], place: float, series: Any, values: NDArray[np.float64]) -> None:
-    """Write values (m,) at a place of the polynomial through series (n, m) at places (n,) of an arc."""
-    values[:] = weights_at(arc, place) @ series
+def interpolate(arc: NDArray[np.float64], s: float, series: Any, values: NDArray[np.float64]) -> None:
+    """Write values (m,) at s of the polynomial through series (n, m) at places (n,) of an arc."""
+    values[:] = weights_at(arc, s) @ series
 
 
 @kernel
-def weights_at(arc: NDArray[np.float64], place: float) -> NDArray[np.float64]:
-    """Weights (n,) at a place of what is known at places (n,) of an arc, of the polynomial through it (Lagrange)."""
+def weights_at(arc: NDArray[np.float64], s: float) -> NDArray[np.float64]:
+    """Weights (n,) at s of values at places (n,) of an arc, of the polynomial through them (Lagrange)."""
     weights = np.ones(len(arc))
     for a in range(len(arc)):
         for b in range(len(arc)):
             if b != a:
-                weights[a] *= (place - arc[b]) / (arc[a] - arc[b])
+                weights[a] *= (s - arc[b]) / (arc[a] - arc[b])
     return weights
 
 

@@ -23,7 +23,7 @@ _FACTOR = r"[A-Za-z]+(?:\^-?1?[0-9])?"
 _GROUP = rf"(?:{_FACTOR}|\({_FACTOR}(?:[*/]{_FACTOR})*\)(?:\^-?1?[0-9])?)"
 UNIT = re.compile(rf"(?:1?/)?{_GROUP}(?:[*/]{_GROUP})*")
 PREFIX = re.compile("^(?:nano|micro|milli|centi|kilo|mega|[numckM])")
-LONGEST = 60
+LONGEST_TEXT = 60
 REMEDY = "units are written like N*m/rad, rpm or arcsec"
 # One plain spelling for each sign that people type.
 _SPELLING = str.maketrans({"·": "*", "⋅": "*", "×": "*", "−": "-", "µ": "u", "μ": "u", "\u00a0": " ", "\u202f": " "} | {
@@ -74,9 +74,9 @@ def parse(text: str, unit: str) -> float:
     """
     if _unit_text(unit) is None or _unknown(unit):
         raise ValueError(f"unknown unit {shown(unit)}; {REMEDY}")
-    if len(text) > LONGEST:
+    if len(text) > LONGEST_TEXT:
         raise ValueError(
-            f"{text[:20] + '...'!r} has {len(text)} characters; write one number and one unit, at most {LONGEST}"
+            f"{text[:20] + '...'!r} has {len(text)} characters; write one number and one unit, at most {LONGEST_TEXT}"
         )
     plain = _plain(text)
     if re.match(r"[+-]?[0-9.]*,[0-9]", plain):
@@ -177,9 +177,9 @@ def _unknown(units: str) -> list[str]:
     names = re.findall("[A-Za-z]+", units)
     if common()[1].issuperset(names):
         return []
-    known = set(_registry())
+    registered = set(_registry())
     # Left alone, pint takes any final s as a plural: Nms would be N*m.
-    return [n for n in names if n not in known and PREFIX.sub("", n, count=1) not in known]
+    return [n for n in names if n not in registered and PREFIX.sub("", n, count=1) not in registered]
 
 
 @cache
@@ -310,17 +310,17 @@ class Speeds:
 
     @property
     def by_motor(self) -> bool:
-        """Whether the base angle is that of the motor."""
+        """True if the base angle is that of the motor."""
         return self.shaft != "forcing"
 
     @property
     def base_angle(self) -> str:
-        """What the base angle is, in words."""
+        """Base angle in words."""
         return "motor (wave-generator) angle" if self.by_motor else "forcing phase"
 
     @property
     def name(self) -> str:
-        """What the speed of the base angle is called."""
+        """Name of the speed of the base angle."""
         return "motor speed" if self.by_motor else "forcing frequency ω"
 
     @property

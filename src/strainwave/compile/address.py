@@ -16,7 +16,7 @@ import numpy as np
 
 from .tree import leaves, rebuilt, shown
 
-RECENT = 16  # things whose words are kept for the next kernel
+RECENT_OBJECTS = 16  # things whose words are kept for the next kernel
 _recent: tuple[tuple["ByAddress", Any], ...] = ()
 
 VECTOR, MATRIX = "vector", "matrix"  # kinds of arguments of an entry: contiguous arrays of floats
@@ -35,7 +35,7 @@ class ByAddress:
         self.owners: list[Any] = []
 
     def native(self) -> Any:
-        """What machine code gets; the memory that it needs is kept as long as this object."""
+        """Return the form for machine code; the memory that it needs is kept as long as this object."""
         global _recent
         for recent, made in _recent:
             if self.again and recent.thing is self.thing and recent.again == self.again:
@@ -52,19 +52,19 @@ class ByAddress:
 
         made = self.addressed(words)
         if self.again:
-            _recent = (self, made), *_recent[: RECENT - 1]
+            _recent = (self, made), *_recent[: RECENT_OBJECTS - 1]
         return made
 
 
-def at(place: Any) -> Any:
+def at(address: Any) -> Any:
     """Thing at an address."""
-    return place
+    return address
 
 
-def put_at(place: Any, numbers: Any) -> None:
+def put_at(address: Any, numbers: Any) -> None:
     """Write a tuple of floats, at any depth, to an address."""
     for i, number in enumerate(leaves(numbers)):
-        place[i] = number
+        address[i] = number
 
 
 def pointer(array: Any) -> Any:
@@ -72,9 +72,9 @@ def pointer(array: Any) -> Any:
     return array
 
 
-def beyond(place: Any, i: Any) -> Any:
+def beyond(address: Any, i: Any) -> Any:
     """Pointer to entry number i from a pointer."""
-    return place[i:]
+    return address[i:]
 
 
 def call(address: Any, words: Any, arguments: Any) -> None:
@@ -153,38 +153,38 @@ def _collect(thing: Any, items: list[Any]) -> None:
 def signature(types: Any, thing: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]:
     """Types of the compiler for an entry's arguments: its thing (a type), and what `jit.entry` takes as kinds."""
     real = types.float64
-    known = {float: real, int: types.int64, VECTOR: types.Array(real, 1, "C"), MATRIX: types.Array(real, 2, "C")}
-    pointers = (types.CPointer(types.UniTuple(real, kind)) if type(kind) is int else known[kind] for kind in kinds)
+    by_kind = {float: real, int: types.int64, VECTOR: types.Array(real, 1, "C"), MATRIX: types.Array(real, 2, "C")}
+    pointers = (types.CPointer(types.UniTuple(real, kind)) if type(kind) is int else by_kind[kind] for kind in kinds)
     return types.CPointer(thing), *pointers
 
 
 def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """What compiled code runs instead of the functions above."""
+    """Bodies in compiled code of the functions above."""
 
-    def typed_at(context: Any, place: Any) -> Any:
+    def typed_at(context: Any, address: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return _Memory(context, types, builder, arguments[0]).thing(place.dtype)
+            return _Memory(context, types, builder, arguments[0]).thing(address.dtype)
 
-        return place.dtype(place), build
+        return address.dtype(address), build
 
-    def typed_put(context: Any, place: Any, numbers: Any) -> Any:
+    def typed_put(context: Any, address: Any, numbers: Any) -> Any:
         if not isinstance(numbers, types.BaseTuple):
             errors = import_module("numba.core.errors")
             raise errors.TypingError(f"a method returns {numbers} in place of a tuple of numbers")
 
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             first = builder.bitcast(arguments[0], context.get_value_type(types.float64).as_pointer())
-            place = counting()
+            index = counting()
 
             def put(kind: Any, number: Any) -> Any:
-                slot = builder.gep(first, [context.get_constant(types.intp, next(place))])
+                slot = builder.gep(first, [context.get_constant(types.intp, next(index))])
                 builder.store(context.cast(builder, number, kind, types.float64), slot)
                 return number
 
             rebuilt(types, context, builder, numbers, arguments[1], put)
             return context.get_dummy_value()
 
-        return types.none(place, numbers), build
+        return types.none(address, numbers), build
 
     def typed_pointer(context: Any, array: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -196,18 +196,18 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return types.CPointer(array.dtype)(array), build
 
-    def typed_beyond(context: Any, place: Any, i: Any) -> Any:
+    def typed_beyond(context: Any, address: Any, i: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             return builder.gep(arguments[0], [arguments[1]])
 
-        return place(place, types.intp), build
+        return address(address, types.intp), build
 
     take, write, first, after = map(extending.intrinsic, (typed_at, typed_put, typed_pointer, typed_beyond))
     return {
-        at: lambda place: take(place),
-        put_at: lambda place, numbers: write(place, numbers),
+        at: lambda address: take(address),
+        put_at: lambda address, numbers: write(address, numbers),
         pointer: lambda array: first(array),
-        beyond: lambda place, i: after(place, i),
+        beyond: lambda address, i: after(address, i),
         **_calls(types, extending),
     }
 
@@ -227,14 +227,14 @@ def _calls(types: Any, extending: Any) -> dict[Any, Any]:
     def typed_answer(context: Any, address: Any, words: Any, phase: Any, y: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
             cgutils = import_module("numba.core.cgutils")
-            real, place = context.get_value_type(types.float64), context.get_value_type(types.voidptr)
+            real, void = context.get_value_type(types.float64), context.get_value_type(types.voidptr)
             before, after = [cgutils.alloca_once(builder, real, size=len(y)) for _ in range(2)]
             entries = [builder.gep(after, [context.get_constant(types.intp, i)]) for i in range(len(y))]
             for i in range(len(y)):
                 slot = builder.gep(before, [context.get_constant(types.intp, i)])
                 builder.store(builder.extract_value(values[3], i), slot)
             kinds = types.Tuple((types.float64, types.voidptr, types.voidptr))
-            pointers = [builder.bitcast(x, place) for x in (before, after)]
+            pointers = [builder.bitcast(x, void) for x in (before, after)]
             arguments = context.make_tuple(builder, kinds, [values[2], *pointers])
             _call(types, context, builder, types.none, kinds, values[0], values[1], arguments)
             return context.make_tuple(builder, y, [builder.load(entry) for entry in entries])
@@ -270,14 +270,14 @@ def _call(
 class _Memory:
     """Reads words one after the other."""
 
-    def __init__(self, context: Any, types: Any, builder: Any, place: Any) -> None:
+    def __init__(self, context: Any, types: Any, builder: Any, pointer: Any) -> None:
         self.context, self.types, self.builder, self.next = context, types, builder, 0
-        self.words = builder.bitcast(place, context.get_value_type(types.int64).as_pointer())
+        self.words = builder.bitcast(pointer, context.get_value_type(types.int64).as_pointer())
 
     def word(self) -> Any:
-        place = self.context.get_constant(self.types.intp, self.next)
+        index = self.context.get_constant(self.types.intp, self.next)
         self.next += 1
-        return self.builder.load(self.builder.gep(self.words, [place]))
+        return self.builder.load(self.builder.gep(self.words, [index]))
 
     def thing(self, kind: Any) -> Any:
         context, builder, types = self.context, self.builder, self.types

@@ -7,7 +7,7 @@ an open file, stays in memory.
 
 A released wheel brings LLVM code of kernels (`tools/release.py`), which makes machine code in a fifth of the time.
 
-What is being compiled now: for whoever shows progress; nothing is printed here.
+`compiling` lists what is compiled now, for progress; nothing is printed here.
 
 Code that is on disk is loaded within a fraction of a second and is not listed.
 """
@@ -40,7 +40,7 @@ BAD_FILE = (OSError, EOFError, pickle.UnpicklingError, ImportError, AttributeErr
 
 
 class CodeCache:
-    """What a dispatcher of Numba asks before it compiles `function`, and tells afterwards."""
+    """Code of `function` on disk: a dispatcher of Numba reads it before it compiles, and writes it afterwards."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
@@ -49,7 +49,7 @@ class CodeCache:
     def load_overload(self, kinds: Any, target: Any) -> Any:
         """Machine code for arguments of these kinds, None where there is none that fits."""
         import_module("numba.core.runtime").rtsys.initialize(target)
-        classes, path, name = self.place(kinds, target.codegen())
+        classes, path, name = self.location(kinds, target.codegen())
         if path is None:
             return None
         try:
@@ -57,8 +57,8 @@ class CodeCache:
             if hashlib.sha256(written[DIGEST:]).digest() == written[:DIGEST]:  # damaged code would end the process
                 parts = _Unpickler(io.BytesIO(written[DIGEST:]), classes).load()
                 os.utime(path)
-            elif name in (known := shipped(target.codegen().magic_tuple()[0])):
-                library, described, *others = _Unpickler(io.BytesIO(known[name]), classes).load()
+            elif name in (kernels := shipped(target.codegen().magic_tuple()[0])):
+                library, described, *others = _Unpickler(io.BytesIO(kernels[name]), classes).load()
                 parts = _made(library, described, target.codegen()), described, *others
                 write(path, classes, parts)
             else:
@@ -73,7 +73,7 @@ class CodeCache:
     def made(self, compile_: Callable[..., Any], kinds: Any, *result: Any) -> Any:
         """Machine code for arguments of these kinds: compiled and kept, or what another process has made meanwhile."""
         target = import_module("numba.core.registry").cpu_target.target_context
-        classes, path, _ = self.place(kinds, target.codegen())
+        classes, path, _ = self.location(kinds, target.codegen())
         with alone(path):
             code = self.load_overload(kinds, target)
             if code is not None:
@@ -87,7 +87,7 @@ class CodeCache:
     def flush(self) -> None:
         """Numba calls this before it compiles all again, which nothing here does."""
 
-    def place(self, kinds: Any, codegen: Any) -> tuple[list[type], Path | None, str]:
+    def location(self, kinds: Any, codegen: Any) -> tuple[list[type], Path | None, str]:
         """Model classes among the kinds, the file of the code (None: it stays in memory), and its name in `shipped`."""
         classes = list(dict.fromkeys(_classes(kinds)))
         if " at 0x" in repr(kinds):  # a compiled function among the arguments, which has no name of its own
@@ -126,8 +126,8 @@ def parts_of(code: Any) -> tuple[Any, ...]:
     a user's methods stay: a `print` of a number has no constant and ends only with its environment.
     """
     (name, kind, (machine, _)), described, *others, _, loaded, environments = code._reduce()
-    own = __package__.partition(".")[0]
-    read = [e for e in environments if e.consts or e.globals["__name__"].partition(".")[0] != own]
+    package = __package__.partition(".")[0]
+    read = [e for e in environments if e.consts or e.globals["__name__"].partition(".")[0] != package]
     return (name, kind, (machine, _names(described))), described, *others, "", loaded, read
 
 
@@ -164,7 +164,7 @@ def shipped(triple: str) -> dict[str, bytes]:
 
 
 def stamp(triple: str) -> str:
-    """What the code of all kernels depends on: this folder, the compiler and the machine."""
+    """Text that the code of all kernels depends on: this folder, the compiler and the machine."""
     versions = [f"{name} {import_module(name).__version__}" for name in ("numba", "llvmlite")]
     llvm = ".".join(map(str, import_module("llvmlite.binding").llvm_version_info))
     return ", ".join([reads.folder_hash(), *versions, f"LLVM {llvm}", triple])
@@ -218,19 +218,19 @@ class _Unpickler(pickle.Unpickler):
 def cache_folder() -> Path:
     """Folder of compiled code: STRAINWAVE_CACHE_DIR, or the user's cache folder of the operating system.
 
-    A user without a home, as in some containers, has none: a place where nothing can be kept.
+    A user without a home, as in some containers, has none: a folder in which nothing can be kept.
     """
-    own = os.environ.get("STRAINWAVE_CACHE_DIR")
+    stated = os.environ.get("STRAINWAVE_CACHE_DIR")
     try:
-        place = Path(own) if own else user_cache_path("strainwave", appauthor=False)
+        folder = Path(stated) if stated else user_cache_path("strainwave", appauthor=False)
     except RuntimeError:
-        place = Path(os.devnull)
-    return place / reads.folder_hash()
+        folder = Path(os.devnull)
+    return folder / reads.folder_hash()
 
 
 @cache
 def cache_writable() -> bool:
-    """Whether compiled code can be kept on disk; otherwise it is kept in memory."""
+    """True if compiled code can be kept on disk; otherwise it is kept in memory."""
     folder = cache_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -242,7 +242,7 @@ def cache_writable() -> bool:
 
 
 def is_empty() -> bool:
-    """Whether no code is on disk, that of a release included."""
+    """True if no code is on disk, that of a release included."""
     return not SHIPPED.exists() and not any(cache_folder().glob("*.code"))
 
 

@@ -42,12 +42,12 @@ def elementwise(function: Callable[..., Any]) -> Callable[..., None]:
         for i in range(values.shape[0]):
             values[i] = function(_entry(a, i), _entry(b, i), values[i])
 
-    def whole(*args: Any) -> None:
+    def on_arrays(*args: Any) -> None:
         args[-1][:] = function(*args)
 
     kernel(function)
-    whole.__doc__ = function.__doc__
-    return kernel_as(two if len(inspect.signature(function).parameters) == 2 else three)(whole)
+    on_arrays.__doc__ = function.__doc__
+    return kernel_as(two if len(inspect.signature(function).parameters) == 2 else three)(on_arrays)
 
 
 def summed(numpy: Callable[[Any, Any], Any]) -> Callable[[Callable[[Any, Any], Any]], Callable[[Any, Any], float]]:
@@ -60,12 +60,12 @@ def summed(numpy: Callable[[Any, Any], Any]) -> Callable[[Callable[[Any, Any], A
                 total += function(a[i], b[i])
             return total
 
-        def whole(a: Any, b: Any) -> float:
+        def on_vectors(a: Any, b: Any) -> float:
             return float(numpy(a, b))
 
         kernel(function)
-        whole.__doc__ = function.__doc__
-        return kernel_as(loops)(whole)
+        on_vectors.__doc__ = function.__doc__
+        return kernel_as(loops)(on_vectors)
 
     return mark
 
@@ -88,13 +88,13 @@ def smaller(a: Any, b: Any) -> Any:
     return select(a < b, a, b)
 
 
-@kernel_as(lambda items, place: items[int(place)], inline=True)
-def entry(items: Any, place: Any) -> Any:
-    """Number at a place in a tuple of numbers."""
-    return place.entry(items) if hasattr(place, "entry") else items[int(place)]
+@kernel_as(lambda items, index: items[int(index)], inline=True)
+def entry(items: Any, index: Any) -> Any:
+    """Number at an index in a tuple of numbers."""
+    return index.entry(items) if hasattr(index, "entry") else items[int(index)]
 
 
-@kernel_as(lambda items, place, value: with_leaf(items, int(place), value), inline=True)
-def with_entry(items: Any, place: Any, value: object) -> Any:
-    """The tuple of numbers with another one at a place."""
-    return place.with_entry(items, value) if hasattr(place, "entry") else with_leaf(items, int(place), value)
+@kernel_as(lambda items, index, value: with_leaf(items, int(index), value), inline=True)
+def with_entry(items: Any, index: Any, value: object) -> Any:
+    """The tuple of numbers with another one at an index."""
+    return index.with_entry(items, value) if hasattr(index, "entry") else with_leaf(items, int(index), value)

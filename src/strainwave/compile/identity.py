@@ -4,7 +4,7 @@ Functions count with their bytecode, their defaults, the values they close over 
 they read; functions and classes among these likewise. What belongs to an installed package counts with its name.
 Other objects count with what they would be pickled with.
 
-What a function reads beside its arguments: its global variables, and which things belong to an installed package.
+Reads of a function beside its arguments: its global variables, and which things belong to an installed package.
 
 The bytecode says it, so that a function without source (a lambda in a line of many, `exec`) is known as well as others.
 Names that are looked up by text (`globals()["K"]`, `getattr(module, name)`) are not seen.
@@ -30,9 +30,9 @@ import numpy as np
 
 from .tree import shown
 
-OWN = __name__.partition(".")[0]
+PACKAGE = __name__.partition(".")[0]
 CONSTANTS, LOAD_GLOBAL, IMPORT_NAME = frozenset(hasconst), opmap["LOAD_GLOBAL"], opmap["IMPORT_NAME"]
-BETWEEN = {opmap["CACHE"], EXTENDED_ARG}
+FILLERS = {opmap["CACHE"], EXTENDED_ARG}
 ATTRIBUTES = {opmap[name] for name in ("LOAD_ATTR", "LOAD_METHOD") if name in opmap}
 READS = {opmap[name] for name in ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_FROM_DICT_OR_GLOBALS") if name in opmap}
 
@@ -49,16 +49,16 @@ class Package(NamedTuple):
 
 @cache
 def is_installed(module: str) -> bool:
-    """Whether a module belongs to the standard library, to this package or to another one that is installed."""
+    """True for a module of the standard library, of this package or of another one that is installed."""
     top = module.partition(".")[0]
-    if top in sys.stdlib_module_names or top == OWN:
+    if top in sys.stdlib_module_names or top == PACKAGE:
         return top != "__main__"
     spec = getattr(sys.modules.get(top), "__spec__", None)
     if spec is None:
         with suppress(ImportError, ValueError):
             spec = importlib.util.find_spec(top)
-    places = [] if spec is None else [spec.origin or "", *(spec.submodule_search_locations or ())]
-    return any(folder in place for place in places for folder in ("site-packages", "dist-packages"))
+    paths = [] if spec is None else [spec.origin or "", *(spec.submodule_search_locations or ())]
+    return any(folder in path for path in paths for folder in ("site-packages", "dist-packages"))
 
 
 def package_name(thing: Any) -> str | None:
@@ -72,14 +72,14 @@ def package_name(thing: Any) -> str | None:
     name = getattr(thing, "__qualname__", None) or getattr(thing, "__name__", None)
     if not isinstance(module, str) or not isinstance(name, str) or not is_installed(module):
         return None
-    found: Any = sys.modules.get(module)
+    value: Any = sys.modules.get(module)
     for part in name.split("."):
-        found = getattr(found, part, None)
-    return f"{module}.{name}" if getattr(found, "__func__", found) is thing else None
+        value = getattr(value, part, None)
+    return f"{module}.{name}" if getattr(value, "__func__", value) is thing else None
 
 
-class Found:
-    """What code reads: global variables, names of attributes and texts, and what it imports as it runs.
+class Reads:
+    """Names that code reads: global variables, attributes and texts, and what it imports as it runs.
 
     `passed` are the variables of which it takes more than an attribute.
     """
@@ -89,44 +89,44 @@ class Found:
         self.imports = dict[tuple[str, int, Any], None]()
 
 
-def code_text(code: CodeType, found: Found) -> bytes:
-    """Instructions with constants in place of their numbers, which a docstring moves; what they read is `found`."""
+def code_text(code: CodeType, reads: Reads) -> bytes:
+    """Instructions with constants in place of their numbers, which a docstring moves; the names read go to `reads`."""
     steps, constants, wide, read = bytearray(code.co_code), list[Any](), 0, ""
-    found.names.update(code.co_names)
+    reads.names.update(code.co_names)
     for i in range(0, len(steps), 2):
         number = wide | steps[i + 1]
-        if read and steps[i] not in BETWEEN:
-            found.passed.update([read] if steps[i] not in ATTRIBUTES else [])
+        if read and steps[i] not in FILLERS:
+            reads.passed.update([read] if steps[i] not in ATTRIBUTES else [])
             read = ""
         if steps[i] in CONSTANTS:
             constants.append(code.co_consts[number])
             steps[i + 1] = 0
         elif steps[i] in READS:
             read = code.co_names[number >> 1 if steps[i] == LOAD_GLOBAL else number]
-            found.variables.add(read)
+            reads.variables.add(read)
         elif steps[i] == IMPORT_NAME:
-            found.imports[code.co_names[number], *constants[-2:]] = None
+            reads.imports[code.co_names[number], *constants[-2:]] = None
         wide = number << 8 if steps[i] == EXTENDED_ARG else 0
-    found.names.update(item for item in constants if isinstance(item, str) and item.isidentifier())
+    reads.names.update(item for item in constants if isinstance(item, str) and item.isidentifier())
     inner = [
-        code_text(item, found).hex() if isinstance(item, CodeType) else Identity().text(item) for item in constants
+        code_text(item, reads).hex() if isinstance(item, CodeType) else Identity().text(item) for item in constants
     ]
     counts = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags
-    known = code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
-    return bytes(steps) + repr((counts, known, code.co_exceptiontable, inner)).encode(errors="surrogatepass")
+    names = code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
+    return bytes(steps) + repr((counts, names, code.co_exceptiontable, inner)).encode(errors="surrogatepass")
 
 
-def taken(scope: dict[str, Any], found: Found, is_read: Callable[[Any], bool], above: Any = ()) -> dict[str, Any]:
+def taken(scope: dict[str, Any], reads: Reads, is_read: Callable[[Any], bool], above: Any = ()) -> dict[str, Any]:
     """Values of the variables in a scope; in place of a module that is read, what is taken of it.
 
     `above` are the scopes that this one was reached from.
     """
-    names = found.names if above else found.variables
+    names = reads.names if above else reads.variables
     values = {name: scope[name] for name in sorted(names) if name in scope}
     for name, value in [*values.items()]:
-        if isinstance(value, ModuleType) and is_read(value) and name not in found.passed:
-            known = any(vars(value) is other for other in above)
-            values[name] = {} if known else taken(vars(value), found, is_read, (*above, scope))
+        if isinstance(value, ModuleType) and is_read(value) and name not in reads.passed:
+            circular = any(vars(value) is other for other in above)
+            values[name] = {} if circular else taken(vars(value), reads, is_read, (*above, scope))
     return values
 
 
@@ -167,7 +167,7 @@ class Identity:
     packages : set of str
         Names of what installed packages hold that was met.
     has_code : bool
-        Whether there is bytecode in the text.
+        True if there is bytecode in the text.
     """
 
     def __init__(self) -> None:
@@ -226,33 +226,33 @@ class Identity:
     def _first(self, thing: Any) -> str:
         """A function, a class, a module or code that is met for the first time."""
         if isinstance(thing, CodeType):
-            return self._code(thing, Found())
+            return self._code(thing, Reads())
         with self._at(thing.__name__ if isinstance(thing, types.ModuleType) else thing.__qualname__):
             if isinstance(thing, types.FunctionType):
                 return self._function(thing)
-            return self._class(thing) if isinstance(thing, type) else f"module({self._pairs(_own(vars(thing)))})"
+            return self._class(thing) if isinstance(thing, type) else f"module({self._pairs(_used(vars(thing)))})"
 
-    def _code(self, code: CodeType, found: Found) -> str:
+    def _code(self, code: CodeType, reads: Reads) -> str:
         self.has_code = True
-        return hashlib.sha256(code_text(code, found)).hexdigest()
+        return hashlib.sha256(code_text(code, reads)).hexdigest()
 
     def _function(self, function: FunctionType) -> str:
-        found, scope = Found(), function.__globals__
-        text = self._code(function.__code__, found)
-        held = taken(scope, found, lambda module: not is_installed(module.__name__))
-        imported = dict(item for each in found.imports for item in _imported(*each, scope))
+        reads, scope = Reads(), function.__globals__
+        text = self._code(function.__code__, reads)
+        held = taken(scope, reads, lambda module: not is_installed(module.__name__))
+        imported = dict(item for each in reads.imports for item in _imported(*each, scope))
         code, defaults = function.__code__, function.__defaults__ or ()
         last = code.co_varnames[: code.co_argcount][code.co_argcount - len(defaults) :]
         given = dict(zip(last, defaults, strict=True)) | (function.__kwdefaults__ or {})
         closed = dict(zip(code.co_freevars, map(_content, function.__closure__ or ()), strict=True))
         parts = [
-            ("default of", given), ("closed-over variable", closed), ("attribute", _own(vars(function))),
+            ("default of", given), ("closed-over variable", closed), ("attribute", _used(vars(function))),
             ("global variable", held), ("import", imported),
         ]  # fmt: skip
-        return f"function({text}; {'; '.join(self._pairs(some, what) for what, some in parts)})"
+        return f"function({text}; {'; '.join(self._pairs(some, kind) for kind, some in parts)})"
 
     def _class(self, cls: type) -> str:
-        held = _own(vars(cls))
+        held = _used(vars(cls))
         if issubclass(cls, enum.Enum):
             functions = {k: v for k, v in held.items() if isinstance(v, types.FunctionType) and not k.startswith("_")}
             held = functions | {name: member.value for name, member in cls.__members__.items()}
@@ -278,9 +278,9 @@ class Identity:
             with self._at("an argument"):
                 first = self._unordered(thing) if isinstance(thing, set | frozenset) else self._listed(given)
             fields = isinstance(state, dict) and all(isinstance(key, str) for key in state)
-            rest = self._pairs(dict(sorted(state.items())), "field") if fields else self.text(state)
+            content = self._pairs(dict(sorted(state.items())), "field") if fields else self.text(state)
             more = f"{self._listed(items or ())}; {self._listed(pairs or ())}"
-            return f"object({self.text(type(thing))}, {self.text(make)}, {first}; {rest}; {more})"
+            return f"object({self.text(type(thing))}, {self.text(make)}, {first}; {content}; {more})"
 
     def _listed(self, things: Iterable[Any]) -> str:
         return ", ".join(map(self.text, things))
@@ -293,29 +293,29 @@ class Identity:
         self._met = met
         return ", ".join(sorted(texts))
 
-    def _pairs(self, pairs: Mapping[Any, Any], what: str = "item") -> str:
+    def _pairs(self, pairs: Mapping[Any, Any], kind: str = "item") -> str:
         out = []
         for key, value in pairs.items():
-            with self._at(f"{what} {shown(key)}"):
+            with self._at(f"{kind} {shown(key)}"):
                 out.append(f"{self.text(key)}: {self.text(value)}")
         return ", ".join(out)
 
     @contextmanager
-    def _at(self, place: str) -> Iterator[None]:
-        self._trail.append(place)
+    def _at(self, part: str) -> Iterator[None]:
+        self._trail.append(part)
         yield
         self._trail.pop()
 
     def _unknown(self, thing: Any) -> TypeError:
-        place = " of ".join(reversed(self._trail[-2:]))
+        trail = " of ".join(reversed(self._trail[-2:]))
         return TypeError(
-            f"{f'{place} holds {shown(thing)}; that' if place else shown(thing)} cannot be recognised in the next run, "
+            f"{f'{trail} holds {shown(thing)}; that' if trail else shown(thing)} cannot be recognised in the next run, "
             "so a sweep that uses it cannot be resumed; use numbers, arrays, model objects, functions, "
             "functools.partial or frozen dataclasses, or leave the store out"
         )
 
 
-def _own(held: Mapping[str, Any]) -> dict[str, Any]:
+def _used(held: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in held.items() if name not in UNUSED}
 
 
@@ -327,7 +327,7 @@ def _content(cell: Any) -> Any:
 
 
 def parts_of(thing: Any) -> tuple[Any, ...] | None:
-    """What things around functions are made of; None for all others."""
+    """Parts of a thing around functions; None for all others."""
     if isinstance(thing, Missing):
         return ()
     if isinstance(thing, types.MethodType):

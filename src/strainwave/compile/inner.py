@@ -32,7 +32,7 @@ def _part() -> Any:
             super().add_ir_module(module)
 
         def _optimize_functions(self, module: Any) -> None:
-            """What is inlined is optimised before; the rest once, by the kernel that links it."""
+            """Optimise what is inlined; the kernel that links the other functions optimises them, once."""
             module.data_layout = self._codegen._data_layout
             if self.inlined:
                 super()._optimize_functions(module)

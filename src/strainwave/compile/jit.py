@@ -91,7 +91,7 @@ def borrowed(thing: Any) -> Any:
 
 
 def enabled() -> bool:
-    """Whether kernels are compiled."""
+    """True if kernels are compiled."""
     return os.environ.get("STRAINWAVE_JIT", "1") != "0" and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 
 
@@ -206,7 +206,7 @@ def _form(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
 def expose(*classes: type) -> None:
     """Let code that is compiled, not read, know maths functions, kernels, and methods of models of these classes."""
     with import_module("numba.core.compiler_lock").global_compiler_lock:
-        _expose_own()
+        _expose_helpers()
         for cls in classes:
             _expose_methods(cls)
         while _kernels:  # those of modules imported since the last call
@@ -271,7 +271,7 @@ def _numba() -> Any:
 
 
 @cache
-def _expose_own() -> None:
+def _expose_helpers() -> None:
     """Let compiled code know the maths functions and the primitives of this room."""
     with unfound():
         import_module("numba.np.arraymath")
@@ -294,16 +294,16 @@ def _expose_methods(cls: type) -> None:
     """Let compiled code call the methods of models of this class."""
     types, templates = import_module("numba.core.types"), import_module("numba.core.typing.templates")
     for name in methods_of(cls):
-        own = f"{name} of {cls.__module__}.{cls.__qualname__} {id(cls)}"
+        numba_name = f"{name} of {cls.__module__}.{cls.__qualname__} {id(cls)}"
         typed = _typed(getattr(cls, name))
-        template = templates.make_overload_method_template(types.BaseNamedTuple, own, typed, "never")
-        template._resolve = _of_class(cls, name, own, template._resolve)
+        template = templates.make_overload_method_template(types.BaseNamedTuple, numba_name, typed, "never")
+        template._resolve = _of_class(cls, name, numba_name, template._resolve)
         templates.infer_getattr(template)
         _overload(typed, typed, INNER)
 
 
 def _typed(body: Callable[..., Any]) -> Any:
-    """What tells Numba the body of a function: always this one."""
+    """Function that gives Numba the body of a function: always this one."""
 
     def typed(*args: Any) -> Any:
         return body
@@ -312,17 +312,17 @@ def _typed(body: Callable[..., Any]) -> Any:
     return typed
 
 
-def _of_class(cls: type, name: str, own: str, resolve: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a method that Numba knows by its `own` name be found by its name in models of this class."""
+def _of_class(cls: type, name: str, numba_name: str, resolve: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a method, to Numba `numba_name`, be found by its name in models of this class."""
 
-    def found(self: Any, kind: Any, attribute: str) -> Any:
-        return resolve(self, kind, own) if attribute == name and kind.instance_class is cls else None
+    def resolved(self: Any, kind: Any, attribute: str) -> Any:
+        return resolve(self, kind, numba_name) if attribute == name and kind.instance_class is cls else None
 
-    return found
+    return resolved
 
 
 def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """What compiled code runs instead of `borrowed`."""
+    """Body in compiled code of `borrowed`."""
 
     def typed(context: Any, thing: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:

@@ -1,9 +1,9 @@
 """Many variants of one model side by side: their numbers as rows of one buffer, a lane each.
 
-`lane(model, rows, at, j)` is the model of lane j: every float of it, at any depth, is read from its own row, the first
-of which is row `at`; integers are shared. In compiled code this is a handful of loads with a constant stride, so that
-a loop over lanes with the textbook's formulas becomes vector code. As Python, `j` may be `slice(None)`: the floats are
-then arrays, and the same formulas serve all lanes at once.
+`lane(model, rows, first, j)` is the model of lane j: every float of it, at any depth, is read from its own row, the
+first of which is row `first`; integers are shared. In compiled code this is a handful of loads with a constant stride,
+so that a loop over lanes with the textbook's formulas becomes vector code. As Python, `j` may be `slice(None)`: the
+floats are then arrays, and the same formulas serve all lanes at once.
 """
 
 from itertools import count as counting
@@ -14,21 +14,21 @@ from .tree import count, leaves, mapped, rebuilt
 LANES = 256  # lanes of a block: their rows stay in the first-level cache, the cosines of a step cost next to nothing
 
 
-def lane(model: Any, rows: Any, at: int, j: Any) -> Any:
-    """Model (or tuple) of lane j, whose first float is in row `at`."""
-    row = counting(at)
+def lane(model: Any, rows: Any, first: int, j: Any) -> Any:
+    """Model (or tuple) of lane j, with its first float in row `first`."""
+    row = counting(first)
     return mapped(lambda _: rows[next(row), j].copy(), model)
 
 
-def load(rows: Any, at: int, j: Any) -> Any:
-    """Number of lane j in row `at`."""
-    return rows[at, j].copy()
+def load(rows: Any, index: int, j: Any) -> Any:
+    """Number of lane j in row `index`."""
+    return rows[index, j].copy()
 
 
-def store(values: Any, rows: Any, at: int, j: Any) -> None:
-    """Write the floats of a number or a tuple, at any depth, into lane j of the rows from `at`."""
+def store(values: Any, rows: Any, first: int, j: Any) -> None:
+    """Write the floats of a number or a tuple, at any depth, into lane j of the rows from `first`."""
     for offset, value in enumerate(leaves(values)):
-        rows[at + offset, j] = value
+        rows[first + offset, j] = value
 
 
 def _floats(types: Any, kind: Any) -> int:
@@ -37,15 +37,15 @@ def _floats(types: Any, kind: Any) -> int:
     return int(isinstance(kind, types.Float))
 
 
-def _address(types: Any, context: Any, builder: Any, kind: Any, rows: Any, row: Any, place: Any) -> Any:
+def _address(types: Any, context: Any, builder: Any, kind: Any, rows: Any, row: Any, j: Any) -> Any:
     """Address in a block of lanes, whose strides are constants."""
     array = context.make_array(kind)(context, builder, rows)
     stride = context.get_constant(types.intp, LANES)
-    return builder.gep(array.data, [builder.add(builder.mul(row, stride), place)])
+    return builder.gep(array.data, [builder.add(builder.mul(row, stride), j)])
 
 
 def _at_leaves(types: Any, extending: Any, do: Any, result: Any) -> Any:
-    """What walks through the floats of a model or tuple with `do(builder, address in the rows, value)` for each."""
+    """Intrinsic that calls `do(builder, address in the rows, value)` for each float of a model or tuple."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         row = counting()
@@ -53,21 +53,21 @@ def _at_leaves(types: Any, extending: Any, do: Any, result: Any) -> Any:
         def leaf(kind: Any, old: Any) -> Any:
             if not isinstance(kind, types.Float):
                 return old
-            here = builder.add(arguments[2], context.get_constant(types.intp, next(row)))
-            place = _address(types, context, builder, signature.args[1], arguments[1], here, arguments[3])
-            return do(builder, place, old)
+            index = builder.add(arguments[2], context.get_constant(types.intp, next(row)))
+            address = _address(types, context, builder, signature.args[1], arguments[1], index, arguments[3])
+            return do(builder, address, old)
 
         walked = rebuilt(types, context, builder, signature.args[0], arguments[0], leaf)
         return context.get_dummy_value() if signature.return_type == types.void else walked
 
-    def typed(context: Any, model: Any, rows: Any, at: Any, j: Any) -> Any:
+    def typed(context: Any, model: Any, rows: Any, first: Any, j: Any) -> Any:
         return result(model)(model, rows, types.intp, types.intp), build
 
     return extending.intrinsic(typed)
 
 
 def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """What compiled code runs instead of the functions above."""
+    """Bodies in compiled code of the functions above."""
 
     def counted(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return context.get_constant(types.intp, _floats(types, signature.args[0]))
@@ -75,16 +75,16 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
     def typed_count(context: Any, model: Any) -> Any:
         return types.intp(model), counted
 
-    def written(builder: Any, place: Any, value: Any) -> Any:
-        builder.store(value, place)
+    def written(builder: Any, address: Any, value: Any) -> Any:
+        builder.store(value, address)
         return value
 
-    lane_of = _at_leaves(types, extending, lambda builder, place, _: builder.load(place), lambda kind: kind)
+    lane_of = _at_leaves(types, extending, lambda builder, address, _: builder.load(address), lambda kind: kind)
     store_into = _at_leaves(types, extending, written, lambda _: types.void)
     count_of = extending.intrinsic(typed_count)
     return {
-        lane: lambda model, rows, at, j: lane_of(model, rows, at, j),
-        store: lambda values, rows, at, j: store_into(values, rows, at, j),
+        lane: lambda model, rows, first, j: lane_of(model, rows, first, j),
+        store: lambda values, rows, first, j: store_into(values, rows, first, j),
         count: lambda model: count_of(model),
-        load: lambda rows, at, j: lane_of(0.0, rows, at, j),
+        load: lambda rows, index, j: lane_of(0.0, rows, index, j),
     }

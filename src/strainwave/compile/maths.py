@@ -14,8 +14,8 @@ from typing import Any
 def _library(x: Any) -> ModuleType:
     if isinstance(x, float | int):
         return math
-    own = "numpy" if hasattr(type(x), "__array_ufunc__") else type(x).__module__.partition(".")[0]
-    return sys.modules[own]
+    name = "numpy" if hasattr(type(x), "__array_ufunc__") else type(x).__module__.partition(".")[0]
+    return sys.modules[name]
 
 
 def _apply(name: str, x: Any) -> Any:

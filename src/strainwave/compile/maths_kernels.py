@@ -110,8 +110,8 @@ def power(x: float, y: float) -> float:
     product = y * high
     value = _exp(product, fma(y, high, -product) + y * low)
     value = 1.0 if (x == 1.0) | (y == 0.0) else value
-    negative = value if _whole(0.5 * y) else -value
-    negative = negative if _whole(y) else math.nan
+    negative = value if _is_integer(0.5 * y) else -value
+    negative = negative if _is_integer(y) else math.nan
     return negative if x < 0.0 else value
 
 
@@ -125,10 +125,10 @@ def _signed_sine(x: float, halves: float, quarters: float) -> float:
     return value if abs(x) < _LARGEST else math.nan
 
 
-def _exp(x: float, rest: float) -> float:
-    """Exponential of x + rest, where the rest is below the last places of x."""
+def _exp(x: float, tail: float) -> float:
+    """Exponential of x + tail, with the tail below the last places of x."""
     n = (x * 1.4426950408889634 + _ROUND) - _ROUND
-    r = (x - n * _LN2) + (rest - n * _LN2_REST)
+    r = (x - n * _LN2) + (tail - n * _LN2_REST)
     half = (0.5 * n + _ROUND) - _ROUND  # 2^n in two factors, as it may be subnormal or beyond the largest
     value = (1.0 + (r + r * r * _exp_rest(r))) * _power_of_two(half) * _power_of_two(n - half)
     value = math.inf if x > _HIGHEST else value
@@ -140,8 +140,8 @@ def _expm1(x: float) -> float:
     n = (x * 1.4426950408889634 + _ROUND) - _ROUND
     high, low = x - n * _LN2, n * _LN2_REST
     r = high - low
-    rest = (high - r) - low
-    p = r + (r * r * _exp_rest(r) + rest)
+    tail = (high - r) - low
+    p = r + (r * r * _exp_rest(r) + tail)
     scale = _power_of_two(n)
     return scale * p + (scale - 1.0)
 
@@ -198,14 +198,14 @@ def _log(x: float) -> tuple[float, float]:
     return (-math.inf if x == 0.0 else high), low
 
 
-def _whole(y: float) -> bool:
-    """Whether y is a whole number."""
+def _is_integer(y: float) -> bool:
+    """True for a whole number y."""
     a = abs(y)
     return (a >= 4503599627370496.0) | ((a + 4503599627370496.0) - 4503599627370496.0 == a)
 
 
 def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """What compiled code runs instead of the functions of `maths` and of the three primitives above."""
+    """Bodies in compiled code of the functions of `maths` and of the three primitives above."""
 
     def cast(to: Any, given: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -227,7 +227,7 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
     to_bits, to_float, fused = map(extending.intrinsic, (typed_bits, typed_float, typed_fma))
     faces = (cos, sin, exp, log, tanh, sqrt, sign, power)
-    inner = (_signed_sine, _exp, _expm1, _exp_rest, _power_of_two, _split, _atanh_rest, _log, _whole)
+    inner = (_signed_sine, _exp, _expm1, _exp_rest, _power_of_two, _split, _atanh_rest, _log, _is_integer)
     return {
         bits_of: lambda x: to_bits(x),
         float_of: lambda bits: to_float(bits),

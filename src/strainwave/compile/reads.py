@@ -1,4 +1,4 @@
-"""What the compiler reads of a kernel and of the model classes among its arguments, as a key of their machine code.
+"""Key of machine code: what the compiler reads of a kernel and of the model classes among its arguments.
 
 Numba compiles bytecode. The key holds that of the kernel, of each function and method that it may call, of those that
 these call, and the values of constants, defaults and closed-over variables among them. Comments, docstrings and lines
@@ -12,9 +12,9 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
 
-from .identity import OWN, Found, Identity, code_text, is_installed, parts_of, taken
+from .identity import PACKAGE, Identity, Reads, code_text, is_installed, parts_of, taken
 
-HERE = __package__
+ROOM = __package__
 
 
 class Text(NamedTuple):
@@ -66,10 +66,10 @@ def folder_hash() -> str:
 
 
 def _is_read(thing: Any) -> bool:
-    """Whether a function, a class or a module counts with what is in it, rather than by its name or its folder."""
+    """True for a function, a class or a module that counts with its content, not by its name or its folder."""
     module = thing.__name__ if isinstance(thing, ModuleType) else thing.__module__ or ""
-    if module == OWN or module.startswith(f"{OWN}."):
-        return not module.startswith(HERE)
+    if module == PACKAGE or module.startswith(f"{PACKAGE}."):
+        return not module.startswith(ROOM)
     return not is_installed(module)
 
 
@@ -88,7 +88,7 @@ def _class(cls: type) -> Text:
 
 @cache
 def _attributes(cls: type) -> dict[str, Any]:
-    """What a function may read of a model class by its name."""
+    """Attributes of a model class that a function may read by name."""
     if not hasattr(cls, "_fields"):
         return {}
     held = {name: thing for base in reversed(cls.__mro__[:-2]) for name, thing in vars(base).items()}
@@ -98,12 +98,12 @@ def _attributes(cls: type) -> dict[str, Any]:
 def _function(function: FunctionType) -> Text:
     if hasattr(function, "loops"):  # which compiled code runs in its place (`jit.kernel_as`)
         return _function(function.loops)
-    found = Found()
-    text = code_text(function.__code__, found)
-    values = taken(function.__globals__, found, _is_read)
+    reads = Reads()
+    text = code_text(function.__code__, reads)
+    values = taken(function.__globals__, reads, _is_read)
     closed = [cell.cell_contents for cell in function.__closure__ or ()]
     more, _, read = _value((values, closed, function.__defaults__, function.__kwdefaults__))
-    return Text(f"{function.__module__}.{function.__qualname__}".encode() + text + more, frozenset(found.names), read)
+    return Text(f"{function.__module__}.{function.__qualname__}".encode() + text + more, frozenset(reads.names), read)
 
 
 def _value(thing: Any) -> Text:

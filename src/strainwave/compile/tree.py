@@ -13,11 +13,11 @@ from itertools import count as counting
 from numbers import Integral
 from typing import Any
 
-LONGEST = 60  # characters of a value in a sentence
+LONGEST_VALUE = 60  # characters of a value in a sentence
 
 
 def is_model(thing: Any) -> bool:
-    """Whether a thing is a model, that is, an instance of a NamedTuple class."""
+    """True for a model, that is, an instance of a NamedTuple class."""
     return isinstance(thing, tuple) and hasattr(thing, "_fields")
 
 
@@ -80,7 +80,7 @@ def leaf_of(model: Any, path: str) -> int:
     ValueError
         If the path names no float.
     """
-    paths = [at for at, _, _, value in numbers(model) if isinstance(value, float)]
+    paths = [name for name, _, _, value in numbers(model) if isinstance(value, float)]
     if path not in paths:
         raise ValueError(f"{type(model).__name__} has no continuous parameter {shown(path)}; it has {', '.join(paths)}")
     return paths.index(path)
@@ -94,7 +94,7 @@ def with_leaf(model: Any, index: int, value: Any) -> Any:
 def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
     if not isinstance(thing, tuple):
         return (value, -1) if isinstance(thing, float) and index == 0 else (thing, index - isinstance(thing, float))
-    for place, item in enumerate(thing):
+    for i, item in enumerate(thing):
         if isinstance(item, float):
             index -= 1
             if index != -1:
@@ -106,7 +106,7 @@ def _with_leaf(thing: Any, index: int, value: Any) -> tuple[Any, int]:
                 continue
         else:
             continue
-        return made(thing, (*thing[:place], new, *thing[place + 1 :])), -1
+        return made(thing, (*thing[:i], new, *thing[i + 1 :])), -1
     return thing, index
 
 
@@ -154,13 +154,13 @@ def _replaced(model: Any, keys: list[str], value: Any, path: str) -> Any:
 def shown(value: Any) -> str:
     """Write a value for a sentence: its repr on one line, cut where it is long."""
     text = " ".join(repr(value).split())
-    return text if len(text) <= 2 * LONGEST else f"{text[:LONGEST]}... ({len(text)} characters)"
+    return text if len(text) <= 2 * LONGEST_VALUE else f"{text[:LONGEST_VALUE]}... ({len(text)} characters)"
 
 
 def joined(names: Iterable[Any]) -> str:
     """Write names that a user chose for a sentence: one after the other, cut where they are long."""
     text = ", ".join(map(str, names))
-    return text if len(text) <= 6 * LONGEST else f"{text[: 6 * LONGEST]}... ({len(text)} characters)"
+    return text if len(text) <= 6 * LONGEST_VALUE else f"{text[: 6 * LONGEST_VALUE]}... ({len(text)} characters)"
 
 
 def axpy(y: Any, h: Any, k: Any) -> Any:
@@ -189,7 +189,7 @@ def rebuilt(types: Any, context: Any, builder: Any, kind: Any, old: Any, leaf: C
 
 
 def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """What compiled code runs instead of functions of tuples and of `with_leaf`."""
+    """Bodies in compiled code of functions of tuples and of `with_leaf`."""
     real = types.float64
 
     def intrinsic(values: Callable[..., list[Any]]) -> Any:
@@ -220,8 +220,8 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
             def leaf(kind: Any, old: Any) -> Any:
                 if not isinstance(kind, types.Float):
                     return old
-                here = builder.icmp_signed("==", arguments[1], context.get_constant(types.intp, next(places)))
-                return builder.select(here, arguments[2], old)
+                chosen = builder.icmp_signed("==", arguments[1], context.get_constant(types.intp, next(places)))
+                return builder.select(chosen, arguments[2], old)
 
             return rebuilt(types, context, builder, model, arguments[0], leaf)
 

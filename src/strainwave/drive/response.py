@@ -17,7 +17,7 @@ from ..base.results import Branch, Floats
 from ..base.series import largest_of_samples
 from ..model.gears.limits import cubic_means
 from ..model.train.drive_train import DriveTrain
-from ..numerics.balance.harmonics import LARGEST
+from ..numerics.balance.harmonics import LARGEST_HARMONICS
 from ..numerics.continuation.trace import describe, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.curves.response import with_all_said, with_others
@@ -124,7 +124,7 @@ def turn_response(
     The speeds where stability changes are located between points of the curve.
     """
     points = positive_count("points", points, MOST_POINTS)
-    harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST)
+    harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST_HARMONICS)
     problem, traced, tail, origin = traced_turn(system, speeds, points, harmonics, coexisting)
     placed, labels, _ = with_crests(problem, traced.points, traced.labels)
     hill, floquet = problem.hill(), None

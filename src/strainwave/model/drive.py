@@ -91,7 +91,7 @@ class Drive(NamedTuple):
         omega : float
             Speed of the base angle [rad/s] that all orders refer to.
         motor : {"free", "held"}
-            Whether the motor follows its torque or keeps its speed.
+            A motor that follows its torque, or one that keeps its speed.
 
         Raises
         ------
@@ -138,9 +138,9 @@ class Drive(NamedTuple):
         omega : float
             Speed of the base angle [rad/s]; 1 where torques and reference are functions of the time.
         control : Free, Held, SpeedLoop, PositionLoop or any object with torque(x, v) of the deviation
-            What keeps the motor on its reference.
+            Control that keeps the motor on its reference.
         motor_drag, load_drag : law
-            What opposes each shaft, as a law of its angle and speed: friction, gravity.
+            Torque against each shaft, as a law of its angle and speed: friction, gravity.
         reference : Steady, AtRest or SpeedProfile
             Motion of the motor that the loop keeps and the state's deviation counts from.
         friction : LoadFriction, optional

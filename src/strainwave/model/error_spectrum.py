@@ -87,8 +87,8 @@ def extremes(orders: ArrayLike, cosines: ArrayLike, sines: ArrayLike) -> tuple[f
 def _largest(k: NDArray[np.int_], a: Floats, b: Floats, values: Floats) -> float:
     best = float(np.max(values))
     # a maximum between the points exceeds the largest of them by at most 1/cos(pi/16) (Ehlich & Zeller 1964)
-    near = best - 0.02 * float(np.max(np.abs(values)))
-    tops = (values >= np.roll(values, 1)) & (values >= np.roll(values, -1)) & (values >= near)
+    bound = best - 0.02 * float(np.max(np.abs(values)))
+    tops = (values >= np.roll(values, 1)) & (values >= np.roll(values, -1)) & (values >= bound)
     step = 2.0 * pi / len(values)
     start = step * np.flatnonzero(tops)[:, None]
     t = start
@@ -193,7 +193,7 @@ class MeasuredError:
     Attributes
     ----------
     gear : str
-        What was measured.
+        Measured gear.
     ratio : int or None
         Its ratio.
     peak_to_peak : float
@@ -201,7 +201,7 @@ class MeasuredError:
     order : int or None
         Dominant order on the motor turn, None where the source leaves it open.
     source : str
-        Where it was published, and what else it says.
+        Publication, and what else it says.
     """
 
     gear: str

@@ -1,4 +1,4 @@
-"""What drives the error: periodic torques and the kinematic error of the gear, as functions of the base angle.
+"""Excitations of the error: periodic torques and the kinematic error of the gear, as functions of the base angle.
 
 The base angle is the wave-generator angle (or the forcing phase); a line of integer order k repeats k times per turn of
 it. Amplitudes are 0-to-peak.

@@ -115,13 +115,13 @@ class GearOrder:
     Attributes
     ----------
     name, source : str
-        What repeats, and which deviations it comes from.
+        Part that repeats, and the deviations that it comes from.
     formula : str
         Its order per motor turn in N, z1 and z2; its pair where the motor does not turn the wave generator.
     per_motor_turn : Fraction
-        How often it repeats per turn of the motor.
+        Repeats per turn of the motor.
     per_output_turn : int or Fraction
-        How often it repeats per turn of the output.
+        Repeats per turn of the output.
     pair : (int, int)
         j and k of its angle j theta_1 + k theta_2, of the motor's and the output's angle in the housing.
     """
@@ -168,16 +168,16 @@ class OrderMap:
         ValueError
             If there is none.
         """
-        for found in self.orders:
-            if found.name == name:
-                return found
+        for order in self.orders:
+            if order.name == name:
+                return order
         raise ValueError(f"the order map has no {shown(name)}; it has {', '.join(o.name for o in self.orders)}")
 
     def __str__(self) -> str:
         ratio = self.arrangement.ratio(self.N)
-        way = "with" if ratio > 0 else "against"
+        sense = "with" if ratio > 0 else "against"
         head = (
-            f"ratio {abs(ratio)}, output {way} the motor, z1 = {self.z1}, z2 = {self.z2} teeth ({self.arrangement})\n"
+            f"ratio {abs(ratio)}, output {sense} the motor, z1 = {self.z1}, z2 = {self.z2} teeth ({self.arrangement})\n"
         )
         rows = [("", "per motor turn", "", "per output turn", "pair")]
         rows += [(o.name, o.formula, str(o.per_motor_turn), str(o.per_output_turn), str(o.pair)) for o in self.orders]
@@ -193,7 +193,7 @@ def order_map(N: float, arrangement: Arrangement = USUAL, *, cogging: int = 0) -
     N : float
         Ratio of the gear with its circular spline fixed, a whole number of at least 2; z1 = 2 N.
     arrangement : Arrangement
-        Which member is fixed, and which is the output. Default: circular spline fixed, flexspline out. The ratio is
+        Fixed member and output member. Default: circular spline fixed, flexspline out. The ratio is
         then -N, N + 1 with the flexspline fixed and the circular spline out.
     cogging : int
         Cogging torque's periods per turn of the motor; 0 leaves it out.
@@ -233,21 +233,21 @@ def order_map(N: float, arrangement: Arrangement = USUAL, *, cogging: int = 0) -
     if arrangement.fixed != "wave generator":
         once = "eccentricity of the wave generator, its coupling and its encoder"
         rows.append(("wave generator 1", once, "1", arrangement.turn("wave generator")))
-    why = {2: f"ellipticity of the wave generator, oval {first}"}
+    sources = {2: f"ellipticity of the wave generator, oval {first}"}
     for k in (2, 4, 6, 8):
         rows.append(
-            (f"wave generator {k}", why.get(k, f"harmonic {k} of either ring"), f"{k}", arrangement.lobes(first, k))
+            (f"wave generator {k}", sources.get(k, f"harmonic {k} of either ring"), f"{k}", arrangement.lobes(first, k))
         )
     if cogging:
         rows.append(("motor cogging", "slots and poles of the motor", f"{cogging}", (cogging, 0)))
     listed = []
     for name, source, formula, pair in rows:
         order = abs(pair[0] + pair[1] / ratio)
-        listed.append(GearOrder(name, source, formula if usual else str(pair), order, _whole(order * abs(ratio)), pair))
+        listed.append(GearOrder(name, source, formula if usual else str(pair), order, _plain(order * abs(ratio)), pair))
     return OrderMap(n, 2 * n, 2 * n + 2, tuple(sorted(listed, key=lambda o: o.per_motor_turn)), arrangement)
 
 
-def _whole(order: Fraction) -> int | Fraction:
+def _plain(order: Fraction) -> int | Fraction:
     return int(order) if order.denominator == 1 else order
 
 

@@ -56,7 +56,7 @@ class Oscillator(NamedTuple):
         return tuple(breakpoints_of(self.law))
 
     def kinks(self, phase: Reals, y: States) -> Any:
-        """What vanishes where the law is not smooth."""
+        """Functions that vanish where the law is not smooth."""
         rate = y[1] - self.omega * self.error.slope(phase)
         return kinks_of(self.law, self.torsion(phase, y), rate, y[2:])
 

@@ -64,10 +64,10 @@ def system_by_address(system: Any, states: int, *, torsion: bool = False, guards
     return address.ByAddress(system, addressed)
 
 
-def several_at(system: System, place: int, states: int, kinks: int) -> SeveralAt:
+def several_at(system: System, words: int, states: int, kinks: int) -> SeveralAt:
     """A system of so many states and kinks whose words are at an address."""
     corners = entry(_corners, system, float, states, kinks) if kinks else 0
-    return SeveralAt(place, entry(_several, system, float, int, states, states), corners)
+    return SeveralAt(words, entry(_several, system, float, int, states, states), corners)
 
 
 def rates_entry(system: System, states: int) -> int:
@@ -80,9 +80,9 @@ def _rates(model: Any, phase: float, y: States, out: Any) -> None:
 
 
 def _several(model: Any, phase: float, number: int, y: States, out: Any) -> None:
-    known = at(model)
+    system = at(model)
     for i in range(number):
-        put_at(beyond(out, i), known.rhs(phase, at(beyond(y, i))))
+        put_at(beyond(out, i), system.rhs(phase, at(beyond(y, i))))
 
 
 def _torsion(model: Any, phase: float, y: States) -> Any:
@@ -118,8 +118,8 @@ def _rates_of_loops(system: Any, phase: float, y: Floats, out: Floats) -> None:
 @kernel_as(_rates_of_loops, inline=True)
 def rates_of(system: System, phase: float, y: Floats, out: Floats) -> None:
     """Write the time derivatives of several states y (n, states) at a base angle [rad]."""
-    for own, rate in zip(y, out, strict=True):
-        rate[:] = system.rhs(phase, tuple(own.tolist()))
+    for state, rate in zip(y, out, strict=True):
+        rate[:] = system.rhs(phase, tuple(state.tolist()))
 
 
 def _torsion_loops(system: Any, phase: float, y: Floats) -> Any:
@@ -179,25 +179,25 @@ def law_by_address(law: Law) -> address.ByAddress:
     return address.ByAddress(law, lambda words: law_at(law, words(law)), "law")
 
 
-def law_at(law: Law, place: int) -> LawAt:
+def law_at(law: Law, words: int) -> LawAt:
     """The law whose words are at an address."""
     kinks = len(breakpoints_of(law))
     two = (VECTOR, VECTOR)
     functions = (_torques, two), (_stiffnesses, two), (_breakpoints if kinks else None, (kinks,))
     torque, stiffness, breakpoints = entries(law, *functions)
-    return LawAt(place, torque, stiffness, breakpoints, kinks)
+    return LawAt(words, torque, stiffness, breakpoints, kinks)
 
 
 def _torques(law: Law, u: Floats, out: Floats) -> None:
-    known = at(law)
+    spring = at(law)
     for i in range(len(u)):
-        out[i] = known.torque(u[i])
+        out[i] = spring.torque(u[i])
 
 
 def _stiffnesses(law: Law, u: Floats, out: Floats) -> None:
-    known = at(law)
+    spring = at(law)
     for i in range(len(u)):
-        out[i] = known.stiffness(u[i])
+        out[i] = spring.stiffness(u[i])
 
 
 def _breakpoints(law: Law, out: Any) -> None:
@@ -233,9 +233,9 @@ def _kinks_loops(law: Any, out: Floats) -> int:
 @kernel_as(_kinks_loops)
 def kinks(law: Law, out: Floats) -> int:
     """Write the breakpoints [rad] of a law; returns their number."""
-    known = breakpoints_of(law)
-    out[: len(known)] = known
-    return len(known)
+    breakpoints = breakpoints_of(law)
+    out[: len(breakpoints)] = breakpoints
+    return len(breakpoints)
 
 
 class FunctionAt(NamedTuple):
@@ -246,9 +246,9 @@ class FunctionAt(NamedTuple):
 
 
 def _values_of_error(error: Any, angles: Floats, out: Floats) -> None:
-    known = at(error)
+    function = at(error)
     for i in range(len(angles)):
-        out[i] = known.value(angles[i])
+        out[i] = function.value(angles[i])
 
 
 def _values_loops(function: Any, angles: Floats, out: Floats) -> None:
@@ -268,7 +268,7 @@ def error_values(error: Any, angles: Floats, out: Floats) -> None:
 
 
 class OscillatorAt(NamedTuple):
-    """What a balance asks of an oscillator; `slot` is where a parameter that is none of the numbers stands."""
+    """Oscillator for a balance; `slot` holds a parameter that is none of the numbers."""
 
     J: float
     B: float
@@ -283,8 +283,8 @@ IN_SLOT = 3  # leaf of an `OscillatorAt` whose value goes to its slot
 
 
 def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[OscillatorAt, int, int]:
-    """An oscillator by address, the place of its leaf among what it has then, and that of the words of its law."""
-    first, places, slot, place = 0, {}, np.zeros(1), leaf
+    """An oscillator by address, the index of its leaf among what it has then, and the address of its law's words."""
+    first, places, slot, index = 0, {}, np.zeros(1), leaf
     for name, item in zip(system._fields, system, strict=True):
         inside = 0 <= leaf - first < count(item)
         if isinstance(item, tuple):
@@ -292,14 +292,14 @@ def oscillator_at(system: Any, leaf: int, words: Callable[[Any], int]) -> tuple[
             places[name] = words(memory)
             if inside:
                 at_word = address.word_of_leaf(item, leaf - first)
-                slot, place = memory.view(np.float64)[at_word : at_word + 1], IN_SLOT
+                slot, index = memory.view(np.float64)[at_word : at_word + 1], IN_SLOT
         elif inside:
-            place = OscillatorAt._fields.index(name)
+            index = OscillatorAt._fields.index(name)
         first += count(item)
     torque = FunctionAt(places["excitation"], entry(_torques, system.excitation, VECTOR, VECTOR))
     error = FunctionAt(places["error"], entry(_values_of_error, system.error, VECTOR, VECTOR))
-    own = float(system.J), float(system.B), float(system.omega)
-    return OscillatorAt(*own, places["law"], torque, error, slot), place, places["law"]
+    scalars = float(system.J), float(system.B), float(system.omega)
+    return OscillatorAt(*scalars, places["law"], torque, error, slot), index, places["law"]
 
 
 def _varied_loops(system: Any, leaf: int, value: float) -> Any:
@@ -355,9 +355,9 @@ class EquationsAt(NamedTuple):
 
 def equations_at(native: Any, words: Callable[[Any], int], prepare: Any, slope: Any, error: Floats) -> EquationsAt:
     """A problem of arrays and addresses by its own address; see `EquationsAt`."""
-    own, lacks, jacobian = (VECTOR,), (VECTOR, VECTOR), (VECTOR, MATRIX)
+    one, lacks, jacobian = (VECTOR,), (VECTOR, VECTOR), (VECTOR, MATRIX)
     kind = type(native)
-    functions = (prepare, own), (kind.equations, lacks), (kind.stiffness, jacobian), (slope, lacks)
+    functions = (prepare, one), (kind.equations, lacks), (kind.stiffness, jacobian), (slope, lacks)
     places = entries(native, *functions)
     return EquationsAt(words(native), places[0], places[1], places[2], places[3], error, np.empty(native.size()))
 

@@ -68,7 +68,7 @@ def bracketed_root(f: Callable[[float], float], a: float, b: float, *, xtol: flo
 
 @routine
 def next_place(bracket: Any, tolerance: float) -> float:
-    """Where to ask for a value next, no nearer to an end of the bracket than the tolerance."""
+    """Next place for a value, no nearer to an end of the bracket than the tolerance."""
     width = bracket[B] - bracket[A]
     least = min(0.5, tolerance / abs(width))
     return float(bracket[A] + min(1.0 - least, max(least, bracket[SHARE])) * width)
@@ -152,12 +152,12 @@ def operating_point(law: Any, mean: float) -> float:
         if not (math.isnan(opposite[1]) or abs(high) <= abs(opposite[1])):
             low, high = opposite
     if math.isnan(high):
-        at, missed = _largest(missing, places)
-        said = (
+        torsion, missed = _largest(missing, places)
+        text = (
             f"{type(law).__name__} carries at most {mean + toward * missed:.6g} N*m, at {{}}, and the mean torque is "
             f"{mean:.6g} N*m; lower the mean torque or stiffen the law"
         )
-        raise ValueError(Sentence(said, Angle(at, digits=3)))
+        raise ValueError(Sentence(text, Angle(torsion, digits=3)))
     return root_between(lambda x: float(missing(x)), low, high, xtol=1e-300)
 
 
@@ -173,7 +173,7 @@ def first_reached(f: Function, places: Floats, slack: float = 0.0) -> tuple[floa
     places : (n,) array
         The way, rising or falling.
     slack : float
-        How far below zero a summit may stay and count as zero.
+        Distance below zero at which a summit counts as zero.
     """
     with np.errstate(all="ignore"):
         values = np.asarray(f(places), float) + 0.0 * places[0]
@@ -181,9 +181,9 @@ def first_reached(f: Function, places: Floats, slack: float = 0.0) -> tuple[floa
         reached = np.flatnonzero(values >= 0.0)
         first = int(reached[0]) if len(reached) else len(values)
         for j in _summits(values[: first + 1]).tolist():
-            place, value = _summit(f, places[j - 1], places[j + 1])
+            summit, value = _summit(f, places[j - 1], places[j + 1])
             if value >= -slack:
-                return (float(places[j - 1]) if value > 0.0 else place), place
+                return (float(places[j - 1]) if value > 0.0 else summit), summit
     return (float(places[first - 1]), float(places[first])) if len(reached) else (math.nan, math.nan)
 
 
@@ -197,8 +197,8 @@ def _summits(values: Floats) -> Any:
 
     A parabola through a sample and its neighbours rises above it by an eighth of what the lower one falls at most.
     """
-    before, here, after = values[:-2], values[1:-1], values[2:]
-    return 1 + np.flatnonzero((here > before) & (here >= after) & (2.0 * here >= np.minimum(before, after)))
+    before, middle, after = values[:-2], values[1:-1], values[2:]
+    return 1 + np.flatnonzero((middle > before) & (middle >= after) & (2.0 * middle >= np.minimum(before, after)))
 
 
 def _largest(f: Function, places: Floats) -> tuple[float, float]:

@@ -33,9 +33,9 @@ from .integration.simulate import simulate
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
 STEPS = 60  # of Newton's method, begun anew wherever the motion goes on in time
 HALVINGS = 5  # of a step of Newton's method that leads away from the orbit
-REACH = 3.0  # largest step of it, in sizes of the motion
+LARGEST_STEP = 3.0  # largest step of it, in sizes of the motion
 MOST_TURNS = 64  # periods that a motion goes on at a time
-CLOSE = 1e-6  # of a state's size: steps below it are taken whole
+WHOLE_STEP = 1e-6  # of a state's size: steps below it are taken whole
 DIFFERENCE = 1e-5  # of a state's size
 
 
@@ -202,13 +202,13 @@ def _nearer(mapped: Any, y: Floats, now: tuple[Floats, Floats, Floats], step: Fl
     end, _, sizes = now
     sizes = sizes * max(1.0, float(np.max(np.abs([y, end]) / sizes)))  # a motion may begin and end at x = 0
     gap, moved = np.max(np.abs(end - y) / sizes), np.max(np.abs(step) / sizes)
-    share = min(1.0, REACH / moved)
+    share = min(1.0, LARGEST_STEP / moved)
     for _ in range(HALVINGS):
         trial = y - share * step
         after = mapped(trial)
         if after is not None:
             left = np.max(np.abs(after[0] - trial) / sizes)
-            if moved <= CLOSE or left <= (1.0 - 0.1 * share) * gap:
+            if moved <= WHOLE_STEP or left <= (1.0 - 0.1 * share) * gap:
                 return trial, after
         share *= 0.5
     return None
@@ -285,13 +285,13 @@ def find_orbit(
     """
     load()
     system = periodic("find_orbit", with_parts("find_orbit", system, "rhs"), period)
-    h, most = starting_harmonics(system, harmonics, period), most_harmonics(system)
+    h, largest = starting_harmonics(system, harmonics, period), most_harmonics(system)
     omega = float(omega_of(system))
     if not omega > 0.0:
         raise ValueError(f"omega is {omega:g} rad/s; a periodic orbit needs a positive base frequency")
     start = None if guess is None else _table(guess)
     if harmonics is None and start is not None:
-        h = max(h, min(len(start) // 2, most))
+        h = max(h, min(len(start) // 2, largest))
     leaf = leaf_of(system, "omega") if "omega" in getattr(system, "_fields", ()) else -1
 
     def balanced(h: int, aim: float) -> tuple[tuple[Any, Any, Any], float]:
@@ -300,10 +300,10 @@ def find_orbit(
         point = _balanced(problem, omega, start)
         if point is None:
             return (problem, None, None), 0.0
-        start, tail = problem.whole(problem.table(point)), tail_along(problem, point[None, :], aim)
+        start, tail = problem.state_table(problem.table(point)), tail_along(problem, point[None, :], aim)
         return (problem, point, tail), tail.worst
 
-    problem, point, tail = grown(balanced, h, most if harmonics is None else h, ORBIT)
+    problem, point, tail = grown(balanced, h, largest if harmonics is None else h, ORBIT)
     if point is None:
         return raised(_missing(problem, omega), throw)
     orbit = _described(problem, point, tail)
@@ -347,18 +347,18 @@ def _table(guess: Floats | Orbit) -> Floats:
 def _balanced(problem: Balance, omega: float, start: Floats | None) -> Floats | None:
     """Solution (coefficients in blocks, parameter) from a guess, the linear response, or an integration."""
     if start is None:
-        found = linear_start(problem, omega)
-        return settled_start(problem, omega) if found is None else found
+        point = linear_start(problem, omega)
+        return settled_start(problem, omega) if point is None else point
     states = problem.state_count()
     if start.shape[1] != states and not problem.hill():  # an oscillator's first state tells the other
         raise ValueError(f"guess has {start.shape[1]} states; {type(problem.system).__name__} has {states}")
     return solve(problem, problem.point(start, omega))
 
 
-def _described(problem: Balance, found: Floats, tail: Tail) -> Orbit:
-    branch = describe(problem, "omega", Trace(found[None, :], np.zeros(1, int), END), tail, "", locate=False)
+def _described(problem: Balance, point: Floats, tail: Tail) -> Orbit:
+    branch = describe(problem, "omega", Trace(point[None, :], np.zeros(1, int), END), tail, "", locate=False)
     return Orbit(
-        float(branch.omega[0]), branch.period, problem.motion(found, branch.coefficients[0]), float(branch.peak[0]),
+        float(branch.omega[0]), branch.period, problem.motion(point, branch.coefficients[0]), float(branch.peak[0]),
         branch.multipliers[0], bool(branch.stable[0]), tail.share, *tail.verdict(Status.OK, "finished", "omega", 0.0),
         value=float(branch.omega[0]),
     )  # fmt: skip

@@ -42,11 +42,11 @@ class SteadyMotion:
     gap : float
         |state at the end - state at the start| relative to the state's size; 0 is a closed orbit.
     closed : bool
-        Whether the motion repeats after `period` base periods (gap below 1e-6).
+        True if the motion repeats after `period` base periods (gap below 1e-6).
     stable : bool or None
-        Whether all multipliers of the closed orbit lie inside the unit circle; None where it is not closed.
+        True if all multipliers of the closed orbit lie inside the unit circle; None where it is not closed.
     status : Status
-        Why the simulation stopped, if it did.
+        Reason for the stop of the simulation, if it stopped.
     message : str
         The sentence that belongs to `status`.
     """
@@ -108,7 +108,7 @@ def settle(
     period : int
         Base periods after which the motion is expected to repeat.
     close : bool
-        Whether to close the orbit by Newton's method on the period map (shooting); with False the last simulated
+        True to close the orbit by Newton's method on the period map (shooting); with False the last simulated
         periods are returned as they are.
     method : Dopri5
         Tolerances of the integration.

@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from ..compile.identity import OWN, Identity
+from ..compile.identity import PACKAGE, Identity
 
 
 def identity(thing: Any) -> str:
@@ -35,7 +35,7 @@ def installed(*things: Any) -> list[str]:
     """Names and versions of what things with an identity use: Python, where its bytecode is in it, and packages."""
     walk = Identity()
     walk.text(things)
-    names = {name.partition(".")[0] for name in walk.packages} - sys.stdlib_module_names - {OWN}
+    names = {name.partition(".")[0] for name in walk.packages} - sys.stdlib_module_names - {PACKAGE}
     own = [f"Python {sys.version_info.major}.{sys.version_info.minor}"] if walk.has_code else []
     return [*own, *(f"{name} {_version(name)}" for name in sorted(names))]
 

@@ -27,7 +27,7 @@ from ..compile.lanes import LANES
 from ..drive.project import Project
 from ..numerics.ensemble.ensemble import ensemble
 from ..numerics.ensemble.measures import Peak, Rms
-from ..numerics.ensemble.request import LaneError, lanes_of, method_of, spans, what_and_how
+from ..numerics.ensemble.request import LaneError, lanes_of, measures_and_method, method_of, spans
 from ..numerics.ensemble.stepping import stepping_of
 from .identity import digest, installed, readable
 from .points import OWN_NAMES, Job, Layout, Part, Variable, check_size, chunk_size, layout_of, lost
@@ -72,7 +72,7 @@ class EnsembleMeasure:
         with contextlib.suppress(LaneError):  # of this variant: those of the sweep are others
             lanes_of(system, {}, self.y0)
         spans(self.periods, self.settle)
-        what_and_how(system, self.measures, self.method)
+        measures_and_method(system, self.measures, self.method)
 
     def least_chunk(self, system: Any) -> int:
         """Fewest lanes that are worth a chunk.

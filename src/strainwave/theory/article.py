@@ -88,11 +88,11 @@ class Cell:
     Attributes
     ----------
     table, case, parameters, quantity, unit : str
-        Where it stands: "Table 3" or "Table 4", the regime, the parameter set, what it is and in which unit.
+        Place in the article: "Table 3" or "Table 4", the regime, the parameter set, the quantity and its unit.
     value : float or None
         Computed value in `unit`; None where there is none, `why` then says why.
     printed : float or str or None
-        What the article prints (a number in `unit`, or a claim in words), or None.
+        Value that the article prints (a number in `unit`, or a claim in words), or None.
     verdict : str
         "reproduced", "not reproducible", "not printed" (no number, or no formula), or "given": an input of the run.
     why : str
@@ -132,7 +132,7 @@ class Reproduction:
     runs : tuple of Run
         The four cases of the derived set in time.
     rule : str
-        When a printed number counts as reproduced.
+        Condition under which a printed number counts as reproduced.
     """
 
     cells: tuple[Cell, ...]
@@ -177,15 +177,15 @@ def reproduce(*, progress: Callable[[str, float], None] = silent) -> Reproductio
     rows = [(*both, case) for both in systems for case in CASES]
     for i, (parameters, system, case) in enumerate(rows):
         progress(f"{case.name}, {parameters} parameters", i / len(rows))
-        found, run = _row(parameters, system, case)
-        cells += found
+        row, run = _row(parameters, system, case)
+        cells += row
         runs += [run] if parameters == "derived" else []
     return Reproduction(tuple(cells), tuple(runs))
 
 
 def curves() -> list[tuple[SlowFlow, SlowResponse]]:
     """Slow flows of cases 2 to 4 of the derived set, the last one forced harder, and their states over omega."""
-    drive, found = HDC_40_050, []
+    drive, traced = HDC_40_050, []
     wide, least = 0.375 * ALPHA * AMPLITUDE**2 / (drive.mu**2 * drive.omega_0), math.sqrt(15.75) * drive.mu
     bands = (  # of sigma: around its value at the peak, a narrow peak, from the least of existence
         (PRIMARY, 1.0, (-0.5 * wide, 1.7 * wide)),
@@ -197,28 +197,28 @@ def curves() -> list[tuple[SlowFlow, SlowResponse]]:
         low, high = ((q * drive.omega_0 + sigma) / p for sigma in band)
         forcing = Harmonic(torque * MOTOR_TORQUE)
         flow = slow_flow(drive.error_equation(motor_torque=forcing, omega=0.5 * (low + high)), resonance)
-        found.append((flow, flow.response((low, high))))
-    return found
+        traced.append((flow, flow.response((low, high))))
+    return traced
 
 
 def _table_3() -> list[Cell]:
-    drive, place = HDC_40_050, ("Table 3", "", "derived")
+    drive, labels = HDC_40_050, ("Table 3", "", "derived")
     rows = (
         ("mu", "1/s", drive.mu, "0.129", "B/J of Table 3 is 2.7 times the printed value (N1)"),
         ("omega_0", "rad/s", drive.omega_0, "37.2", "sqrt(K/J) of Table 3 is 10.4 times the printed value (N2)"),
         ("omega_0 as a frequency", "Hz", drive.omega_0 / (2.0 * math.pi), "5.92", FOLLOWS),
     )
-    why = "A = T_m/(N J_m) of Table 3 does not depend on the frequency (N3)"
+    fact = "A = T_m/(N J_m) of Table 3 does not depend on the frequency (N3)"
     none = "static error A/omega_0^2; the article gives none (N3)"
     return [
-        *(_compared(place, name, unit, value, text, reason) for name, unit, value, text, reason in rows),
-        Cell(*place, "A", "rad/s^2", AMPLITUDE, "varies with omega", "not reproducible", why),
-        Cell(*place, "static error", "rad", AMPLITUDE / drive.omega_0**2, None, "not printed", none),
+        *(_compared(labels, name, unit, value, text, reason) for name, unit, value, text, reason in rows),
+        Cell(*labels, "A", "rad/s^2", AMPLITUDE, "varies with omega", "not reproducible", fact),
+        Cell(*labels, "static error", "rad", AMPLITUDE / drive.omega_0**2, None, "not printed", none),
     ]
 
 
 def _compared(
-    place: tuple[str, str, str], quantity: str, unit: str, value: float | None, printed: str | None, reason: str
+    labels: tuple[str, str, str], quantity: str, unit: str, value: float | None, printed: str | None, reason: str
 ) -> Cell:
     """Apply the rule to one number."""
     number = None if printed is None else float(printed)
@@ -226,7 +226,7 @@ def _compared(
     if value is not None and printed is not None and number is not None:
         half_digit = 0.5 * 10.0 ** int(Decimal(printed).as_tuple().exponent)
         verdict = "reproduced" if abs(value - number) <= half_digit * (1.0 + 1e-9) else "not reproducible"
-    return Cell(*place, quantity, unit, value, number, verdict, reason)
+    return Cell(*labels, quantity, unit, value, number, verdict, reason)
 
 
 def _row(parameters: str, system: Oscillator, case: Case) -> tuple[list[Cell], Run]:
@@ -234,7 +234,7 @@ def _row(parameters: str, system: Oscillator, case: Case) -> tuple[list[Cell], R
     omega_0, mu = math.sqrt(system.law.K / system.J), system.B / system.J
     omega = float(case.omega)
     system = system._replace(omega=case.multiple * omega_0 or omega)
-    place = ("Table 4", case.name, parameters)
+    labels = ("Table 4", case.name, parameters)
     run = _from_rest(system)
     window = run.t <= SHORT / mu
     exact = run.y[0, window]
@@ -250,10 +250,10 @@ def _row(parameters: str, system: Oscillator, case: Case) -> tuple[list[Cell], R
     from_rest, printed_rms, alone = None, None, CASE_1_ALONE
     if printed is not None:
         from_rest, printed_rms, alone = largest(printed), rms(printed), ""
-    own = abs(system.omega / omega - 1.0) < 1e-9
+    as_given = abs(system.omega / omega - 1.0) < 1e-9
     reason, difference = _why(parameters, case), _why_rms(parameters, case, rms(first))
-    near = NEAR[CASES.index(case)]
-    name = f"steady amplitude at {near}"
+    component = NEAR[CASES.index(case)]
+    name = f"steady amplitude at {component}"
     certificate = slow_flow(system, case.resonance, order=2).certificate()
     worth = f"second order is certified {'valid' if certificate.valid else 'not valid'} for the steady motion here"
     rows: tuple[tuple[str, str, float | None, str | None, str], ...] = (
@@ -271,9 +271,9 @@ def _row(parameters: str, system: Oscillator, case: Case) -> tuple[list[Cell], R
         (name + AS_PRINTED, "rad", printed_a, None, NO_NUMBER),
     )
     cells = [
-        Cell(*place, "omega", "rad/s", system.omega, omega, "given", GIVEN if own else MULTIPLE),
-        *(_compared(place, *row) for row in (rows if near else rows[:-2])),
-        *_harmonics(place, settled, case),
+        Cell(*labels, "omega", "rad/s", system.omega, omega, "given", GIVEN if as_given else MULTIPLE),
+        *(_compared(labels, *row) for row in (rows if component else rows[:-2])),
+        *_harmonics(labels, settled, case),
     ]
     return cells, Run(case, system, run.t[window], exact, first[window], rms(first))
 
@@ -285,7 +285,7 @@ def _from_rest(system: Oscillator) -> Trajectory:
     return simulate(system, (0.0, 0.0), t)
 
 
-def _harmonics(place: tuple[str, str, str], settled: SteadyMotion, case: Case) -> list[Cell]:
+def _harmonics(labels: tuple[str, str, str], settled: SteadyMotion, case: Case) -> list[Cell]:
     """Steady harmonics at omega, 3 omega and omega/3, by integration and shooting."""
     cells = []
     for quantity, k in (("omega", 1.0), ("3 omega", 3.0), ("omega/3", 1 / 3)):
@@ -297,7 +297,7 @@ def _harmonics(place: tuple[str, str, str], settled: SteadyMotion, case: Case) -
         elif claim is not None:
             share = value / settled.amplitude(1)
             verdict, reason = "reproduced" if share > least else "not reproducible", reason.format(100.0 * share)
-        cells.append(Cell(*place, f"steady amplitude at {quantity}", "rad", value, claim, verdict, reason))
+        cells.append(Cell(*labels, f"steady amplitude at {quantity}", "rad", value, claim, verdict, reason))
     return cells
 
 

@@ -1,4 +1,4 @@
-"""Where a torsion law balances a constant torque, and which way the remainder pushes in between.
+"""Rests of a torsion law under a constant torque, and the direction of the remainder in between.
 
 The rests of J x'' + B x' + T(x) = tau_0 are the zeros of T(x) - tau_0. Between two turning points of the law, and
 beyond the last, there is one at most, or an interval; a law that does not say where its torque turns is sampled.
@@ -33,7 +33,7 @@ class Landscape:
     Attributes
     ----------
     rests : tuple of (float, float)
-        Where T = tau_0; a point has low = high, the play of a backlash is a whole interval.
+        Torsions with T = tau_0; a point has low = high, the play of a backlash is a whole interval.
     signs : tuple of float
         Sign of T - tau_0 left of the first rest, between the rests, and right of the last: one more than rests.
     low, high : float
@@ -85,8 +85,8 @@ def reach(law: Any, tau_0: float, x: float) -> float:
     """Distance [rad] of a torsion in a well from the nearest saddle; infinite without one, and of an unknown law."""
     if turning_points_of(law) is None:
         return math.inf
-    found = landscape(law, tau_0, None)
-    wells = [found.borders(i) for i in found.wells() if found.rests[i][0] - MERGE <= x <= found.rests[i][1] + MERGE]
+    field = landscape(law, tau_0, None)
+    wells = [field.borders(i) for i in field.wells() if field.rests[i][0] - MERGE <= x <= field.rests[i][1] + MERGE]
     return min((abs(border - x) for borders in wells for border in borders), default=math.inf)
 
 

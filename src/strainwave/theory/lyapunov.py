@@ -23,7 +23,7 @@ from ..model.excitation import Harmonic, NoError, mean_torque
 from ..model.laws.springs import energy_in, turning_points_of
 from ..model.oscillator import Oscillator, VaryingOscillator
 from .equilibria import SAMPLES, Landscape, landscape
-from .stability_proof import Obstacle, Region, Reserve, Scope, StabilityProof, place, reserve
+from .stability_proof import Obstacle, Region, Reserve, Scope, StabilityProof, reserve, rest_text
 
 TRIED = 0.01  # rad to both sides, on which the methods of a user's law are compared at least
 
@@ -91,7 +91,7 @@ def lyapunov(
 
 
 def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: float | None) -> Obstacle | None:
-    """What keeps V from being an energy that falls; None if nothing does."""
+    """Obstacle that keeps V from being an energy that falls; None if nothing does."""
     law, name = system.law, type(system.law).__name__
     turns = turning_points_of(law)
     if damping < 0.0:
@@ -124,7 +124,7 @@ def _obstacle(system: Oscillator | VaryingOscillator, damping: float, span: floa
 
 
 def _turns_between(turns: tuple[float, ...], grid: Floats, torque: Floats) -> bool:
-    """Whether samples of a torque both rise and fall between two of its turning points [rad]."""
+    """True for samples of a torque that both rise and fall between two of its turning points [rad]."""
     pieces, noise = np.searchsorted(turns, grid), 1e-12 * float(np.max(np.abs(torque)))
     rises = [np.diff(torque[pieces == piece]) for piece in range(len(turns) + 1)]
     return any(np.any(rise > noise) and np.any(rise < -noise) for rise in rises)
@@ -134,14 +134,14 @@ def _no_single_well(
     system: Oscillator | VaryingOscillator, tau_0: float, balance: Landscape, torsion: float | None
 ) -> Obstacle:
     torque = f" under the mean torque {tau_0:.6g} N*m" if tau_0 else ""
-    rests = Sentence(", ").join(place(rest) for rest in balance.rests)
+    rests = Sentence(", ").join(rest_text(ends) for ends in balance.rests)
     if not balance.rests:
         span = Sentence(" on |x| <= {}", Angle(balance.high)) if math.isfinite(balance.high) else ""
         fact = Sentence("there is no equilibrium{}{}", torque, span)
         return Obstacle(fact, "T(x) never balances the mean torque: lower it or stiffen the law")
     if any(math.isinf(low) and math.isinf(high) for low, high in balance.rests):
         return Obstacle("the law has no restoring torque", "every x is an equilibrium: give it a positive stiffness")
-    stable = [place(balance.rests[i]) for i in balance.wells()]
+    stable = [rest_text(balance.rests[i]) for i in balance.wells()]
     wells = Sentence(", ").join(stable)
     if torsion is not None and stable:
         fact = Sentence("near = {} lies in no well", Angle(torsion))
@@ -192,7 +192,7 @@ def _proof(
 
 def _claim(ends: tuple[float, float], everywhere: bool, asymptotic: bool, varying: bool) -> str:
     subject = "every motion" if everywhere else "every motion that starts in the region stays in it and"
-    goal = Sentence("{} {}", "at" if ends[0] == ends[1] else "inside", place(ends))
+    goal = Sentence("{} {}", "at" if ends[0] == ends[1] else "inside", rest_text(ends))
     if not asymptotic:
         verb = "never gains energy V" if varying else "keeps its energy V"
         return Sentence("{} {}: rest {} is stable, but not asymptotically", subject, verb, goal)
@@ -227,5 +227,5 @@ def _reason(balance: Landscape, region: Region, everywhere: bool, point: bool, a
     return Sentence("V is positive definite with respect to {} {}, {}{}", goal, shape, decay, checked)
 
 
-def _all_points(found: Landscape) -> tuple[float, ...]:
-    return tuple(sorted({x for rest in found.rests for x in rest if math.isfinite(x)}))
+def _all_points(balance: Landscape) -> tuple[float, ...]:
+    return tuple(sorted({x for ends in balance.rests for x in ends if math.isfinite(x)}))

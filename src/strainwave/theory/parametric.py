@@ -30,8 +30,8 @@ from ..numerics.stability.first_order import hill_map
 
 HIGHEST = 4  # multiple n of a line's half order that is looked at
 ROUNDING = 1e-11  # of the traces: a tongue that has closed is none
-DEAD = 0.99  # damping ratio at which a vibration falls to exp(-44) in a cycle
-LARGE = 700.0  # logarithm of a trace D whose arcosh(D/2) is log D
+DEAD_RATIO = 0.99  # damping ratio at which a vibration falls to exp(-44) in a cycle
+LARGE_LOGARITHM = 700.0  # logarithm of a trace D whose arcosh(D/2) is log D
 
 
 @dataclass(frozen=True)
@@ -49,12 +49,12 @@ class ParametricResonance:
     growth : float
         Rate [1/s] at which motions grow at the centre (negative: they decay), exact for the linearised drive.
     unstable : bool
-        Whether they grow.
+        True if they grow.
     low, high : float
         Edges [rad/s] of the unstable range of the base speed; nan where the damping suffices, and for an edge at which
         the next tongue begins.
     damping_ratio, damping_needed : float
-        What there is (mean over a turn) and what would suffice at the centre (to second order in it).
+        Damping ratio (mean over a turn), and the one that would suffice at the centre (to second order in it).
     turns : int
         Turns of the base angle after which a motion there repeats: 2 for a period doubling.
     """
@@ -129,9 +129,9 @@ def parametric_resonances(system: Any, span: tuple[float, float]) -> list[Parame
         return []
     fast, g = _on_own_turn(linear)
     brackets = [(m, cause, _bracket(free, m // g)) for m, cause in causes.items()]
-    near = [(m, cause) for m, cause, (low, high) in brackets if lo * g <= high and hi * g >= low]
-    found = [_resonance(fast, omega_0, free, m, g, cause) for m, cause in near]
-    inside = [r for r in found if lo <= r.omega <= hi or (r.unstable and r.low <= hi and r.high >= lo)]
+    candidates = [(m, cause) for m, cause, (low, high) in brackets if lo * g <= high and hi * g >= low]
+    resonances = [_resonance(fast, omega_0, free, m, g, cause) for m, cause in candidates]
+    inside = [r for r in resonances if lo <= r.omega <= hi or (r.unstable and r.low <= hi and r.high >= lo)]
     return sorted(inside, key=lambda r: r.omega)
 
 
@@ -174,7 +174,7 @@ def _damped_frequency(linear: Any, omega_0: float) -> float:
     angles = np.linspace(0.0, 2.0 * math.pi, 16 * max((1, *linear.orders())), endpoint=False)
     mean = float(np.mean(np.broadcast_to(linear.damping.slope(angles, 0.0), angles.shape)))
     share = mean / (2.0 * linear.J * omega_0)
-    return omega_0 * math.sqrt((1.0 - share) * (1.0 + share)) if abs(share) < DEAD else 0.0
+    return omega_0 * math.sqrt((1.0 - share) * (1.0 + share)) if abs(share) < DEAD_RATIO else 0.0
 
 
 def _bracket(free: float, m: int) -> tuple[float, float]:
@@ -206,7 +206,7 @@ def _resonance(linear: Any, omega_0: float, free: float, base: int, g: int, caus
     traces, decays = hill(np.array([centre]))
     turn = 2.0 * math.pi / centre
     trace = float(traces[0])
-    feeding = (trace if trace > LARGE else math.acosh(max(1.0, 0.5 * math.expm1(trace)))) / turn
+    feeding = (trace if trace > LARGE_LOGARITHM else math.acosh(max(1.0, 0.5 * math.expm1(trace)))) / turn
     loss = -float(decays[0]) / turn
     unstable = bool(beyond(np.array([centre]))[0] > ROUNDING)
     edges = [_crossing(beyond, centre, end) / g if unstable else math.nan for end in (low, high)]

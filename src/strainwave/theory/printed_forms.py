@@ -1,4 +1,4 @@
-"""What the article prints and what follows from its own equations of motion, side by side; its formulas as printed.
+"""Forms that the article prints beside those that follow from its equations of motion; its formulas as printed.
 
 The numbers E1 to E11 are those of the errata list of the documentation.
 """

@@ -1,4 +1,4 @@
-"""What a mean torque makes of a law: the operating point, its stiffness, and the even terms that appear about it.
+"""Law under a mean torque: the operating point, its stiffness, and the even terms that appear about it.
 
 A law that is odd about zero is not odd about x0: small motions u about it see T(x0 + u) = T0 + k1 u + k2 u^2 + k3 u^3.
 The quadratic term gives a superharmonic resonance at half the natural frequency and softens the backbone

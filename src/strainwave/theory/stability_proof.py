@@ -1,6 +1,6 @@
-"""What Lyapunov's direct method claims about the dynamic error: the function V, its rate, and from where it holds.
+"""Claim of Lyapunov's direct method about the dynamic error: the function V, its rate, and the region of the claim.
 
-When the energy argument for rest survives a damping and a stiffness that change: J x'' + b x' + kappa T(x) = 0.
+The energy argument for rest under a damping and a stiffness that change: J x'' + b x' + kappa T(x) = 0.
 """
 
 import math
@@ -22,7 +22,7 @@ Scope = Literal["global", "local", "set", "none"]
 
 
 class Obstacle(NamedTuple):
-    """What is in the way of a claim, and what follows from it or helps, as sentences."""
+    """Obstacle in the way of a claim, and what follows from it or helps, as sentences."""
 
     fact: str
     remedy: str
@@ -30,7 +30,7 @@ class Obstacle(NamedTuple):
 
 @dataclass(frozen=True)
 class Region:
-    """Where a claim holds: x_low < x < x_high [rad] and V(x, v) < energy_limit [J]; infinite where nothing limits."""
+    """Region of a claim: x_low < x < x_high [rad] and V(x, v) < energy_limit [J]; infinite where nothing limits."""
 
     x_low: float = -math.inf
     x_high: float = math.inf
@@ -46,7 +46,7 @@ class Region:
 
 @dataclass(frozen=True, eq=False)
 class StabilityProof(Result):
-    """What Lyapunov's direct method says about the unforced dynamic error, or why it says nothing.
+    """Claim of Lyapunov's direct method about the unforced dynamic error, or the reason why there is none.
 
     Attributes
     ----------
@@ -59,17 +59,17 @@ class StabilityProof(Result):
     rest : (float, float) or None
         Ends of the set of x [rad] that the claim is about, equal for a point; None without a claim.
     holds : bool
-        Whether there is a claim.
+        True for a claim.
     scope : {"global", "local", "set", "none"}
         For all starts; for starts in `region`; for all starts, to a set of rests (backlash); no claim.
     asymptotic : bool
-        Whether motions converge (B > 0) or only stay near (B = 0).
+        True where motions converge (B > 0), false where they only stay near (B = 0).
     region : Region or None
-        From where the claim holds.
+        Region of starts for which the claim holds.
     claim, reason : str
         The claim, and the sentence that proves it or says what is in the way and what helps.
     obstacle : str
-        What is in the way, in a few words; empty with a claim.
+        Obstacle in a few words; empty with a claim.
     conditions : tuple of str
         Of a `VaryingOscillator`: the bounds on which the claim rests.
     """
@@ -125,7 +125,7 @@ class StabilityProof(Result):
         return -(b + 0.5 * self.system.J * rate / kappa) * v * v / kappa + 0.0 * x
 
     def contains(self, x: float, v: float, phase: float = 0.0) -> bool:
-        """Whether the claim covers a motion that starts at the error x [rad], the rate v [rad/s] and a base angle."""
+        """True if the claim covers a motion that starts at the error x [rad], the rate v [rad/s] and a base angle."""
         region = self.region
         if region is None or not region.x_low < x < region.x_high:
             return False
@@ -133,7 +133,7 @@ class StabilityProof(Result):
 
     def __str__(self) -> str:
         torque = f", mean torque {self.tau_0:.6g} N*m" if self.tau_0 else ""
-        origin = f", relative to its value at {place(self.rest)}" if self.rest else ""
+        origin = f", relative to its value at {rest_text(self.rest)}" if self.rest else ""
         equation, square, loss = "J x'' + B x' + T(x)", "J v^2/2", "-B v^2"
         if isinstance(self.system, VaryingOscillator):
             equation, square = "J x'' + b(t) x' + kappa(t) T(x)", "J v^2/(2 kappa)"
@@ -161,7 +161,7 @@ def _state(x: Reals, v: Reals, phase: Reals) -> tuple[Any, Any, Any]:
     return array_of("x [rad]", x)[()], array_of("v [rad/s]", v)[()], array_of("phase [rad]", phase)[()]
 
 
-def place(ends: tuple[float, float] | None) -> str:
+def rest_text(ends: tuple[float, float] | None) -> str:
     """Write a rest [rad], of which a set is given by its ends."""
     if ends is None:
         return "none"
@@ -185,7 +185,7 @@ class Reserve:
         return self.low - self.asked
 
     def conditions(self) -> tuple[str, ...]:
-        """What the claim rests on, in sentences."""
+        """Grounds of the claim, in sentences."""
         bounds = f"{self.low:.6g} <= b <= {self.high:.6g} N*m*s/rad at all angles and speeds"
         if not self.asked:
             return (bounds,)

@@ -48,9 +48,9 @@ def test_machine_code_follows_the_curve_of_python(system, path, monkeypatch):
     value = _value(system, number)
     start = own.linear_response(value)
     load()
-    found = trace(own, start, 1.0, 0.5 * value, 1.5 * value, 0.2, most=40)
+    found = trace(own, start, 1.0, 0.5 * value, 1.5 * value, 0.2, max_points=40)
     monkeypatch.setenv("STRAINWAVE_JIT", "0")
-    expected = trace(own, start, 1.0, 0.5 * value, 1.5 * value, 0.2, most=40)
+    expected = trace(own, start, 1.0, 0.5 * value, 1.5 * value, 0.2, max_points=40)
     assert found.outcome == expected.outcome
     assert len(found.points) == len(expected.points)
     # where the next point lies depends on differences by the parameter, whose rounding is 1e-8

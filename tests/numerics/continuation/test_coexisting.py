@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.compile.tree import leaf_of
-from strainwave.numerics.balance.harmonics import ENOUGH
+from strainwave.numerics.balance.harmonics import SEARCH_PER_TURN
 from strainwave.numerics.balance.second_order import second_order
 from strainwave.numerics.continuation.connected import connected
 
@@ -173,7 +173,7 @@ def test_no_motion_without_the_symmetry_of_its_system_is_lost():
     leaf = leaf_of(system, "omega")
     problem = second_order(system, leaf, leaf, 15)
     found = connected(problem, omega, [])
-    known = states([problem.whole(table)[:, 0] for table in found.tables])
+    known = states([problem.state_table(table)[:, 0] for table in found.tables])
     for motion in (after, -half):
         assert np.min(np.linalg.norm(known - motion, axis=1)) < 1e-3
 
@@ -184,4 +184,4 @@ def test_the_harmonics_of_a_search_are_those_that_the_lines_need_however_many_th
     system = HARDENING._replace(error=error, excitation=sw.Harmonic(0.0))
     leaf = leaf_of(system, "omega")
     found = connected(second_order(system, leaf, leaf, 60), 0.3, [])
-    assert [table.shape for table in found.tables] == [(2 * ENOUGH + 1, 1)]
+    assert [table.shape for table in found.tables] == [(2 * SEARCH_PER_TURN + 1, 1)]

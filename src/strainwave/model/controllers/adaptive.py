@@ -12,7 +12,7 @@ from ...compile.elementwise import entry, select, with_entry
 from ...compile.jit import kernel
 from ...compile.maths import cos, sin, sqrt
 from ..laws.friction import positive
-from .loops import Measurement, known
+from .loops import Measurement, number_or_zero
 
 
 class AdaptiveCancellation(NamedTuple):
@@ -49,7 +49,7 @@ class AdaptiveCancellation(NamedTuple):
         angle = self.order * m.reference
         inner, torque = self.loop.update(inner, m)
         added = (1.0 - tripped) * (a * cos(angle) + b * sin(angle))
-        seen = self.on_load * known(m.reference / self.N - m.load) + (1 - self.on_load) * (
+        seen = self.on_load * number_or_zero(m.reference / self.N - m.load) + (1 - self.on_load) * (
             (m.reference - m.motor) / self.N
         )
         step, late = self.period * self.gain * seen, angle + select(m.speed < 0.0, -self.phase, self.phase)
@@ -70,8 +70,8 @@ ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a 
 
 
 @kernel
-def place(angle: Reals) -> Any:
-    """Place of an angle [rad] on the turn, from 0 to below the number of cells."""
+def cell_of(angle: Reals) -> Any:
+    """Position of an angle [rad] on the turn, from 0 to below the number of cells."""
     turns = angle * (0.5 / pi)
     share = turns - ((turns + ROUND) - ROUND)
     share = select(share < 0.0, share + 1.0, share)
@@ -79,16 +79,16 @@ def place(angle: Reals) -> Any:
 
 
 @kernel
-def straight(cells: States, where: Reals) -> Any:
-    """Value of a table over the turn at a place, straight between the middles of its cells."""
-    shifted = where + (CELLS - 0.5)
-    low = whole(shifted)
+def straight(cells: States, position: Reals) -> Any:
+    """Value of a table over the turn at a position, straight between the middles of its cells."""
+    shifted = position + (CELLS - 0.5)
+    low = floor_of(shifted)
     share, left = shifted - low, around(low)
     return (1.0 - share) * entry(cells, left) + share * entry(cells, around(left + 1.0))
 
 
 @kernel
-def whole(x: Reals) -> Any:
+def floor_of(x: Reals) -> Any:
     """Largest whole number that is not above x."""
     nearest = (x + ROUND) - ROUND
     return nearest - select(nearest > x, 1.0, 0.0)
@@ -132,12 +132,12 @@ class Repetitive(NamedTuple):
         """Memory after a sample, and the torque [N*m]."""
         inner, cells, tripped = state
         inner, torque = self.loop.update(inner, m)
-        added = (1.0 - tripped) * straight(cells, place(m.reference + select(m.speed < 0.0, -self.lead, self.lead)))
-        i = whole(place(m.reference))
-        seen = known(m.reference / self.N - m.load)
+        added = (1.0 - tripped) * straight(cells, cell_of(m.reference + select(m.speed < 0.0, -self.lead, self.lead)))
+        i = floor_of(cell_of(m.reference))
+        seen = number_or_zero(m.reference / self.N - m.load)
         middle = 0.5 * (entry(cells, around(i + 1.0)) + entry(cells, around(i + (CELLS - 1.0))))
-        own = entry(cells, i)
-        value = own + self.smooth * (middle - own) + self.period * self.gain * seen
+        cell = entry(cells, i)
+        value = cell + self.smooth * (middle - cell) + self.period * self.gain * seen
         tripped = select(abs(value) > self.most, 1.0, tripped)
         return (inner, with_entry(cells, i, value), tripped), torque + added
 

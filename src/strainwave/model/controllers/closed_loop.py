@@ -29,8 +29,8 @@ _ALL, _PIECE = 2**64 - 1, 0xFFFF
 _SCALE = 3.0**0.5 / 65536.0  # the sum of four numbers, each even over 2^16, has the variance 2^32/3
 
 
-def _mixed(place: int, shift: int) -> float:
-    x = np.uint64(place) * np.uint64(_GOLDEN) + np.uint64(_GOLDEN)
+def _mixed(index: int, shift: int) -> float:
+    x = np.uint64(index) * np.uint64(_GOLDEN) + np.uint64(_GOLDEN)
     x = (x ^ (x >> np.uint64(30))) * np.uint64(_FIRST)
     x = (x ^ (x >> np.uint64(27))) * np.uint64(_SECOND)
     x = x ^ (x >> np.uint64(31))
@@ -38,9 +38,9 @@ def _mixed(place: int, shift: int) -> float:
 
 
 @kernel_as(_mixed)
-def piece(place: int, shift: int) -> float:
-    """Whole number below 2^16 that belongs to a place: 16 bits, from bit `shift` on, of its 64 mixed ones."""
-    x = (int(place) + 1) * _GOLDEN & _ALL
+def piece(index: int, shift: int) -> float:
+    """Whole number below 2^16 that belongs to an index: 16 bits, from bit `shift` on, of its 64 mixed ones."""
+    x = (int(index) + 1) * _GOLDEN & _ALL
     x = (x ^ (x >> 30)) * _FIRST & _ALL
     x = (x ^ (x >> 27)) * _SECOND & _ALL
     x ^= x >> 31
@@ -56,8 +56,8 @@ def place_of(seed: int, lane: int, sample: int, channel: int) -> int:
 @kernel
 def noise(seed: int, lane: int, sample: int, channel: int) -> float:
     """Noise of mean 0 and deviation 1, at most 3.46 in size: a sum of four even numbers."""
-    at = place_of(seed, lane, sample, channel)
-    return (piece(at, 0) + piece(at, 16) + piece(at, 32) + piece(at, 48) - 131070.0) * _SCALE
+    index = place_of(seed, lane, sample, channel)
+    return (piece(index, 0) + piece(index, 16) + piece(index, 32) + piece(index, 48) - 131070.0) * _SCALE
 
 
 @kernel
@@ -69,8 +69,8 @@ def even(seed: int, lane: int, sample: int, channel: int) -> float:
 NO_ERROR = NoError()
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting it rounds to a whole number
 HELD = 4  # place of the torque in force among the states of a train
-LONGEST = 7.0  # samples of delay
-JUST = 1e-9  # of a period: rounding of a delay
+LONGEST_DELAY = 7.0  # samples of delay
+DELAY_ROUNDING = 1e-9  # of a period: rounding of a delay
 UNGUARDED = 1e9  # N*m: the guard of a controller that adapts is never met
 LOST = 20.0  # samples without a motor's angle after which the torque is 0 until it is back
 
@@ -105,10 +105,10 @@ class Sampling(NamedTuple):
         for name in ("delay", "motor_quantum", "motor_noise", "load_quantum", "load_noise"):
             if not getattr(self, name) >= 0.0:
                 raise ValueError(f"Sampling.{name} is {getattr(self, name):g}; it must be zero or more")
-        if not self.delay <= LONGEST * self.period:
+        if not self.delay <= LONGEST_DELAY * self.period:
             raise ValueError(
-                f"Sampling.delay is {self.delay:g} s; it must be at most {LONGEST:g} periods, "
-                f"{LONGEST * self.period:g} s"
+                f"Sampling.delay is {self.delay:g} s; it must be at most {LONGEST_DELAY:g} periods, "
+                f"{LONGEST_DELAY * self.period:g} s"
             )
         if not 0.0 <= self.loss < 1.0:
             raise ValueError(f"Sampling.loss is {self.loss:g}; it is a share, from 0 to below 1")
@@ -168,7 +168,7 @@ def _floats(thing: Any) -> Any:
 
 
 class Memory(NamedTuple):
-    """What a closed loop remembers between samples, beside the state of its train.
+    """Memory of a closed loop between samples, beside the state of its train.
 
     `state` is the controller's; then the last eight torques, newest first; what the limit did to the last one; the last
     good deviation of the motor and how many samples it is old; counts of samples that were limited and lost.
@@ -191,9 +191,9 @@ def rounded(angle: Reals, quantum: Any) -> Any:
 
 
 @kernel
-def whole(sampling: Any) -> int:
+def whole_periods(sampling: Any) -> int:
     """Whole periods in the delay."""
-    return int(sampling.delay / sampling.period + JUST)
+    return int(sampling.delay / sampling.period + DELAY_ROUNDING)
 
 
 class ClosedLoop(NamedTuple):
@@ -215,7 +215,7 @@ class ClosedLoop(NamedTuple):
         return self.start()._replace(torques=(y[HELD],) * 8)
 
     def measured(self, t: Any, y: Any, memory: Any, lane: int, sample: int) -> Any:
-        """What the controller is given at a time [s]: a lost angle of the motor is the last good one, moved along.
+        """Measurement for the controller at a time [s]: a lost angle of the motor is the last good one, moved along.
 
         Returns the measurement, whether the motor's angle was lost, its deviation, and its age in samples.
         """
@@ -247,14 +247,14 @@ class ClosedLoop(NamedTuple):
 
     def commanded(self, y: Any, memory: Any, later: int) -> Any:
         """State of the train with the torque that acts in the first part of a sample (later = 0) or in the second."""
-        torque = memory.torques[whole(self.sampling) + 1 - later]
+        torque = memory.torques[whole_periods(self.sampling) + 1 - later]
         return commanded(self.train.motor.control, y, torque)
 
     def waits(self) -> Any:
         """Time [s] after a sample until another torque acts; the delay's whole periods are left out."""
         s = self.sampling
-        left = s.delay - whole(s) * s.period
-        return select(left > JUST * s.period, left, 0.0)
+        left = s.delay - whole_periods(s) * s.period
+        return select(left > DELAY_ROUNDING * s.period, left, 0.0)
 
     def watched(self, phase: Reals, y: Any) -> Any:
         """Pointing error [rad] of the load, and torque [N*m] in the gear."""
@@ -265,11 +265,11 @@ class ClosedLoop(NamedTuple):
         return self.sampling.period
 
     def plant(self) -> Any:
-        """What is integrated between samples."""
+        """System that is integrated between samples."""
         return self.train
 
     def called(self, loops: Any, memories: Any) -> Any:
-        """What machine code gets of loops of one kind, whose controllers it calls, so that no kernel is of their kind.
+        """Loops of one kind for machine code that calls their controllers, so that no kernel is of their kind.
 
         Returns the loop, for `jit.run`; loops and memories whose numbers are those of the rest; and a function of one
         of these memories, after the run, that gives the whole.
@@ -281,12 +281,12 @@ class ClosedLoop(NamedTuple):
             update_at = entry(_updated, pairs[0], *[float] * len(Measurement._fields))
             return self._replace(controller=Called(int(words.ctypes.data), words.shape[1], update_at))
 
-        def whole(memory: Any) -> Any:
+        def restored(memory: Any) -> Any:
             row = iter(words.view(np.float64)[int(memory.state)].tolist())
             return memory._replace(state=mapped(lambda _: next(row), pairs[0][0]))
 
         left = [loop._replace(controller=()) for loop in loops]
-        return ByAddress(self, addressed), left, [m._replace(state=float(i)) for i, m in enumerate(memories)], whole
+        return ByAddress(self, addressed), left, [m._replace(state=float(i)) for i, m in enumerate(memories)], restored
 
     def check(self) -> None:
         """Refuse a train without `Commanded()`, without motion of its motor, and a controller that is none."""
@@ -298,7 +298,7 @@ class ClosedLoop(NamedTuple):
             )
         need("ClosedLoop.controller", self.controller, "start", "update(state, measurement)")
         for path, owner, name, number in numbers(self.controller):
-            if name == "period" and abs(number - self.sampling.period) > JUST * self.sampling.period:
+            if name == "period" and abs(number - self.sampling.period) > DELAY_ROUNDING * self.sampling.period:
                 raise ValueError(
                     f"ClosedLoop.controller.{path} of {type(owner).__name__} is {number:g} s and Sampling.period is "
                     f"{self.sampling.period:g} s; give both the same"

@@ -1,6 +1,6 @@
-"""What is known of the error is taken away before it appears: at the angle, at the torque, or by the whole inverse.
+"""Known errors are taken away before they appear: at the angle, at the torque, or by the whole inverse.
 
-A torque table over angle and speed: what cancels an error whose amplitude and phase change with the speed.
+A torque table over angle and speed cancels an error whose amplitude and phase change with the speed.
 """
 
 from itertools import pairwise
@@ -136,8 +136,8 @@ def inverse(train: Any, angle: Reals, speed: Reals, acceleration: Reals) -> Any:
     fast = speed / (1.0 - N * slope)
     quick = (acceleration + N * train.error.curvature(motor) * fast * fast) / (1.0 - N * slope)
     drag = drag_of(train.motor.drag, motor, fast)
-    own = train.motor.excitation.torque(angle)
-    return motor, fast, train.motor.J * quick + drag + (1.0 / N - slope) * torque - own
+    ripple = train.motor.excitation.torque(angle)
+    return motor, fast, train.motor.J * quick + drag + (1.0 / N - slope) * torque - ripple
 
 
 @kernel

@@ -42,7 +42,7 @@ def moved(m: Any, angle: Any, speed: Any, acceleration: Any) -> Any:
 
 
 @kernel
-def known(value: Any) -> Any:
+def number_or_zero(value: Any) -> Any:
     """Return a number, or 0 where it is NaN."""
     return select(value == value, value, 0.0)
 
@@ -229,7 +229,7 @@ def notch(loop: Any, frequency: float, period: float, *, width: float = 0.5, dep
     Parameters
     ----------
     loop : controller
-        What gives the torque.
+        Controller that gives the torque.
     frequency : float
         Centre [rad/s].
     period : float

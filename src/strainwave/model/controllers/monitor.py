@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from ...base.quantities import AngularSpeed, Reals, States, Time
 from ...compile.elementwise import larger, smaller
 from ...compile.maths import cos, sin, sqrt
-from .loops import known
+from .loops import number_or_zero
 
 
 class Average(NamedTuple):
@@ -23,7 +23,7 @@ class Average(NamedTuple):
         return (0.0,)
 
     def expected(self, state: States, _angle: Reals) -> Any:
-        """What the signal is expected to be at an angle [rad]."""
+        """Expected signal at an angle [rad]."""
         return state[0]
 
     def corrected(self, state: States, _angle: Reals, innovation: Reals) -> Any:
@@ -58,7 +58,7 @@ class Demodulator(NamedTuple):
         return self.below.start(), 0.0, 0.0
 
     def expected(self, state: Any, angle: Reals) -> Any:
-        """What the signal is expected to be at an angle [rad]."""
+        """Expected signal at an angle [rad]."""
         turn = self.order * angle
         return self.below.expected(state[0], angle) + state[1] * cos(turn) + state[2] * sin(turn)
 
@@ -70,14 +70,14 @@ class Demodulator(NamedTuple):
 
     def update(self, state: Any, angle: Reals, signal: Reals) -> Any:
         """Memory after a sample at an angle [rad]; a NaN leaves it as it is."""
-        return self.corrected(state, angle, known(signal - self.expected(state, angle)))
+        return self.corrected(state, angle, number_or_zero(signal - self.expected(state, angle)))
 
     def written(self, state: Any, out: Any, k: Any) -> Any:
         """Write what is below, c and s to column k, row by row; return the next row."""
-        at = self.below.written(state[0], out, k)
-        out[at, k] = state[1]
-        out[at + 1, k] = state[2]
-        return at + 2
+        row = self.below.written(state[0], out, k)
+        out[row, k] = state[1]
+        out[row + 1, k] = state[2]
+        return row + 2
 
     def settling(self, share: float = 0.01) -> float:
         """Time [s] after which a share of the first error is left."""
@@ -134,7 +134,7 @@ class Tracker(NamedTuple):
         v0, q0, mean, w = state
         c, s = cos(w * self.period), sin(w * self.period)
         v, q = c * v0 - s * q0, s * v0 + c * q0
-        e = known(signal - v - mean)
+        e = number_or_zero(signal - v - mean)
         step = self.gain * w * self.period * e
         size = v * v + q * q
         turned = self.rate * self.gain * w * self.period * e * q / larger(size, 1e-300)

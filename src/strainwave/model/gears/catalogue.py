@@ -20,7 +20,7 @@ from .gear import Gear
 __all__ = ["Gear", "gear", "names", "select"]
 
 DATA = Path(__file__).parent / "data"
-LONGEST = 60  # characters of a name
+LONGEST_NAME = 60  # characters of a name
 ARCMIN = math.pi / 10800.0
 STIFFNESS_SOURCE = {
     "CSG/CSF/HFUC": "Harmonic Drive LLC CSF/CSG catalogue p. 50, CHA manual p. 50",
@@ -47,16 +47,16 @@ def gear(name: str) -> Gear:
     ValueError
         If the gear is unknown; the sentence lists the nearest names.
     """
-    if len(name) > LONGEST:
+    if len(name) > LONGEST_NAME:
         raise ValueError(
             f"the catalogue has no gear {shown(name)}; its names look like 'CSG-40-50' (series, size, ratio)"
         )
     key = re.sub(r"[\s_-]+", "-", name.strip().upper())
-    found = _gears().get(key)
-    if found is not None:
-        return found
-    near = _nearest(key)
-    remedy = f"the nearest are {', '.join(near)}" if near else "its names look like CSG-40-50 (series, size, ratio)"
+    record = _gears().get(key)
+    if record is not None:
+        return record
+    names = _nearest(key)
+    remedy = f"the nearest are {', '.join(names)}" if names else "its names look like CSG-40-50 (series, size, ratio)"
     raise ValueError(f"the catalogue has no gear {name!r}; {remedy}")
 
 
@@ -103,9 +103,9 @@ def select(
     ValueError
         If a condition is no number that these can be.
     """
-    for name, whole in (("size", size), ("ratio", ratio)):
-        if whole is not None:
-            positive_count(name, whole)
+    for name, count in (("size", size), ("ratio", ratio)):
+        if count is not None:
+            positive_count(name, count)
     for name, low in (("torque", torque), ("stiffness", stiffness), ("speed", speed)):
         if low is not None:
             number(name, low)
@@ -138,7 +138,7 @@ def _gears() -> dict[str, Gear]:
 
 
 def _holds(tabulated: str, ratio: int) -> bool:
-    """Whether a ratio is the tabulated one, or at least the one after ">="."""
+    """True for the tabulated ratio, or for one of at least that after ">="."""
     return ratio >= int(tabulated[2:]) if tabulated.startswith(">=") else ratio == int(tabulated)
 
 

@@ -18,7 +18,7 @@ from ..laws import Coulomb, Cubic, LoadFriction, Parallel, PiecewiseLinear, Roun
 from .fits import LawFit, fit_odd
 
 SPECIAL = "special"  # grade of the selected gears
-REACH = 1.5  # times T2: up to where the fits go
+FIT_REACH = 1.5  # times T2: up to where the fits go
 
 RUNNING = 2000.0 * RPM  # input speed [rad/s] at which catalogues give efficiency and running torque
 
@@ -53,10 +53,10 @@ def load_friction(efficiency: float, torque: float, ratio: float, running_torque
         raise ValueError(f"running_torque is {T_0:g} N*m; it must not be negative")
     mu = 1.0 / eta - 1.0 - N * T_0 / T
     if not 0.0 <= mu < 1.0:
-        why = "the running torque alone loses more than that" if mu < 0.0 else "the load could not drive the motor"
+        reason = "the running torque alone loses more than that" if mu < 0.0 else "the load could not drive the motor"
         raise ValueError(
             f"an efficiency of {shown(eta)} at {T:g} N*m with {T_0:g} N*m of running torque gives a friction of "
-            f"{mu:.3g} of the torque, and it must be from 0 to 1: {why}; check which number is right"
+            f"{mu:.3g} of the torque, and it must be from 0 to 1: {reason}; check which number is right"
         )
     return LoadFriction(mu)
 
@@ -124,7 +124,7 @@ class Gear:
     pitch_radius : float
         Of the toothing [m].
     source : str
-        Where the numbers come from.
+        Source of the numbers.
     notes : tuple of str
         Doubts about single numbers, full sentences.
     doubts : tuple of (str, str)
@@ -173,7 +173,7 @@ class Gear:
 
     @property
     def has_law(self) -> bool:
-        """Whether the sources give all numbers of the torsion law."""
+        """True if the sources give all numbers of the torsion law."""
         return all(getattr(self, name) is not None for name in PiecewiseLinear._fields)
 
     @property
@@ -202,7 +202,7 @@ class Gear:
     def reach(self) -> float:
         """Torsion [rad] at 1.5 T2, up to where the fits go."""
         law = self.law
-        return self.twist(REACH * law.T2)
+        return self.twist(FIT_REACH * law.T2)
 
     @property
     def cubic(self) -> Cubic:
@@ -311,9 +311,9 @@ class Gear:
 
     def slips(self) -> Iterator[tuple[str, str]]:
         """Name numbers far from what gears of the catalogue have, most likely a slip of a unit or a power of ten."""
-        for field, (most, low, high) in FAR.items():
+        for field, (measure, low, high) in FAR.items():
             value = getattr(self, field)
-            size = None if value is None else most(self, value)
+            size = None if value is None else measure(self, value)
             if size is not None and not low / FACTOR <= size <= high * FACTOR:
                 angle = f" ({value / ARCSEC:.4g} arcsec)" if NUMBERS[field] == "rad" else ""
                 times = (
@@ -339,12 +339,12 @@ class Gear:
             yield "T1", f"T1 is {self.T1:g} and T2 is {self.T2:g} N*m; the first slope must end below the second"
         if self.efficiency is not None and self.efficiency > 1.0:
             yield "efficiency", f"efficiency is {self.efficiency:g}; it must be at most 1 (100 %)"
-        said = set()
+        reported = set()
         for fields in ASCENDING:
-            known = [(field, getattr(self, field)) for field in fields if getattr(self, field) is not None]
-            for (low, smaller), (high, larger) in pairwise(known):
-                if smaller > larger and (low, high) not in said:
-                    said.add((low, high))
+            stated = [(field, getattr(self, field)) for field in fields if getattr(self, field) is not None]
+            for (low, smaller), (high, larger) in pairwise(stated):
+                if smaller > larger and (low, high) not in reported:
+                    reported.add((low, high))
                     unit = NUMBERS[low]
                     yield low, f"{low} is {smaller:g} {unit}, above {high}, {larger:g} {unit}; check which is right"
 

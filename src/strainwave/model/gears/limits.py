@@ -1,4 +1,4 @@
-"""What a run asked of a gear against the limits of its datasheet. Beyond a limit is a finding, never an error."""
+"""Loads of a run against the limits of a gear's datasheet. Beyond a limit is a finding, never an error."""
 
 import math
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ class Finding:
     limit : str
         Name of the limit in the record, for example "repeated_peak_torque".
     value, bound : float
-        What the run reached, and the limit, both in `unit`.
+        Value that the run reached, and the limit, both in `unit`.
     unit : str
         "N*m" (output side) or "rpm" (input speed, as datasheets print it).
     sentence : str
@@ -54,12 +54,12 @@ class Finding:
 
     @property
     def exceeded(self) -> bool:
-        """Whether the run went beyond the limit (by more than rounding)."""
+        """True if the run went beyond the limit (by more than rounding)."""
         return self.value > self.bound * (1.0 + 1e-9)
 
     @property
     def fails(self) -> bool:
-        """Whether a drive fails by it: not by the average input speed, beyond which it may turn for a short time."""
+        """True if a drive fails by it: not by the average input speed, beyond which it may turn for a short time."""
         return self.exceeded and self.limit not in (DUTY, RATED)
 
     def data(self) -> dict[str, Any]:
@@ -109,8 +109,8 @@ def check_limits(
             relation = f"above the {_words(limit)}" if exceeded else f"within the {_words(limit)}"
             end = f"; {remedy}" if exceeded else ""
             sentence = f"{fact} {value:.4g} {unit}, {relation} of {gear.name}, {bound:.6g} {unit}{end}."
-            said = " ".join((sentence, *gear.doubts_about(limit)))
-            findings.append(Finding(limit, value, float(bound), unit, said))
+            text = " ".join((sentence, *gear.doubts_about(limit)))
+            findings.append(Finding(limit, value, float(bound), unit, text))
 
     if max_speed is not None:
         rpm = abs(number("max_speed", max_speed)) / RPM

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from ...base.law import class_of, energy_of, has, losses_of, rest, share, torque_of, z_rate_of
+from ...base.law import class_of, energy_of, has, losses_of, share, tail, torque_of, z_rate_of
 from ...base.quantities import Ratio, Reals, States
 from ...compile.elementwise import select
 from ...compile.jit import chosen
@@ -60,7 +60,7 @@ def one_way(law: Any, sign: Any, x: Any, v: Any, z: Any) -> Any:
 
 def _one_way_of_both(law: Any, sign: Any, x: Any, v: Any, z: Any) -> Any:
     first = one_way(law.first, sign, x, v, share(law.first, z))
-    return first + one_way(law.second, sign, x, v, rest(law.first, z))
+    return first + one_way(law.second, sign, x, v, tail(law.first, z))
 
 
 def _one_way(law: Any, sign: Any, x: Any, v: Any, z: Any) -> Any:
@@ -99,7 +99,7 @@ def _none(law: Any) -> Any:
 
 @chosen
 def guards_of(law: Any, v: Any, pull: Any) -> Any:
-    """What stays positive while a shaft slides as it does, at a speed [rad/s], or sticks under a pull [N*m]."""
+    """Functions that stay positive while a shaft slides as it does, at a speed [rad/s], or sticks at a pull [N*m]."""
     return _guards if class_of(law) is Dry else _no_guards
 
 
@@ -116,14 +116,14 @@ def _no_guards(law: Any, v: Any, pull: Any) -> Any:
 @chosen
 def moved(law: Any, J: Any) -> Any:
     """Inertia [kg*m^2] that the torques on a shaft of this drag move."""
-    return _held_fast if class_of(law) is Dry else _whole
+    return _held_fast if class_of(law) is Dry else _unstuck
 
 
 def _held_fast(law: Any, J: Any) -> Any:
     return J * (1.0 + STUCK * (1.0 - law.sign * law.sign))
 
 
-def _whole(law: Any, J: Any) -> Any:
+def _unstuck(law: Any, J: Any) -> Any:
     return J
 
 
@@ -164,7 +164,7 @@ def sliding(train: Any, speed: float) -> Any:
 
 
 def is_dry(train: Any) -> bool:
-    """Whether there is dry friction on a shaft of a train."""
+    """True for a train with dry friction on a shaft."""
     return bool(breakaway(train.motor.drag) or breakaway(train.load.end().drag))
 
 
@@ -209,12 +209,12 @@ def law_width(drag: Any) -> float:
     return max(getattr(part, "width", 0.0) for part in _parts(drag))
 
 
-def refuse_dry(where: str, law: Any) -> None:
-    """Refuse a law between shafts whose friction has no width (ValueError): `where` names it."""
+def refuse_dry(name: str, law: Any) -> None:
+    """Refuse a law between shafts whose friction has no width (ValueError): `name` names it."""
     for part in _parts(law):
         if not getattr(part, "width", 1.0):
             raise ValueError(
-                f"{where} has a {type(part).__name__} without a width; between two shafts the sign of friction is "
+                f"{name} has a {type(part).__name__} without a width; between two shafts the sign of friction is "
                 "smoothed: give width [rad/s], well below the speeds that matter"
             )
 

@@ -163,8 +163,8 @@ class ContactDamping(NamedTuple):
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] at the edges of the gap, and where the damping is whole."""
-        whole = self.half_gap + self.rise
-        return (-whole, -self.half_gap, self.half_gap, whole)
+        edge = self.half_gap + self.rise
+        return (-edge, -self.half_gap, self.half_gap, edge)
 
     def check(self) -> None:
         """Refuse damping that drives, a negative gap and a rise that is not positive (ValueError)."""
@@ -247,7 +247,7 @@ class LuGre(NamedTuple):
         return (bending(self, v, z[0]),)
 
     def kinks(self, x: Reals, v: Reals, z: States) -> tuple[Any, ...]:
-        """What vanishes where z' has a corner: the speed v [rad/s]."""
+        """Function that vanishes where z' has a corner: the speed v [rad/s]."""
         return (v,)
 
     def stiffness(self, x: Reals) -> Any:

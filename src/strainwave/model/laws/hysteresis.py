@@ -13,9 +13,9 @@ from ...base.law import (
     energy_of,
     kinks_of,
     losses_of,
-    rest,
     share,
     spring_stiffness,
+    tail,
     torque_of,
     z_rate_of,
 )
@@ -72,7 +72,7 @@ class BoucWen(NamedTuple):
         return (self.A * v - yielded(z[0], self.yield_twist, self.n) * slip,)
 
     def kinks(self, x: Reals, v: Reals, z: States) -> tuple[Any, ...]:
-        """What vanishes where z' is not smooth: v [rad/s] and z [rad]."""
+        """Functions that vanish where z' is not smooth: v [rad/s] and z [rad]."""
         return v, z[0]
 
     def stiffness(self, x: Reals) -> Any:
@@ -157,12 +157,12 @@ class Parallel(NamedTuple):
     def torque(self, x: Reals, v: Reals, z: States) -> Any:
         """Torque [N*m] at torsion x [rad], its rate v [rad/s] and the states z of both laws."""
         first = torque_of(self.first, x, v, share(self.first, z))
-        return first + torque_of(self.second, x, v, rest(self.first, z))
+        return first + torque_of(self.second, x, v, tail(self.first, z))
 
     def z_rate(self, x: Reals, v: Reals, z: States) -> Any:
         """Rates of the states of both laws."""
         first = z_rate_of(self.first, x, v, share(self.first, z))
-        return first + z_rate_of(self.second, x, v, rest(self.first, z))
+        return first + z_rate_of(self.second, x, v, tail(self.first, z))
 
     def stiffness(self, x: Reals) -> Any:
         """Sum of the stiffnesses [N*m/rad] at torsion x [rad]."""
@@ -174,21 +174,21 @@ class Parallel(NamedTuple):
 
     def energy(self, x: Reals, z: States) -> Any:
         """Energy stored [J] in both laws."""
-        return energy_of(self.first, x, share(self.first, z)) + energy_of(self.second, x, rest(self.first, z))
+        return energy_of(self.first, x, share(self.first, z)) + energy_of(self.second, x, tail(self.first, z))
 
     def losses(self, x: Reals, v: Reals, z: States) -> Any:
         """Powers [W] that the parts turn into heat, one for each part that can."""
         first = losses_of(self.first, x, v, share(self.first, z))
-        return first + losses_of(self.second, x, v, rest(self.first, z))
+        return first + losses_of(self.second, x, v, tail(self.first, z))
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where a law of the two is not smooth."""
-        return tuple(sorted({place for law in self for place in breakpoints_of(law)}))
+        return tuple(sorted({x for law in self for x in breakpoints_of(law)}))
 
     def kinks(self, x: Reals, v: Reals, z: States) -> Any:
-        """What vanishes where a law of the two is not smooth."""
+        """Functions that vanish where a law of the two is not smooth."""
         first = kinks_of(self.first, x, v, share(self.first, z))
-        return first + kinks_of(self.second, x, v, rest(self.first, z))
+        return first + kinks_of(self.second, x, v, tail(self.first, z))
 
     def scaled(self, factor: Reals) -> "Parallel":
         """The same laws times a factor."""

@@ -13,7 +13,7 @@ from ...base.quantities import LARGEST, Angle, Reals, Torque, TorsionalStiffness
 from ...compile.jit import kernel
 from .springs import PiecewiseLinear, corners
 
-FEWEST, MOST_POINTS = 3, 64
+FEWEST_POINTS, MOST_POINTS = 3, 64
 
 
 @kernel
@@ -103,22 +103,22 @@ class Knot(NamedTuple):
 
 @kernel
 def outward(knots: Any, i: int) -> Any:
-    """Interval i as cubic away from zero: near and far knot, direction, length, coefficients of s^2 and s^3."""
+    """Interval i as cubic away from zero: first and last knot, direction, length, coefficients of s^2 and s^3."""
     a, b = knots[i], knots[i + 1]
     side = -1.0 if b.x <= 0.0 else 1.0
-    near, far = (b, a) if b.x <= 0.0 else (a, b)
+    begin, end = (b, a) if b.x <= 0.0 else (a, b)
     h = b.x - a.x
     secant = (b.T - a.T) / h
-    return near, far, side, h, (3.0 * secant - 2.0 * near.K - far.K) / h, (a.K + b.K - 2.0 * secant) / (h * h)
+    return begin, end, side, h, (3.0 * secant - 2.0 * begin.K - end.K) / h, (a.K + b.K - 2.0 * secant) / (h * h)
 
 
 @kernel
 def anchor(knots: Any) -> Any:
     """Knot from which all intervals are added up: the last that is not above zero, so that T(0) of a knot is exact."""
-    found = knots[0]
+    knot = knots[0]
     for i in range(1, len(knots)):
-        found = knots[i] if knots[i].x <= 0.0 else found
-    return found
+        knot = knots[i] if knots[i].x <= 0.0 else knot
+    return knot
 
 
 @kernel
@@ -140,11 +140,11 @@ def work(knots: Any, x: Any) -> Any:
     below, above = positive(first.x - x), positive(x - last.x)
     total = start.T * (x - start.x) + 0.5 * (first.K * below * below + last.K * above * above)
     for i in range(len(knots) - 1):
-        near, far, side, h, second, third = outward(knots, i)
-        s = shorter(positive(side * (x - near.x)), h)
-        rise = s * (near.K + s * (second + s * third))
+        begin, end, side, h, second, third = outward(knots, i)
+        s = shorter(positive(side * (x - begin.x)), h)
+        rise = s * (begin.K + s * (second + s * third))
         total = (
-            total + s * s * (near.K / 2.0 + s * (second / 3.0 + s * third / 4.0)) + rise * positive(side * (x - far.x))
+            total + s * s * (begin.K / 2.0 + s * (second / 3.0 + s * third / 4.0)) + rise * positive(side * (x - end.x))
         )
     return total
 
@@ -164,17 +164,17 @@ class Tabulated(NamedTuple):
         first, last = knots[0], knots[len(knots) - 1]
         total = anchor(knots).T + last.K * positive(x - last.x) - first.K * positive(first.x - x)
         for i in range(len(knots) - 1):
-            near, _, side, h, second, third = outward(knots, i)
-            s = shorter(positive(side * (x - near.x)), h)
-            total = total + side * s * (near.K + s * (second + s * third))
+            begin, _, side, h, second, third = outward(knots, i)
+            s = shorter(positive(side * (x - begin.x)), h)
+            total = total + side * s * (begin.K + s * (second + s * third))
         return total
 
     def stiffness(self, x: Any) -> Any:
         """Stiffness dT/dx [N*m/rad] at torsion x [rad]; continuous."""
         total = anchor(self.knots).K + 0.0 * x
         for i in range(len(self.knots) - 1):
-            near, _, side, h, second, third = outward(self.knots, i)
-            s = shorter(positive(side * (x - near.x)), h)
+            begin, _, side, h, second, third = outward(self.knots, i)
+            s = shorter(positive(side * (x - begin.x)), h)
             total = total + s * (2.0 * second + 3.0 * third * s)
         return total
 
@@ -212,7 +212,7 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
     points : sequence of (float, float)
         Torsions [rad, output side], ascending, and torques [N*m], not descending; 3 to 64 pairs.
     odd : bool
-        Whether to add the origin and the mirror image of points that all have positive torsions.
+        True to add the origin and the mirror image of points that all have positive torsions.
 
     Returns
     -------
@@ -257,9 +257,9 @@ def _pair(point: Sequence[float]) -> tuple[float, float]:
 
 
 def _check_points(pairs: Sequence[tuple[float, float]]) -> None:
-    if not FEWEST <= len(pairs) <= MOST_POINTS:
+    if not FEWEST_POINTS <= len(pairs) <= MOST_POINTS:
         many = "; average neighbouring points" if len(pairs) > MOST_POINTS else "; two make a straight line: use Linear"
-        raise ValueError(f"a table of {len(pairs)} points is given; it needs {FEWEST} to {MOST_POINTS}{many}")
+        raise ValueError(f"a table of {len(pairs)} points is given; it needs {FEWEST_POINTS} to {MOST_POINTS}{many}")
     for x, T in pairs:
         if not (isfinite(x) and isfinite(T)):
             raise ValueError(f"the point ({x:g} rad, {T:g} N*m) is not finite; remove it")
@@ -293,5 +293,5 @@ def _mean_slope(steps: tuple[float, float], secants: tuple[float, float]) -> flo
 
 def _end_slope(steps: Sequence[float], secants: Sequence[float]) -> float:
     """One-sided three-point slope at the first point, not negative (it is at most twice the first secant)."""
-    (h0, h1), (near, far) = steps[:2], secants[:2]
-    return max(((2.0 * h0 + h1) * near - h0 * far) / (h0 + h1), 0.0)
+    (h0, h1), (first, second) = steps[:2], secants[:2]
+    return max(((2.0 * h0 + h1) * first - h0 * second) / (h0 + h1), 0.0)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import KINDS, breakpoints_of, depends, has, polynomial_of, said
+from ...base.law import KINDS, breakpoints_of, depends, has, polynomial_of, stated
 from ...base.protocols import need
 from ...base.quantities import Angle, PerSquareRadian, Reals, States, Torque, TorsionalStiffness
 from ...compile.jit import kernel
@@ -347,7 +347,7 @@ def turning_points_of(law: Any) -> tuple[float, ...] | None:
     """Turning points [rad] of a law in rising order, its own or its polynomial's; None where it says neither."""
     coefficients = polynomial_of(law)
     if coefficients is None:
-        points = said(law, "turning_points")
+        points = stated(law, "turning_points")
         return None if points is None else tuple(sorted(map(float, points)))
     roots = np.polynomial.Polynomial(np.trim_zeros(coefficients, "b") or [0.0]).deriv().roots()
     return tuple(np.sort(roots.real[np.abs(roots.imag) <= MERGE * np.abs(roots)]).tolist())

@@ -47,6 +47,6 @@ class TorqueDriven(NamedTuple):
         return (0.0 * z[0],)
 
     def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
-        """What `controlled` returns: the acceleration of a free motor, whose deviation does not move."""
+        """Result of `controlled`: the acceleration of a free motor, whose deviation does not move."""
         still = 0.0 * deviation[0]
         return (excitation + torque + z[0]) / J, z[0], (still, still, still)

@@ -1,4 +1,4 @@
-"""What keeps the motor on its reference motion: a law of the motor's deviation from there, which it opposes.
+"""Controls that keep the motor on its reference motion: laws of the motor's deviation from it, which they oppose.
 
 A control has the methods of a law, `torque(x, v)` or, with states of its own, `torque(x, v, z)` with `z_rate(x, v, z)`
 and `states`: x [rad] and v [rad/s] are the deviations of the motor's angle and speed from its reference, the torque
@@ -19,7 +19,7 @@ from .commanded import TorqueDriven
 
 FASTEST = 0.5  # bandwidth [rad/s] times lag [s]: there the lag takes 27 degrees of phase
 KINDS = ("position", "speed", "cascade")
-OUTER = 0.25  # of the bandwidth of a cascade's speed loop: the gain K_v of the position loop around it
+OUTER_GAIN = 0.25  # of the bandwidth of a cascade's speed loop: the gain K_v of the position loop around it
 
 
 class Free(NamedTuple):
@@ -165,10 +165,10 @@ def states_inside(control: Any) -> int:
 def need_loop(control: Any) -> None:
     """Refuse what is no loop of the motor inside a lag or a filter (TypeError)."""
     loop = control.loop
-    whole = not lacking(loop, "rhs")
-    if whole or lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | TorqueDriven):
-        what = f"{type(control).__name__}.loop is {quantities.shown(loop)}"
-        raise TypeError(f"{what}; it must be a PositionLoop, a SpeedLoop or a CascadeLoop, or one of these Filtered")
+    complete = not lacking(loop, "rhs")
+    if complete or lacking(loop, "torque") or depends(loop) < 2 or isinstance(loop, Free | TorqueDriven):
+        fact = f"{type(control).__name__}.loop is {quantities.shown(loop)}"
+        raise TypeError(f"{fact}; it must be a PositionLoop, a SpeedLoop or a CascadeLoop, or one of these Filtered")
     if not lacking(loop, "check"):
         loop.check()
 
@@ -184,7 +184,7 @@ def with_core(control: Any, core: Any) -> Any:
 
 
 def _is_around(control: Any) -> bool:
-    """Whether a control is a lag, a filter, an integral or an encoder, whose fields begin with its loop."""
+    """True for a lag, a filter, an integral or an encoder, whose fields begin with its loop."""
     return getattr(control, "_fields", ())[:1] == ("loop",)
 
 
@@ -260,11 +260,11 @@ def _by_itself(control: Any, J: Reals, torque: Reals, excitation: Reals, referen
 
 def _driven(control: Any, J: Reals, torque: Reals, excitation: Reals, reference: Any, deviation: Any, z: Any) -> Any:
     x, v = deviation
-    own, heavy = share(control, z), inertia_of(control)
-    against = torque_of(control, x, v, own)
+    states, heavy = share(control, z), inertia_of(control)
+    against = torque_of(control, x, v, states)
     acceleration = (excitation + torque - against + heavy * reference[1]) / (J + heavy)
     relative = acceleration - reference[1]
-    return acceleration, -against - heavy * relative, (v, relative, *z_rate_of(control, x, v, own))
+    return acceleration, -against - heavy * relative, (v, relative, *z_rate_of(control, x, v, states))
 
 
 @chosen
@@ -360,7 +360,7 @@ def from_bandwidth(
     if kind == "speed":
         loop = SpeedLoop(J * omega, 0.25 * J * omega * omega / (zeta * zeta))
     elif kind == "cascade":
-        loop = CascadeLoop(OUTER * omega, J * omega, 4.0 * zeta * zeta / omega)
+        loop = CascadeLoop(OUTER_GAIN * omega, J * omega, 4.0 * zeta * zeta / omega)
     return Lagged(loop, lag) if lag else loop
 
 
@@ -376,6 +376,6 @@ def tuning_of(control: Control, inertia: float) -> Tuning | None:
     if isinstance(loop, SpeedLoop) and loop.K_p > 0.0 and loop.K_i > 0.0:
         J = inertia + loop.K_d
         return Tuning(loop.K_p / J, 0.5 * loop.K_p / sqrt(loop.K_i * J), "speed", lag)
-    if isinstance(loop, CascadeLoop) and isclose(loop.K_v, OUTER * loop.K_p / inertia, rel_tol=1e-9):
+    if isinstance(loop, CascadeLoop) and isclose(loop.K_v, OUTER_GAIN * loop.K_p / inertia, rel_tol=1e-9):
         return Tuning(loop.K_p / inertia, 0.5 * sqrt(loop.T_n * loop.K_p / inertia), "cascade", lag)
     return None

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ...base import law as laws
 from ...base.above import above
-from ...base.law import breakpoints_of, energy_of, has, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
+from ...base.law import breakpoints_of, energy_of, has, heat_of, kinks_of, share, states_of, tail, torque_of, z_rate_of
 from ...base.protocols import Control, joint_orders, need
 from ...base.quantities import SMALLEST, AngularSpeed, Damping, Ratio, Reals, States
 from ...compile.jit import chosen, kernel
@@ -46,7 +46,7 @@ def gear_torque(train: Any, gear: States, states: States) -> Any:
 @kernel
 def inner_states(train: Any, y: States) -> Any:
     """States of the train after those of the motor and of its control: of gear, motor's drag and load."""
-    return rest(train.motor.control, motor_states(train.motor.control, y)[1])
+    return tail(train.motor.control, motor_states(train.motor.control, y)[1])
 
 
 @kernel
@@ -82,7 +82,7 @@ def forces(train: Any, phase: Reals, y: States) -> Any:
     """Motions of motor, gear and output, internal states of gear and drag, torque, and `motor_acceleration`."""
     motor = motor_motion(train, phase, y)
     gear, z = gear_motion(train, y, motor), inner_states(train, y)
-    torque, of_motor = gear_torque(train, gear, z), rest(train.law, z)
+    torque, of_motor = gear_torque(train, gear, z), tail(train.law, z)
     against = gear[2] * torque + train.friction.torque(torque, motor[1]) / train.N
     driven = motor_acceleration(train, phase, y, motor, against, of_motor)
     output = motor[0] / train.N - y[0], motor[1] / train.N - y[1]
@@ -92,7 +92,7 @@ def forces(train: Any, phase: Reals, y: States) -> Any:
 @kernel
 def coupling_twist(train: Any, y: States) -> Any:
     """Twist [rad] of all couplings together and its rate, from the state; from the rates of the state, their rates."""
-    return train.load.twist(rest(train.motor.drag, rest(train.law, inner_states(train, y))))
+    return train.load.twist(tail(train.motor.drag, tail(train.law, inner_states(train, y))))
 
 
 class DriveTrain(NamedTuple):
@@ -120,20 +120,20 @@ class DriveTrain(NamedTuple):
 
     def rhs(self, phase: Reals, y: States) -> Any:
         """Time derivatives of the state at the base angle [rad]."""
-        motor, gear, output, z, of_motor, torque, (fast, _, own) = forces(self, phase, y)
-        slow, of_load = self.load.rates(phase, output, rest(self.motor.drag, of_motor), torque)
+        motor, gear, output, z, of_motor, torque, (fast, _, of_control) = forces(self, phase, y)
+        slow, of_load = self.load.rates(phase, output, tail(self.motor.drag, of_motor), torque)
         law = z_rate_of(self.law, gear[0], gear[1], share(self.law, z))
         drag = z_rate_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
-        return (y[1], fast / self.N - slow, *own, *law, *drag, *of_load)
+        return (y[1], fast / self.N - slow, *of_control, *law, *drag, *of_load)
 
     def pulls(self, phase: Reals, y: States) -> Any:
         """Speed [rad/s] of motor and of load, each with the torque [N*m] on it if it sticks."""
         motor, _, output, _, of_motor, torque, (fast, _, _) = forces(self, phase, y)
-        load = self.load.pull(phase, output, rest(self.motor.drag, of_motor), torque)
+        load = self.load.pull(phase, output, tail(self.motor.drag, of_motor), torque)
         return (motor[1], moved(self.motor.drag, self.motor.J) * fast), load
 
     def guards(self, phase: Reals, y: States) -> Any:
-        """What stays positive while each shaft with dry friction slides as it does, or sticks: see `slipping`."""
+        """Functions that stay positive while each dry shaft slides as it does, or sticks: see `slipping`."""
         motor, load = self.pulls(phase, y)
         return guards_of(self.motor.drag, *motor) + guards_of(self.load.end().drag, *load)
 
@@ -146,8 +146,8 @@ class DriveTrain(NamedTuple):
         state, signed, turning = list(y), list(drags), self.omega * self.reference.slope(phase)
         for i, (drag, (v, pull)) in enumerate(zip(drags, at_rest.pulls(phase, y), strict=True)):
             if isinstance(drag, Dry):
-                own = (self.motor.drag, self.load.end().drag)[i]
-                rests = own.sign * v <= 0.0 if isinstance(own, Dry) else abs(v) <= REST * (1.0 + abs(turning))
+                present = (self.motor.drag, self.load.end().drag)[i]
+                rests = present.sign * v <= 0.0 if isinstance(present, Dry) else abs(v) <= REST * (1.0 + abs(turning))
                 signed[i] = Dry(drag.drag, sign_at(drag, v, pull, rests))
                 if rests and i == 0:
                     state[3], state[1] = state[3] - v, state[1] - v / self.N
@@ -180,13 +180,13 @@ class DriveTrain(NamedTuple):
         """Energy [J] of the whole train: kinetic, and stored in the laws."""
         motor = motor_motion(self, phase, y)
         gear, z = gear_motion(self, y, motor), inner_states(self, y)
-        of_motor = rest(self.law, z)
+        of_motor = tail(self.law, z)
         output = motor[0] / self.N - y[0], motor[1] / self.N - y[1]
         stored = energy_of(self.law, gear[0], share(self.law, z)) + energy_of(
             self.motor.drag, motor[0], share(self.motor.drag, of_motor)
         )
         kinetic = 0.5 * self.motor.J * motor[1] * motor[1]
-        return kinetic + stored + self.load.energy(output, rest(self.motor.drag, of_motor))
+        return kinetic + stored + self.load.energy(output, tail(self.motor.drag, of_motor))
 
     def losses(self, phase: Reals, y: States) -> Any:
         """Powers [W] as `power_names` lists them: put in by motor torque, control and load torque; then lost."""
@@ -195,7 +195,7 @@ class DriveTrain(NamedTuple):
         law = heat_of(self.law, gear[0], gear[1], share(self.law, z))
         drag = heat_of(self.motor.drag, motor[0], motor[1], share(self.motor.drag, of_motor))
         mesh = self.friction.torque(torque, motor[1]) * motor[1] / self.N
-        of_load = self.load.powers(phase, output, rest(self.motor.drag, of_motor))
+        of_load = self.load.powers(phase, output, tail(self.motor.drag, of_motor))
         return (given, control * motor[1], of_load[0], self.B * gear[1] * gear[1], law, mesh, drag, *of_load[1:])
 
     def motor_speed(self, phase: Reals, y: States) -> Any:
@@ -231,11 +231,11 @@ class DriveTrain(NamedTuple):
         return tuple(breakpoints_of(self.law))
 
     def kinks(self, phase: Reals, y: States) -> tuple[Any, ...]:
-        """What vanishes where the laws of the gear and of the couplings are not smooth."""
+        """Functions that vanish where the laws of the gear and of the couplings are not smooth."""
         gear = gear_motion(self, y, motor_motion(self, phase, y))
         z = inner_states(self, y)
-        own = kinks_of(self.law, gear[0], gear[1], share(self.law, z))
-        return (*own, *self.load.kinks(rest(self.motor.drag, rest(self.law, z))))
+        corners = kinks_of(self.law, gear[0], gear[1], share(self.law, z))
+        return (*corners, *self.load.kinks(tail(self.motor.drag, tail(self.law, z))))
 
     @property
     def load_inertia(self) -> Any:
@@ -276,7 +276,7 @@ class DriveTrain(NamedTuple):
         return joint_orders(self.motor.excitation, error)
 
     def linear_part(self) -> Any:
-        """What is linear around its laws, at constant mean speed; None where laws have memory or drags friction."""
+        """Linear part around its laws, at constant mean speed; None where laws have memory or drags friction."""
         return linear_part(self)
 
     def to_control(self, **options: Any) -> Any:

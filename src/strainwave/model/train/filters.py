@@ -124,12 +124,12 @@ class PositionIntegral(NamedTuple):
     def check(self) -> None:
         """Refuse a loop without a position loop of its own, and a time that is not positive (ValueError)."""
         if not isinstance(self.loop, CascadeLoop):
-            what = f"PositionIntegral.loop is {shown(self.loop)}"
-            raise ValueError(f"{what}; it must be a CascadeLoop, in whose position loop T_p stands")
+            fact = f"PositionIntegral.loop is {shown(self.loop)}"
+            raise ValueError(f"{fact}; it must be a CascadeLoop, in whose position loop T_p stands")
         self.loop.check()
         if not self.T_p > 0.0:
-            what = f"PositionIntegral.T_p is {self.T_p:g} s"
-            raise ValueError(f"{what}; it must be positive, without a T_p give the loop itself")
+            fact = f"PositionIntegral.T_p is {self.T_p:g} s"
+            raise ValueError(f"{fact}; it must be positive, without a T_p give the loop itself")
 
 
 class Filtered(NamedTuple):
@@ -162,10 +162,10 @@ class Filtered(NamedTuple):
         if isinstance(self.loop, Lagged):
             raise TypeError("Filtered.loop is Lagged; give the lag around the filters, as Lagged(Filtered(...), lag)")
         if not isinstance(self.filter, FILTERS[:-1]):
-            what = f"Filtered.filter is {shown(self.filter)}"
+            fact = f"Filtered.filter is {shown(self.filter)}"
             both = "; of a MovingAverageFilter give its sections(), one Filtered around the other"
             remedy = both * isinstance(self.filter, MovingAverageFilter)
-            raise TypeError(f"{what}; it must be a LowPassFilter, a NotchFilter or a BiquadFilter{remedy}")
+            raise TypeError(f"{fact}; it must be a LowPassFilter, a NotchFilter or a BiquadFilter{remedy}")
         self.filter.check()
         if has(self.loop, "inertia") and self.loop.inertia():
             raise ValueError("Filtered.loop has a gain K_d on the acceleration, which no filter takes; leave K_d out")
@@ -193,11 +193,11 @@ class LoadEncoder(NamedTuple):
         return z_rate_of(self.loop, x, v, z)
 
     def at_load(self) -> bool:
-        """Whether the train gives the load's deviation."""
+        """True if the train gives the load's deviation."""
         return True
 
     def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
-        """What `controlled` returns."""
+        """Result of `controlled`."""
         return controlled(self.loop, J, torque, excitation, reference, deviation, z)
 
     def check(self) -> None:
@@ -228,11 +228,11 @@ class MixedEncoders(NamedTuple):
         return (v + self.frequency * (x - z[0]), *z_rate_of(self.loop, z[0], v, z[1:]))
 
     def at_load(self) -> bool:
-        """Whether the train gives the load's deviation."""
+        """True if the train gives the load's deviation."""
         return True
 
     def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
-        """What `controlled` returns."""
+        """Result of `controlled`."""
         (x, v), seen = deviation, z[0]
         fast, given, rates = controlled(self.loop, J, torque, excitation, reference, (seen, v), z[1:])
         return fast, given, (rates[0], rates[1], v + self.frequency * (x - seen), *rates[2:])
@@ -241,15 +241,15 @@ class MixedEncoders(NamedTuple):
         """Refuse what is no cascade (TypeError), and a frequency that is not positive (ValueError)."""
         _need_cascade(self)
         if not self.frequency > 0.0:
-            what = f"MixedEncoders.frequency is {self.frequency:g} rad/s"
-            raise ValueError(f"{what}; it must be positive, for the load alone take a LoadEncoder")
+            fact = f"MixedEncoders.frequency is {self.frequency:g} rad/s"
+            raise ValueError(f"{fact}; it must be positive, for the load alone take a LoadEncoder")
 
 
 def _need_cascade(control: Any) -> None:
     need_loop(control)
     if not isinstance(core_of(control), CascadeLoop):
-        what = f"{type(control).__name__}.loop is {shown(control.loop)}"
-        raise TypeError(f"{what}; an encoder of the load needs a CascadeLoop, which has a position and a speed loop")
+        fact = f"{type(control).__name__}.loop is {shown(control.loop)}"
+        raise TypeError(f"{fact}; an encoder of the load needs a CascadeLoop, which has a position and a speed loop")
     if hasattr(control.loop, "at_load"):
         raise TypeError(f"{type(control).__name__}.loop has an encoder of the load already; give one")
 
@@ -296,7 +296,7 @@ def control_of(loop: Any, inertia: float) -> Any:
     """Control of a loop as it was read, on the inertia [kg*m^2, motor side] that it turns."""
     if not isinstance(loop, Tuning):
         return loop
-    found = from_bandwidth(loop.bandwidth, inertia, loop.damping, kind=loop.kind, lag=loop.lag)
+    control = from_bandwidth(loop.bandwidth, inertia, loop.damping, kind=loop.kind, lag=loop.lag)
     return around(
-        found.loop if loop.lag else found, loop.lag, loop.filters, loop.T_p, loop.encoder, loop.mixing_frequency
+        control.loop if loop.lag else control, loop.lag, loop.filters, loop.T_p, loop.encoder, loop.mixing_frequency
     )

@@ -1,4 +1,4 @@
-"""What is linear in a drive train: inertias, dampings and stiffnesses around its gear, as matrices.
+"""Linear part of a drive train: inertias, dampings and stiffnesses around its gear, as matrices.
 
 Its coordinates are the dynamic error x, the twists of the couplings, the motor's deviation from its reference and the
 states of its control: Lagrange's equations of `theory.derivation`, in which a shaft whose angle is the sum a . p of
@@ -73,7 +73,7 @@ def linear_part(train: Any, at_load: bool = False) -> TrainPart | None:
     train : DriveTrain
         The train at constant mean speed.
     at_load : bool
-        Whether its first states are the pointing error and its rate; a mean motor torque that keeps the
+        True if its first states are the pointing error and its rate; a mean motor torque that keeps the
         mean speed is then taken for granted where nothing holds the mean angle.
     """
     held, end = train.motor.held, train.load.end()
@@ -155,10 +155,10 @@ def _means(stiffness: Floats) -> Floats:
     if not len(rows):
         return means
     rows = rows / np.maximum(np.max(np.abs(rows), axis=1, keepdims=True), TINY)
-    own = rows[:, 1:]
+    inner = rows[:, 1:]
     rank = np.linalg.matrix_rank
-    if rank(own) < len(own) and rank(rows) == len(rows):
-        held = np.linalg.svd(own)[2][-1]
+    if rank(inner) < len(inner) and rank(rows) == len(rows):
+        held = np.linalg.svd(inner)[2][-1]
         torque = float(stiffness[0, 1:] @ held)
         if torque:
             means[1:] = held / torque
@@ -185,7 +185,7 @@ def _states(
 
 
 def _in_balance(part: TrainPart) -> bool:
-    """Whether the mean torques on a motor that nothing holds leave its mean speed alone; with an error they do not."""
+    """True if the mean torques on a motor that nothing holds leave its mean speed alone; with an error they do not."""
     if part.follows or part.per_speed[part.loose] != 0.0:
         return False
     motor, load = part.train.motor.excitation, part.train.load.end().excitation

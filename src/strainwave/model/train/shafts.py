@@ -1,7 +1,7 @@
 """Both ends of a drive train: the motor with its control, and the load, on its own or behind a coupling.
 
-What opposes a shaft is a law of that shaft's angle and speed, of any kind: friction (`Coulomb`, `LuGre`, ...), gravity
-(`AngleTorque`), both (`Parallel`). Angles in rad, torques in N*m, each of its own shaft.
+The torque against a shaft is a law of that shaft's angle and speed, of any kind: friction (`Coulomb`, `LuGre`, ...),
+gravity (`AngleTorque`), both (`Parallel`). Angles in rad, torques in N*m, each of its own shaft.
 
 The methods of a load are given its states, for every coupling from the gear on (twist, its rate, z of its law) and then
 z of the load's drag, and the `motion` (angle, speed) of the gear's output.
@@ -9,7 +9,7 @@ z of the load's drag, and the `motion` (angle, speed) of the gear's output.
 
 from typing import Any, NamedTuple
 
-from ...base.law import check_law, energy_of, heat_of, kinks_of, rest, share, states_of, torque_of, z_rate_of
+from ...base.law import check_law, energy_of, heat_of, kinks_of, share, states_of, tail, torque_of, z_rate_of
 from ...base.protocols import lacking, need
 from ...base.quantities import SMALLEST, Damping, Inertia, Reals, States, shown
 from ..excitation import Harmonic
@@ -30,12 +30,12 @@ class Motor(NamedTuple):
 
     @property
     def held(self) -> bool:
-        """Whether the motor follows its reference ideally."""
+        """True for a motor that follows its reference ideally."""
         return isinstance(self.control, Held)
 
     @property
     def free(self) -> bool:
-        """Whether nothing keeps the motor on its reference."""
+        """True for a motor that nothing keeps on its reference."""
         return isinstance(self.control, Free)
 
     def check(self) -> None:
@@ -85,7 +85,7 @@ class Load(NamedTuple):
         return self.excitation.torque(phase) * motion[1], lost
 
     def kinks(self, states: States) -> Any:
-        """What vanishes where the laws of the couplings are not smooth: nothing."""
+        """Functions that vanish where the laws of the couplings are not smooth: none."""
         return ()
 
     def state_names(self, number: int = 1) -> tuple[str, ...]:
@@ -128,48 +128,48 @@ class Elastic(NamedTuple):
     def rates(self, phase: Any, motion: Any, states: Any, torque: Any) -> Any:
         """Acceleration [rad/s^2] of what sits on the gear under its `torque` [N*m], and the rates of the states."""
         twist, speed, z = states[0], states[1], states[2:]
-        behind, own = (motion[0] - twist, motion[1] - speed), share(self.law, z)
-        passed = torque_of(self.law, twist, speed, own) + self.B * speed
-        here = (torque - passed) / self.J
-        there, rates = self.load.rates(phase, behind, rest(self.law, z), passed)
-        return here, (speed, here - there, *z_rate_of(self.law, twist, speed, own), *rates)
+        behind, states_of_law = (motion[0] - twist, motion[1] - speed), share(self.law, z)
+        passed = torque_of(self.law, twist, speed, states_of_law) + self.B * speed
+        gear_side = (torque - passed) / self.J
+        load_side, rates = self.load.rates(phase, behind, tail(self.law, z), passed)
+        return gear_side, (speed, gear_side - load_side, *z_rate_of(self.law, twist, speed, states_of_law), *rates)
 
     def pull(self, phase: Any, motion: Any, states: Any, torque: Any) -> Any:
         """Speed [rad/s] of the load, and the torque [N*m] on it."""
         twist, speed, z = states[0], states[1], states[2:]
         passed = torque_of(self.law, twist, speed, share(self.law, z)) + self.B * speed
-        return self.load.pull(phase, (motion[0] - twist, motion[1] - speed), rest(self.law, z), passed)
+        return self.load.pull(phase, (motion[0] - twist, motion[1] - speed), tail(self.law, z), passed)
 
     def twist(self, states: States) -> Any:
         """Twist [rad] of all couplings together and its rate; from the rates of the states, their rates."""
-        twist, rate = self.load.twist(rest(self.law, states[2:]))
+        twist, rate = self.load.twist(tail(self.law, states[2:]))
         return states[0] + twist, states[1] + rate
 
     def energy(self, motion: States, states: States) -> Any:
         """Energy [J]: kinetic, and stored in the laws."""
         twist, speed, z = states[0], states[1], states[2:]
         behind = motion[0] - twist, motion[1] - speed
-        here = 0.5 * self.J * motion[1] * motion[1] + energy_of(self.law, twist, share(self.law, z))
-        return here + self.load.energy(behind, rest(self.law, z))
+        of_coupling = 0.5 * self.J * motion[1] * motion[1] + energy_of(self.law, twist, share(self.law, z))
+        return of_coupling + self.load.energy(behind, tail(self.law, z))
 
     def powers(self, phase: Reals, motion: States, states: States) -> Any:
         """Powers [W]: what the load torque puts in, then what the drag and each coupling lose, the nearest last."""
         twist, speed, z = states[0], states[1], states[2:]
         behind = motion[0] - twist, motion[1] - speed
         lost = self.B * speed * speed + heat_of(self.law, twist, speed, share(self.law, z))
-        return (*self.load.powers(phase, behind, rest(self.law, z)), lost)
+        return (*self.load.powers(phase, behind, tail(self.law, z)), lost)
 
     def kinks(self, states: States) -> Any:
-        """What vanishes where the laws of the couplings are not smooth."""
+        """Functions that vanish where the laws of the couplings are not smooth."""
         z = states[2:]
-        own = kinks_of(self.law, states[0], states[1], share(self.law, z))
-        return (*own, *self.load.kinks(rest(self.law, z)))
+        corners = kinks_of(self.law, states[0], states[1], share(self.law, z))
+        return (*corners, *self.load.kinks(tail(self.law, z)))
 
     def state_names(self, number: int = 1) -> tuple[str, ...]:
         """Names of the states; couplings are counted from `number` on."""
         name = f"coupling {number}"
-        own = tuple(f"{name} z{i + 1}" for i in range(states_of(self.law)))
-        return (name, f"{name}'", *own, *self.load.state_names(number + 1))
+        inner = tuple(f"{name} z{i + 1}" for i in range(states_of(self.law)))
+        return (name, f"{name}'", *inner, *self.load.state_names(number + 1))
 
     def couplings(self) -> tuple[Any, ...]:
         """Laws of the couplings between the gear and the load, from the gear on."""
@@ -197,10 +197,10 @@ class Elastic(NamedTuple):
         check_load("Elastic.load", self.load)
 
 
-def check_load(where: str, load: object) -> None:
-    """Refuse what has not the methods of a load (TypeError): `where` names its field."""
+def check_load(name: str, load: object) -> None:
+    """Refuse what has not the methods of a load (TypeError): `name` is that of its field."""
     if lacking(load, "with_end"):
-        raise TypeError(f"{where} is {shown(load)}; it must be a Load or an Elastic")
+        raise TypeError(f"{name} is {shown(load)}; it must be a Load or an Elastic")
 
 
 def refuse_driving(part: Any) -> None:

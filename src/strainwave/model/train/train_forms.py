@@ -37,13 +37,13 @@ class SteadyTrain(NamedTuple):
     def rhs(self, phase: Reals, y: States) -> Any:
         """Rates of the state, per 1/omega of the base angle: time derivatives where that is omega t."""
         w = y[2]
-        own = w + (self.omega - self.train.omega) * self.train.reference.slope(phase)
-        rates = self.train.rhs(phase, (y[0], y[1], 0.0 * w, own, *y[4:]))
+        speed = w + (self.omega - self.train.omega) * self.train.reference.slope(phase)
+        rates = self.train.rhs(phase, (y[0], y[1], 0.0 * w, speed, *y[4:]))
         inertia = self.train.motor.J
         kept = y[3] / inertia - self.bandwidth * self.omega * w
         trim = -0.125 * self.bandwidth * self.bandwidth * inertia * self.omega * self.omega * w
-        here = (rates[0], rates[1] + kept / self.train.N, rates[3] + kept, trim, *rates[4:])
-        return axpy(here, self.by_angle * (self.omega / (self.omega + w) - 1.0), here)
+        corrected = (rates[0], rates[1] + kept / self.train.N, rates[3] + kept, trim, *rates[4:])
+        return axpy(corrected, self.by_angle * (self.omega / (self.omega + w) - 1.0), corrected)
 
     def sizes(self) -> tuple[float, ...]:
         """Least sizes of the states for finite differences: 1e-3 J_m omega^2 for p, of which all rates are linear."""
@@ -56,20 +56,20 @@ class SteadyTrain(NamedTuple):
 
     def torque(self, phase: Reals, y: States) -> Any:
         """Torque that the gear transmits [N*m, output side], with its damping."""
-        return self.train.torque(phase, self._own_state(phase, y))
+        return self.train.torque(phase, self._train_state(phase, y))
 
-    def _own_state(self, phase: Reals, y: States) -> Any:
+    def _train_state(self, phase: Reals, y: States) -> Any:
         """State of the train itself."""
-        own = y[2] + (self.omega - self.train.omega) * self.train.reference.slope(phase)
-        return (y[0], y[1], 0.0 * own, own, *y[4:])
+        speed = y[2] + (self.omega - self.train.omega) * self.train.reference.slope(phase)
+        return (y[0], y[1], 0.0 * speed, speed, *y[4:])
 
     def breakpoints(self) -> tuple[float, ...]:
         """Torsions [rad] where the gear's law is not smooth."""
         return self.train.breakpoints()
 
     def kinks(self, phase: Reals, y: States) -> Any:
-        """What vanishes where the laws are not smooth, as of the train itself."""
-        return self.train.kinks(phase, self._own_state(phase, y))
+        """Functions that vanish where the laws are not smooth, as of the train itself."""
+        return self.train.kinks(phase, self._train_state(phase, y))
 
     def state_names(self) -> tuple[str, ...]:
         """Names of the states, in order."""
@@ -132,7 +132,7 @@ class Metered(NamedTuple):
         return self.train.breakpoints()
 
     def guards(self, phase: Reals, y: States) -> Any:
-        """What stays positive while the shafts of the train slide as they do, or stick."""
+        """Functions that stay positive while the shafts of the train slide as they do, or stick."""
         return self.train.guards(phase, y)
 
     def slipping(self, phase: float, y: States) -> Any:
@@ -163,7 +163,7 @@ def own_state(system: Any, y: States) -> Any:
 
 @kernel
 def behind_gear(train: DriveTrain, y: States) -> Any:
-    """What the pointing error [rad] has beside x of the gear, and its rate; from the rates of the state, their rates.
+    """Pointing error [rad] beside x of the gear, and its rate; from the rates of the state, their rates.
 
     The twists of all couplings, less the motor's deviation over the ratio.
     """
@@ -201,11 +201,11 @@ class AtLoad(NamedTuple):
         return self.train.breakpoints()
 
     def kinks(self, phase: Reals, y: States) -> Any:
-        """What vanishes where its laws are not smooth, as of the train itself."""
+        """Functions that vanish where its laws are not smooth, as of the train itself."""
         return turning(self).kinks(phase, own_state(self, y))
 
     def guards(self, phase: Reals, y: States) -> Any:
-        """What stays positive while the shafts of the train slide as they do, or stick."""
+        """Functions that stay positive while the shafts of the train slide as they do, or stick."""
         return turning(self).guards(phase, own_state(self, y))
 
     def slipping(self, phase: float, y: States) -> Any:
@@ -219,6 +219,6 @@ class AtLoad(NamedTuple):
         return joint_orders(self.train, self.train.load.end().excitation)
 
     def linear_part(self) -> Any:
-        """What is linear around its laws; its mean torque keeps the speed of a motor that nothing holds."""
+        """Linear part around its laws; its mean torque keeps the speed of a motor that nothing holds."""
         part = linear_part(turning(self), at_load=True)
         return None if part is None else replace(part, disturbed=AtLoad(part.disturbed, self.omega))

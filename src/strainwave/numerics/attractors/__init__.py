@@ -1,1 +1,1 @@
-"""Where motions end: attractors, basins, sections, exponents."""
+"""Ends of motions: attractors, basins, sections, exponents."""

@@ -35,8 +35,8 @@ FASTEST = (
 )
 SIZES = np.geomspace(1e-6, 1e6, 241)
 
-NEAR = 1e-3  # of a state's size: lanes as near as this to an attractor's point have ended on it
-SAME = 1e-6  # of a state's size: two turns that agree so well are one
+END_GAP = 1e-3  # of a state's size: lanes as near as this to an attractor's point have ended on it
+SAME_TURN = 1e-6  # of a state's size: two turns that agree so well are one
 MOST_SETTLED = 200  # settled motions that are looked at one by one
 PER_TURN = 64  # samples of the motion from which an orbit's coefficients are guessed
 NOT_RECOGNISED = -3
@@ -57,7 +57,7 @@ class Attractor:
     multiplier : float
         Largest modulus of its Floquet multipliers; nan where `find_orbit` did not find it.
     stable : bool
-        Whether that is below 1.
+        True if that is below 1.
     """
 
     period: int
@@ -78,9 +78,9 @@ class Attractor:
         return 0.5 * (self.highest - self.lowest)
 
     def __str__(self) -> str:
-        known = np.isfinite(self.multiplier)
+        exact = np.isfinite(self.multiplier)
         kind = (
-            f"{'stable' if self.stable else 'unstable'}, multiplier {self.multiplier:.4f}" if known else "by eye only"
+            f"{'stable' if self.stable else 'unstable'}, multiplier {self.multiplier:.4f}" if exact else "by eye only"
         )
         x, v = self.points[0, :2]
         return f"period {self.period}, amplitude {self.amplitude:.5g}, {kind}, through ({x:.5g}, {v:.5g})"
@@ -92,10 +92,10 @@ def recognised(system: System, ends: Settled) -> tuple[Integers, tuple[Attractor
     motions: list[Attractor] = []
     for motion, scale, lanes in islice(motions_among(system, ends, np.arange(len(label))), MOST_SETTLED):
         attractor = _attractor(system, ends, int(lanes[0]), motion, scale)
-        place = next((i for i, former in enumerate(motions) if _same(former, attractor, scale)), len(motions))
-        if place == len(motions):
+        index = next((i for i, former in enumerate(motions) if _same(former, attractor, scale)), len(motions))
+        if index == len(motions):
             motions.append(attractor)
-        label[lanes] = place
+        label[lanes] = index
     order = np.argsort([-np.count_nonzero(label == i) for i in range(len(motions))], kind="stable")
     rank = np.empty(len(motions) + 1, np.int64)
     rank[order], rank[-1] = np.arange(len(motions)), NOT_RECOGNISED
@@ -108,8 +108,8 @@ def distance(points: Floats, states: Floats, scale: Floats) -> Floats:
     return np.asarray(np.min(np.max(gaps, axis=1), axis=0))
 
 
-def _same(known: Attractor, seen: Attractor, scale: Floats) -> bool:
-    return known.period == seen.period and bool(distance(known.points, seen.points[:1].T, scale)[0] < 10.0 * NEAR)
+def _same(old: Attractor, seen: Attractor, scale: Floats) -> bool:
+    return old.period == seen.period and bool(distance(old.points, seen.points[:1].T, scale)[0] < 10.0 * END_GAP)
 
 
 def _attractor(system: Any, ends: Settled, lane: int, motion: "Motion", scale: Floats) -> Attractor:
@@ -120,7 +120,7 @@ def _attractor(system: Any, ends: Settled, lane: int, motion: "Motion", scale: F
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
         return Attractor(turns, low, high, y[:, ::PER_TURN].T, np.nan, False)
     points = orbit.state(np.asarray(2.0 * np.pi * np.arange(turns + 1), float))
-    fewer = fewest(points, turns, scale, SAME)
+    fewer = fewest(points, turns, scale, SAME_TURN)
     if fewer < turns:
         orbit = _orbit(system, y[:, : fewer * PER_TURN], fewer, scale) or orbit
     x = orbit.state(np.asarray(np.linspace(0.0, 2.0 * np.pi * fewer, 4096 * fewer), float))[0]
@@ -128,10 +128,10 @@ def _attractor(system: Any, ends: Settled, lane: int, motion: "Motion", scale: F
     return Attractor(fewer, low, high, points[:, :fewer].T, size, orbit.stable)
 
 
-def fewest(points: Floats, turns: int, scale: Floats, near: float) -> int:
+def fewest(points: Floats, turns: int, scale: Floats, tolerance: float) -> int:
     """Smallest divisor of the turns after which the first of the points (states, turns + 1) comes back."""
     for n in range(1, turns):
-        if turns % n == 0 and np.all(np.abs(points[:, n] - points[:, 0]) < near * scale):
+        if turns % n == 0 and np.all(np.abs(points[:, n] - points[:, 0]) < tolerance * scale):
             return n
     return turns
 
@@ -148,7 +148,7 @@ def _orbit(system: System, y: Floats, turns: int, scale: Floats) -> Orbit | None
     except (ValueError, TypeError, SolveError):  # a system without periodic orbits that `find_orbit` can look for
         return None
     gap = np.abs(orbit.state(0.0) - y[:, 0]) / scale if orbit.status.found else np.array([np.inf])
-    return orbit if float(np.max(gap)) < 20.0 * NEAR else None
+    return orbit if float(np.max(gap)) < 20.0 * END_GAP else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +162,7 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What random starts led to, and how they were chosen.
+    """Motions that random starts led to, and the choice of the starts.
 
     `turns` is the longest time that a start was given, `reach` the largest first state [rad] of a start; `diverged` and
     `unsettled` count starts, `loose` are the frequencies of the latter.
@@ -184,22 +184,22 @@ def settled_motions(problem: Balance, omegas: Floats) -> Search:
     boxes = [box_at(problem, float(omega)) for omega in omegas]
     rng = np.random.default_rng(SEED)
     draws = rng.uniform(size=(4, STARTS))  # the same at every frequency: no result depends on which others there are
-    start = np.concatenate([starts_in(box, draws) for box in boxes], axis=1)
+    y0 = np.concatenate([starts_in(box, draws) for box in boxes], axis=1)
     rate = 0.5 * system.B / system.J
     needed = DECAY * np.max(omegas) / (2.0 * np.pi * rate) if rate > 0.0 else MOST_TURNS
     longest = int(np.clip(needed, LEAST_TURNS, MOST_TURNS))
     size = max(box.size for box in boxes)
     method = Dopri5(rtol=1e-8, atol=1e-10 * size) if breakpoints_of(system.law) else None
     lanes = np.repeat(omegas, STARTS)
-    ends = settled(system, {"omega": lanes}, start, settle=FIRST_TURNS, longest=longest, method=method, most=MOST_STEPS)
+    ends = settled(system, {"omega": lanes}, y0, settle=FIRST_TURNS, longest=longest, method=method, budget=MOST_STEPS)
     motions: list[Motion] = []
     for omega in omegas:
-        here = replace(system, {"omega": float(omega)})
-        some = islice(motions_among(here, ends, np.flatnonzero(lanes == omega)), MOST_MOTIONS)
+        driven = replace(system, {"omega": float(omega)})
+        some = islice(motions_among(driven, ends, np.flatnonzero(lanes == omega)), MOST_MOTIONS)
         motions += [motion for motion, _, _ in some]
     loose = (ends.period == 0) & ~ends.diverged
     return Search(
-        omegas, STARTS, longest, float(np.max(np.abs(start[0]))), motions, int(np.count_nonzero(ends.diverged)),
+        omegas, STARTS, longest, float(np.max(np.abs(y0[0]))), motions, int(np.count_nonzero(ends.diverged)),
         int(np.count_nonzero(loose)), [float(w) for w in omegas if np.any(loose & (lanes == w))],
     )  # fmt: skip
 
@@ -218,12 +218,12 @@ def motions_among(system: System, ends: Settled, lanes: Integers) -> Iterator[tu
         method = Dopri5(rtol=1e-10, atol=1e-14 * float(np.max(np.abs(state)) + 1e-12))
         run = simulate(system, state, times, method=method)
         scale = np.maximum(np.max(np.abs(run.y), axis=1), 1e-300)
-        turns = fewest(run.y[:, ::PER_TURN], turns, scale, NEAR)
+        turns = fewest(run.y[:, ::PER_TURN], turns, scale, END_GAP)
         motion = Motion(omega, turns, run.y[:, : turns * PER_TURN])
-        near = distance(motion.samples[:, ::PER_TURN].T, ends.state[:, waiting], scale) < NEAR
-        near[0] = True
-        yield motion, scale, waiting[near]
-        waiting = waiting[~near]
+        reached = distance(motion.samples[:, ::PER_TURN].T, ends.state[:, waiting], scale) < END_GAP
+        reached[0] = True
+        yield motion, scale, waiting[reached]
+        waiting = waiting[~reached]
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +243,7 @@ class Box:
 
 
 def box_at(problem: Any, omega: float) -> Box:
-    """Where starts at one frequency are drawn from."""
+    """Box from which starts at one frequency are drawn."""
     system, law, mean = problem.system, problem.system.law, float(problem.tau[0])
     middle = carried(law, mean)
     w = orders(len(problem.tau) // 2) * omega / problem.turns
@@ -279,11 +279,11 @@ def box_at(problem: Any, omega: float) -> Box:
 
 
 def _roots(x: Floats, pull: Floats) -> Floats:
-    """Where the torque of the law, sampled at x, balances the mean torque: by linear interpolation."""
-    at = np.flatnonzero(np.isfinite(pull[1:]) & np.isfinite(pull[:-1]) & (pull[1:] * pull[:-1] <= 0.0))
-    fall = pull[at] - pull[at + 1]
-    share = np.divide(pull[at], fall, out=np.zeros(len(at)), where=fall != 0.0)
-    return np.unique(x[at] + share * (x[at + 1] - x[at]))
+    """Torsions at which the torque of the law, sampled at x, balances the mean torque: by linear interpolation."""
+    i = np.flatnonzero(np.isfinite(pull[1:]) & np.isfinite(pull[:-1]) & (pull[1:] * pull[:-1] <= 0.0))
+    fall = pull[i] - pull[i + 1]
+    share = np.divide(pull[i], fall, out=np.zeros(len(i)), where=fall != 0.0)
+    return np.unique(x[i] + share * (x[i + 1] - x[i]))
 
 
 def starts_in(box: Box, draws: Floats) -> Floats:
@@ -291,6 +291,6 @@ def starts_in(box: Box, draws: Floats) -> Floats:
     half = draws.shape[1] // 2
     even = np.stack([box.low + draws[0] * (box.high - box.low), (2.0 * draws[1] - 1.0) * box.speed])
     size, angle = box.size * 10.0 ** (-2.0 * draws[2]), 2.0 * np.pi * draws[3]
-    which = (draws[0] * len(box.rests)).astype(int)
-    about = np.stack([box.rests[which] + size * np.cos(angle), size * box.rates[which] * np.sin(angle)])
+    i = (draws[0] * len(box.rests)).astype(int)
+    about = np.stack([box.rests[i] + size * np.cos(angle), size * box.rates[i] * np.sin(angle)])
     return np.concatenate([even[:, :half], about[:, half:]], axis=1)

@@ -1,6 +1,6 @@
 """Lanes of an ensemble marched on until each repeats itself, leaves every bound, or has had its longest time.
 
-How fast neighbouring motions drift apart, which tells whether they are chaotic.
+The rate at which neighbouring motions drift apart tells chaotic ones.
 """
 
 import math
@@ -19,15 +19,15 @@ from ..ensemble.measures import Extremes, Final
 from ..integration.methods import Dop8, Dopri5, Method
 
 SEEN = 8  # periods that are measured: the longest period that an ensemble recognises
-APART = 1e-6  # of a state's size: two trajectories that start so close tell whether a motion is chaotic
+NEIGHBOUR_DISTANCE = 1e-6  # of a state's size: two trajectories that start so close tell whether a motion is chaotic
 STRETCHES = 100  # turns over which that is looked at
-UNCOUNTED = 10  # turns before, until the neighbour lies where motions drift apart
+UNCOUNTED_TURNS = 10  # turns before, until the neighbour lies where motions drift apart
 MOST_STRETCHED = 45_000  # steps in each of them
 
 
 @dataclass(frozen=True, eq=False)
 class Settled:
-    """What became of every lane.
+    """End of every lane.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Settled:
     period : (lanes,) int array
         Turns after which the motion repeats; 0 where it does not.
     diverged : (lanes,) bool array
-        Whether it left every bound.
+        True where it left every bound.
     lowest, highest : (lanes,) arrays
         Extremes of the first state over the last 8 turns.
     """
@@ -81,13 +81,13 @@ def settled(
     longest: int,
     method: Method | None = None,
     threads: int | None = None,
-    known: Callable[[Settled], Booleans] | None = None,
-    most: float = math.inf,
+    recognised: Callable[[Settled], Booleans] | None = None,
+    budget: float = math.inf,
 ) -> Settled:
     """March every lane from its state (states, lanes) for `settle` turns, and those not settled on to `longest`.
 
-    With `known`, which tells the lanes that are on known motions, those that are not go on, settled or not. What takes
-    more than `most` steps of all lanes, at first an eighth, is refused (SolveError) before it is marched.
+    `recognised` tells the lanes on known motions; with it all others go on, settled or not. What takes more than
+    `budget` steps of all lanes, at first an eighth, is refused (SolveError) before it is marched.
     """
     lanes = y0.shape[1]
     lowest, highest = np.full((2, lanes), np.nan)
@@ -97,14 +97,14 @@ def settled(
         varied: dict[str, Any] = {path: np.broadcast_to(v, (lanes,))[places] for path, v in parameters.items()}
         run = lanes_run(
             system, varied, tuple(start), periods=SEEN, settle=skipped, measures=(Extremes(), Final()), method=method,
-            threads=threads, most=most if turns else most / 8.0,
+            threads=threads, budget=budget if turns else budget / 8.0,
         ).variables  # fmt: skip
         turns += skipped + SEEN
         result.state[:, places] = run["final"].values
         result.period[places] = run["period"].values
         result.diverged[places] = run["status"].values != 0
         result.lowest[places], result.highest[places] = run["lowest"].values, run["highest"].values
-        ended = result.diverged | (result.period > 0 if known is None else known(result))
+        ended = result.diverged | (result.period > 0 if recognised is None else recognised(result))
         active = ~ended[places]
         if not active.any() or turns >= longest:
             return result
@@ -122,12 +122,12 @@ def stretching(system: System, state: Floats) -> Floats:
     omega = float(omega_of(system))
     size = np.maximum(np.max(np.abs(state), axis=0), 1e-300)
     unit = size * np.array([1.0, *[omega] * (len(state) - 1)])[:, None]
-    away = unit / np.sqrt(len(state)) * APART
-    how: Any = {"periods": 1, "settle": 0, "measures": (Final(),), "threads": None}
-    method, rates, turns = None, [], STRETCHES + UNCOUNTED
+    away = unit / np.sqrt(len(state)) * NEIGHBOUR_DISTANCE
+    request: Any = {"periods": 1, "settle": 0, "measures": (Final(),), "threads": None}
+    method, rates, turns = None, [], STRETCHES + UNCOUNTED_TURNS
     for _ in range(turns):
         start = np.concatenate([state, state + away], axis=1)
-        ridden = lanes_run(system, {}, tuple(start), method=method, **how).variables
+        ridden = lanes_run(system, {}, tuple(start), method=method, **request).variables
         if method is None:
             fixed = "steps" in ridden
             steps = int(2 * ridden["steps"].values.max()) if fixed else 0
@@ -139,8 +139,8 @@ def stretching(system: System, state: Floats) -> Floats:
             method = Dop8(steps_per_period=steps) if fixed else Dopri5(rtol=1e-11, atol=1e-14)
         final = ridden["final"].values
         state, gap = final[:, :lanes], final[:, lanes:] - final[:, :lanes]
-        grown = np.sqrt(np.sum((gap / unit) ** 2, axis=0)) / APART
+        grown = np.sqrt(np.sum((gap / unit) ** 2, axis=0)) / NEIGHBOUR_DISTANCE
         with np.errstate(divide="ignore"):
             rates.append(np.log(grown) * omega / (2.0 * np.pi))
         away = gap / np.maximum(grown, 1e-300)
-    return np.array(rates[UNCOUNTED:])
+    return np.array(rates[UNCOUNTED_TURNS:])

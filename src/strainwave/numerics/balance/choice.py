@@ -1,4 +1,4 @@
-"""Which balance serves a system, and the condensed balance of what its laws see."""
+"""Choice of the balance for a system, and the condensed balance of what its laws see."""
 
 from typing import Any
 
@@ -31,8 +31,8 @@ def balance_of(
         return second_order(system, leaf, omega_leaf, harmonics, turns)
     if lacking(system, "rhs"):
         raise TypeError(f"{type(system).__name__} has no rhs(phase, y), nor the fields {', '.join(SAME)}")
-    found = condensed(system, leaf, omega_leaf, harmonics, turns, folded)
-    return first_order(system, leaf, omega_leaf, harmonics, turns) if found is None else found
+    problem = condensed(system, leaf, omega_leaf, harmonics, turns, folded)
+    return first_order(system, leaf, omega_leaf, harmonics, turns) if problem is None else problem
 
 
 LOOKED_AT, EQUAL = 64, 1e-9  # places of a turn, and the relative difference of torques that repeat there
@@ -55,7 +55,7 @@ def condensed(
     turns : int
         Turns of the base angle that an orbit takes.
     folded : bool
-        Whether an orbit may be taken to repeat as often in a turn as what drives it.
+        True if an orbit may be taken to repeat as often in a turn as what drives it.
     """
     top = highest_order(system)
     part = linear_part_of(system) if leaf in (omega_leaf, STRENGTH) else None
@@ -67,17 +67,17 @@ def condensed(
 
 
 def repeats(part: Any, top: int) -> int:
-    """How often in a turn, at most `top` times, everything that drives a system repeats."""
+    """Repeats in a turn, at most `top`, of everything that drives a system."""
     angles = 2.0 * np.pi * (np.arange(LOOKED_AT) + 0.3) / LOOKED_AT
 
     def driving(angles: Floats) -> Floats:
         return np.vstack([part.forces(angles), part.error.value(angles) + 0.0 * angles])
 
-    here = driving(angles)
-    least = EQUAL * np.ptp(here, axis=1, keepdims=True)
+    drive = driving(angles)
+    least = EQUAL * np.ptp(drive, axis=1, keepdims=True)
     if not np.any(least):
         return 1
-    return max(g for g in range(1, top + 1) if np.all(np.abs(driving(angles + 2.0 * np.pi / g) - here) <= least))
+    return max(g for g in range(1, top + 1) if np.all(np.abs(driving(angles + 2.0 * np.pi / g) - drive) <= least))
 
 
 def lines_of_error(error: Error) -> Floats | None:
@@ -87,8 +87,8 @@ def lines_of_error(error: Error) -> Floats | None:
     angles = 2.0 * np.pi * np.arange(samples) / samples
     waves = 2.0 / samples * np.fft.rfft(error.value(angles) + 0.0 * angles)
     size = np.abs(waves)
-    found = 1 + np.flatnonzero(size[1:-1] > ROUNDING * np.max(size))
-    if len(found) > MOST_LINES or np.any(found > samples // 4):
+    orders = 1 + np.flatnonzero(size[1:-1] > ROUNDING * np.max(size))
+    if len(orders) > MOST_LINES or np.any(orders > samples // 4):
         return None
     mean = [0.0, 0.5 * waves[0].real, 0.0]
-    return np.array([mean, *([float(k), waves[k].real, -waves[k].imag] for k in found)])
+    return np.array([mean, *([float(k), waves[k].real, -waves[k].imag] for k in orders)])

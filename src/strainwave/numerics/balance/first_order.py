@@ -25,17 +25,17 @@ from ...compile.tree import leaf_of, leaves, with_leaf
 from ..addressed import EquationsAt, difference
 from . import fourier
 from .first_order_at import FirstOrderAt, equations_of, native
-from .harmonics import ENOUGH, highest_order
+from .harmonics import SEARCH_PER_TURN, highest_order
 from .linear_part import STRENGTH, STRONG
 from .rates import DIFFERENCE, SAME, base_speed, jacobians_at, number_of_states, of_strength, rates_at
 from .truncation import shares_left_out
 
 AT_ONCE = -1  # compiled from the first run on, and in NumPy where that fails
-FEW = 4  # points of a curve where what is left out is estimated
+FEW_POINTS = 4  # points of a curve where what is left out is estimated
 MOST_SMOOTH, MOST_KINKED = 600, 150  # points of a search for other orbits; with breakpoints
 MOST_BEYOND = 100  # points beyond a range
 WORK, STEP = 2e7, 0.2  # points times the square of the unknowns; steps in units of the orbit and the parameter
-FAR = 1e3  # units of the unknowns: the length of a step that leads nowhere
+LOST_STEP = 1e3  # units of the unknowns: the length of a step that leads nowhere
 NEAR_KINKS = 1e-7  # of a state's size, for differences of laws with breakpoints, which must not reach across one
 
 
@@ -63,7 +63,7 @@ def least_step(matrix: Floats, residual: Floats) -> Floats | None:
 
 def newton(
     equations: Callable[[Floats], tuple[Floats, Floats]], x: Floats, scale: Floats, tiny: float,
-    *, most: int = 20, solve: Callable[..., Any] = np.linalg.solve,
+    *, max_steps: int = 20, solve: Callable[..., Any] = np.linalg.solve,
 ) -> Floats | None:  # fmt: skip
     """Root of equations, which give values and derivatives at x, or None; steps count in units `scale` of the unknowns.
 
@@ -71,7 +71,7 @@ def newton(
     that where rounding keeps them from shrinking.
     """
     last = np.inf
-    for _ in range(most):
+    for _ in range(max_steps):
         values, derivatives = equations(x)
         try:
             step = solve(derivatives * scale, values)
@@ -79,7 +79,7 @@ def newton(
             return None
         x = x - step * scale
         size = float(np.linalg.norm(step))
-        if not size < FAR:
+        if not size < LOST_STEP:
             return None
         following = size * (size / last) ** 2 if last < np.inf else np.inf  # where the steps shrink quadratically
         if size < tiny or (size < 1e3 * tiny and size > 0.3 * last) or following < 0.01 * tiny:
@@ -154,7 +154,7 @@ class FirstOrder(NamedTuple):
     def table(self, point: Floats) -> Floats:
         return fourier.from_blocks(self.series(point[None])[0].T)
 
-    def whole(self, table: Floats) -> Floats:
+    def state_table(self, table: Floats) -> Floats:
         """Table of the states that `find_orbit` takes: the same."""
         return table
 
@@ -218,8 +218,8 @@ class FirstOrder(NamedTuple):
         """Residual of every coefficient, in units of the state's size a second."""
         y = self.series(z[None])[0]
         angles, synthesis, analysis = self.places(with_leaf(self.system, self.leaf, float(z[-1])), y)
-        there = y @ synthesis
-        rates = self.along(rates_at, float(z[-1]), angles, there)
+        states = y @ synthesis
+        rates = self.along(rates_at, float(z[-1]), angles, states)
         balance = base_speed(self, float(z[-1])) / self.turns * fourier.derivative(y) - rates @ analysis
         r[:] = (balance / self.sizes[:, None]).ravel()
 
@@ -264,10 +264,10 @@ class FirstOrder(NamedTuple):
         z[:-1] -= step
         return z
 
-    def left_out(self, points: Floats, at: int) -> tuple[Floats, Floats]:
-        """Parameter at some points of a curve, `at` one of them, and the shares (values, states) left out there."""
+    def left_out(self, points: Floats, index: int) -> tuple[Floats, Floats]:
+        """Parameter at some points of a curve, one at `index`, and the shares (values, states) left out there."""
         largest = int(np.argmax(np.max(points[:, :-1], axis=1)))
-        few = points[np.unique([*range(0, len(points), max(1, len(points) // FEW)), largest, at])]
+        few = points[np.unique([*range(0, len(points), max(1, len(points) // FEW_POINTS)), largest, index])]
         return few[:, -1], shares_left_out(self, few)
 
     def disturbed(self, points: Floats) -> tuple["FirstOrder", Floats, int]:
@@ -287,7 +287,7 @@ class FirstOrder(NamedTuple):
         return None
 
     def floating(self, points: Floats) -> Booleans:
-        """Whether the law gives no torque anywhere on an orbit, for every point: not known."""
+        """False for every point: a law without torque on an orbit is not looked for."""
         return np.zeros(len(points), bool)
 
     def several_at(self, points: Floats) -> Booleans:
@@ -301,7 +301,7 @@ class FirstOrder(NamedTuple):
     def to_search(self, value: float) -> "FirstOrder":
         """The problem at a base frequency, with as many harmonics as the search for other orbits takes."""
         system, leaf = with_leaf(self.system, self.omega_leaf, value), self.omega_leaf
-        few = max(ENOUGH, math.ceil(3 * highest_order(system) * self.turns))
+        few = max(SEARCH_PER_TURN, math.ceil(3 * highest_order(system) * self.turns))
         if few >= self.highest():
             return self._replace(system=system)
         return first_order(system, leaf, leaf, few, self.turns, self.sizes)

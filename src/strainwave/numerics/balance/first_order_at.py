@@ -21,7 +21,7 @@ from .linear_algebra import add, copy, fill
 from .linear_part import STRENGTH
 from .rates import strengthened
 
-CHANGE, LEAST = 1e-6, 1e-3  # of a parameter for its derivative, and the least size that it is taken to have
+CHANGE, LEAST_SIZE = 1e-6, 1e-3  # of a parameter for its derivative, and the least size that it is taken to have
 
 
 class FirstOrderAt(NamedTuple):
@@ -121,11 +121,11 @@ class FirstOrderAt(NamedTuple):
             for j in range(n):
                 add(-self.weights[i] * w[0, 0, j], waves, r[j * rows : (j + 1) * rows])
         for j in range(n):
-            own = r[j * rows : (j + 1) * rows]
-            own[0] /= self.sizes[j]
+            block = r[j * rows : (j + 1) * rows]
+            block[0] /= self.sizes[j]
             for k in range(1, h + 1):
-                own[k] = 2.0 * own[k] / self.sizes[j] + speed * k * z[j * rows + h + k]
-                own[h + k] = 2.0 * own[h + k] / self.sizes[j] - speed * k * z[j * rows + k]
+                block[k] = 2.0 * block[k] / self.sizes[j] + speed * k * z[j * rows + h + k]
+                block[h + k] = 2.0 * block[h + k] / self.sizes[j] - speed * k * z[j * rows + k]
 
     def stiffness(self, z: Floats, jacobian: Floats) -> None:
         """Derivatives of the residual by the coefficients; follows `equations` at the same z."""
@@ -160,7 +160,7 @@ class FirstOrderAt(NamedTuple):
         self = at(self)
         n, h = len(self.sizes), self.harmonics
         rows, value = 2 * h + 1, z[len(self.sizes) * (2 * h + 1)]
-        d = CHANGE * max(abs(value), LEAST)
+        d = CHANGE * max(abs(value), LEAST_SIZE)
         w, before, waves = np.empty((3, 1, n)), np.empty(n), np.empty(rows)
         after_strength, before_strength = 1.0, 1.0
         if self.is_strength:
@@ -180,10 +180,10 @@ class FirstOrderAt(NamedTuple):
         self.parameter[0] = value
         faster = 1.0 / self.turns if self.is_speed else 0.0
         for j in range(n):
-            own = slope[j * rows : (j + 1) * rows]
+            block = slope[j * rows : (j + 1) * rows]
             for k in range(1, h + 1):
-                own[k] = 2.0 * own[k] + faster * k * z[j * rows + h + k]
-                own[h + k] = 2.0 * own[h + k] - faster * k * z[j * rows + k]
+                block[k] = 2.0 * block[k] + faster * k * z[j * rows + h + k]
+                block[h + k] = 2.0 * block[h + k] - faster * k * z[j * rows + k]
 
 
 @routine
@@ -225,11 +225,11 @@ def crossings_of(problem: Any, series: Floats, crossings: Floats) -> int:
                     state_at(series, psi, state)
                     corner_distances(problem.system, problem.turns * psi, state, d[2])
                     narrow(bracket, psi, d[2, k])
-                place, j = bracket[A] % (2.0 * math.pi), count
-                while j > 0 and crossings[j - 1] > place:
+                crossing, j = bracket[A] % (2.0 * math.pi), count
+                while j > 0 and crossings[j - 1] > crossing:
                     crossings[j] = crossings[j - 1]
                     j -= 1
-                crossings[j] = place
+                crossings[j] = crossing
                 count += 1
         copy(d[0], d[1])
     return count
@@ -257,8 +257,8 @@ def native(problem: Any, kinks: int, words: Callable[[Any], int]) -> FirstOrderA
     system, n, h = problem.system, len(problem.sizes), problem.harmonics()
     memory, parameter = words_of(system), np.zeros(1)
     if problem.leaf != STRENGTH:
-        place = word_of_leaf(system, problem.leaf)
-        parameter = memory.view(np.float64)[place : place + 1]
+        word = word_of_leaf(system, problem.leaf)
+        parameter = memory.view(np.float64)[word : word + 1]
     system_at = several_at(system, words(memory), n, kinks)
     gauss, panel = np.array([PLACES, WEIGHTS]), 2.0 * math.pi * h / PHASE
     room = len(problem.angles)

@@ -223,11 +223,11 @@ def distances(system: Any, angles: Floats, y: Floats) -> Floats:
     memory, a rate or an internal state. Else it has `breakpoints` of its torsion; one without kinks has none.
     """
     if not lacking(system, "kinks"):
-        found = system.kinks(angles, tuple(y))
+        values = system.kinks(angles, tuple(y))
     else:
         u = torsion(system, angles, tuple(y))
-        found = [u - b for b in breakpoints_of(system)]
-    return np.array([np.broadcast_to(d, y.shape[1:]) for d in found], float)
+        values = [u - b for b in breakpoints_of(system)]
+    return np.array([np.broadcast_to(d, y.shape[1:]) for d in values], float)
 
 
 def samples_between(system: System, y: Floats, turns: float) -> Samples:
@@ -261,8 +261,8 @@ def panels(system: System, y: Floats, turns: float, wide: int) -> tuple[Floats, 
     h = y.shape[1] // 2
     samples = samples_between(system, y, turns)
     basis = samples.basis(wide * h)
-    own = np.concatenate([basis[: h + 1], basis[wide * h + 1 : (wide + 1) * h + 1]])
-    return turns * samples.psi, own, samples.analysis(basis)
+    waves = np.concatenate([basis[: h + 1], basis[wide * h + 1 : (wide + 1) * h + 1]])
+    return turns * samples.psi, waves, samples.analysis(basis)
 
 
 def crossings(system: System, turns: float, y: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""How many harmonics a periodic orbit takes: as many as requested, or enough for every line of the excitation.
+"""Number of harmonics of a periodic orbit: as many as requested, or enough for every line of the excitation.
 
 A line beyond the last harmonic would be sampled too coarsely and appear at another order, so it is refused.
 
@@ -18,40 +18,40 @@ from ...base.quantities import positive_count
 from ...base.results import Floats
 from ...compile.tree import with_leaf
 
-FEWEST = 7  # per turn of the base angle
+FEWEST_PER_TURN = 7  # per turn of the base angle
 MOST_HARMONICS = 127  # reached automatically
 MOST_WITH_CORNERS = 31  # the same for friction and memory: general form, and a series that decays as a power of k
-ENOUGH = 15  # of a search for other orbits, per turn
+SEARCH_PER_TURN = 15  # of a search for other orbits, per turn
 TWISTS = np.geomspace(1e-9, 1e6, 46)  # [rad]
-LARGEST = 1000  # the matrix of the balance has (2 H + 1)^2 entries
+LARGEST_HARMONICS = 1000  # the matrix of the balance has (2 H + 1)^2 entries
 
 
 Result = TypeVar("Result")
 
 
-def grown(solve: Callable[[int, float], tuple[Result, float]], h: int, most: int, aim: float) -> Result:
-    """Result with as many harmonics as it takes, from h to at most `most`.
+def grown(solve: Callable[[int, float], tuple[Result, float]], h: int, largest: int, aim: float) -> Result:
+    """Result with as many harmonics as it takes, from h to at most `largest`.
 
     Parameters
     ----------
     solve : callable
         `solve(h, aim)`: the result with h harmonics, and its tail (see `truncation`), which nobody compares where the
         aim is infinite; a tail of 0 ends the growth.
-    h, most : int
+    h, largest : int
         Harmonics to begin with, and to end with whatever the tail is: h itself where the caller has chosen them.
     aim : float
         Largest tail of what is negligible.
     """
     while True:
-        last = h >= most
+        last = h >= largest
         result, tail = solve(h, math.inf if last else aim)
         if last or tail <= aim:
             return result
-        h = min(2 * h + 1, most)
+        h = min(2 * h + 1, largest)
 
 
 def most_harmonics(system: System) -> int:
-    """How far the number of harmonics grows by itself."""
+    """Largest number of harmonics that is taken without a request."""
     return MOST_HARMONICS if is_spring(system) else MOST_WITH_CORNERS
 
 
@@ -80,7 +80,7 @@ def starting_harmonics(system: System, harmonics: int | None, period: int, point
     system : NamedTuple
         The system, whose highest order H must reach.
     harmonics : int or None
-        What the caller asks for; None for the automatic choice: 7 per turn, or two more than the highest order.
+        Number that the caller asks for; None for the automatic choice: 7 per turn, or two more than the highest order.
     period : int
         Turns of the base angle per orbit.
     points : int
@@ -92,18 +92,18 @@ def starting_harmonics(system: System, harmonics: int | None, period: int, point
         If one of them or an order is not an integer of at least 1, or H is too small for the highest order or above
         1000.
     """
-    period = positive_count("period", period, LARGEST)
+    period = positive_count("period", period, LARGEST_HARMONICS)
     positive_count("points", points)
     highest = highest_order(system)
     if harmonics is None:
-        count = period * max(FEWEST, highest + 2 if highest > 1 else 1)
-        if count > LARGEST:
+        count = period * max(FEWEST_PER_TURN, highest + 2 if highest > 1 else 1)
+        if count > LARGEST_HARMONICS:
             raise ValueError(
-                f"a line of order {highest} over {period} turns takes {count} harmonics; at most {LARGEST} are "
-                "possible: leave the line out, or integrate"
+                f"a line of order {highest} over {period} turns takes {count} harmonics; at most {LARGEST_HARMONICS} "
+                "are possible: leave the line out, or integrate"
             )
         return count
-    if positive_count("harmonics", harmonics, LARGEST) < highest * period:
+    if positive_count("harmonics", harmonics, LARGEST_HARMONICS) < highest * period:
         raise ValueError(
             f"harmonics is {harmonics}, but a line of order {highest} is harmonic {highest * period} of the orbit; "
             f"take at least {highest * period}, or leave the choice open"
@@ -112,9 +112,9 @@ def starting_harmonics(system: System, harmonics: int | None, period: int, point
 
 
 def seems_odd(law: Law, *series: Floats) -> bool:
-    """Whether a law is odd at torsions of all sizes, and series (in blocks) have odd harmonics alone.
+    """True for a law that is odd at torsions of all sizes, with series (in blocks) of odd harmonics alone.
 
-    Whether the law is odd on the orbits found is for `is_odd_on` to say.
+    `is_odd_on` checks the law on the orbits found.
     """
     with np.errstate(all="ignore"):
         odd = _odd(law.torque(TWISTS), law.torque(-TWISTS))
@@ -129,7 +129,7 @@ def mirrored(point: Floats) -> Floats:
 
 
 def is_odd_on(problem: Balance, points: Floats) -> bool:
-    """Whether the law is odd at the torsions of the orbits found (coefficients in blocks, parameter last)."""
+    """True for a law that is odd at the torsions of the orbits found (coefficients in blocks, parameter last)."""
     some = points[::3]  # neighbours have next to the same torsions
     u = some[:, :-1] @ problem.synthesis
     law = with_leaf(problem.system, problem.leaf, some[:, -1:]).law
@@ -137,10 +137,10 @@ def is_odd_on(problem: Balance, points: Floats) -> bool:
 
 
 def _is_odd_series(series: Floats) -> bool:
-    """Whether the mean and the even harmonics are rounding."""
+    """True if the mean and the even harmonics are rounding."""
     h, sizes = len(series) // 2, [abs(value) for value in series.tolist()]
     return bool(max(sizes[:1] + sizes[2 : h + 1 : 2] + sizes[h + 2 :: 2]) <= 1e-14 * max(sizes))
 
 
-def _odd(there: Floats, back: Floats) -> bool:
-    return not np.any(np.abs(there + back) > 1e-12 * np.abs(there))
+def _odd(forth: Floats, back: Floats) -> bool:
+    return not np.any(np.abs(forth + back) > 1e-12 * np.abs(forth))

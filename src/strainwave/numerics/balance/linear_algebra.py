@@ -82,8 +82,8 @@ def extremes(v: Floats) -> Any:
 def _row_times_loops(row: Floats, table: Floats, product: Floats) -> None:
     # Eight columns at a time in registers: the compiler's own vector loop suits long rows and leaves short ones scalar.
     n, columns = product.shape[0], table.shape[1]
-    whole = columns - columns % 8
-    for j in range(0, min(whole, n), 8):
+    full = columns - columns % 8
+    for j in range(0, min(full, n), 8):
         c0, c1, c2, c3, c4, c5, c6, c7 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(table.shape[0]):
             f = row[i]
@@ -102,7 +102,7 @@ def _row_times_loops(row: Floats, table: Floats, product: Floats) -> None:
             block = (c0, c1, c2, c3, c4, c5, c6, c7)
             for k in range(n - j):
                 product[j + k] = block[k]
-    for j in range(whole, n):
+    for j in range(full, n):
         total = 0.0
         for i in range(table.shape[0]):
             total += row[i] * table[i, j]
@@ -211,13 +211,13 @@ def _substitute_loops(a: Floats, pivots: Any, b: Floats) -> None:
 def _product(row: Floats, b: Floats) -> float:
     # Four sums side by side: one alone waits for each of its additions.
     n, s0, s1, s2, s3 = len(row), 0.0, 0.0, 0.0, 0.0
-    whole = n - n % 4
-    for k in range(0, whole, 4):
+    full = n - n % 4
+    for k in range(0, full, 4):
         s0 += row[k] * b[k]
         s1 += row[k + 1] * b[k + 1]
         s2 += row[k + 2] * b[k + 2]
         s3 += row[k + 3] * b[k + 3]
-    for k in range(whole, n):
+    for k in range(full, n):
         s0 += row[k] * b[k]
     return s0 + s1 + (s2 + s3)
 

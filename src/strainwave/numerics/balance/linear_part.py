@@ -1,8 +1,8 @@
-"""What in an oscillator's balance does not depend on its law: inertia, damping, torque and kinematic error.
+"""Part of an oscillator's balance that does not depend on its law: inertia, damping, torque and kinematic error.
 
 The virtual leaves are parameters that are no numbers of the system: along them orbits that coexist are connected.
 
-What one harmonic tells of an oscillator's orbits: where solvers start, where others may exist, what connects them.
+One harmonic tells of an oscillator's orbits: starts of solvers, places of other orbits, and what connects them.
 """
 
 from typing import Any, NamedTuple
@@ -19,8 +19,8 @@ from .rates import base_speed
 
 WAVE = np.cos(np.pi * (np.arange(16) + 0.5) / 16)  # half a vibration
 SIZES = np.geomspace(1e-5, 1.0, 50)  # amplitudes at which the law is asked, of the largest that the damping allows
-FINE = np.geomspace(1e-4, 1.0, 200)  # the same for the strongest excitation
-LEAST = 1e-4  # damping that counts at least, of critical
+FINE_SIZES = np.geomspace(1e-4, 1.0, 200)  # the same for the strongest excitation
+LEAST_DAMPING = 1e-4  # damping that counts at least, of critical
 SHARED = 0.03  # of the largest drive: what other harmonics of a larger motion may have
 INERTIA_FACTOR = 1.4  # factor of J (k w)^2 for what one harmonic leaves out
 MARGIN = 2.0  # factor of a drive that is too small for a second orbit
@@ -103,8 +103,8 @@ def vary(leaf: int, value: float, torque: Floats, error: Floats, derive: bool) -
     h = len(torque) // 2
     torque[0] = (1.0 if leaf == CONSTANT else 0.0) if derive else torque[0] + (value if leaf == CONSTANT else 0.0)
     for k in range(1, h + 1):
-        mine, rest = leaf == LINE - k, 0.0 if derive else 1.0
-        factor = np.exp(value) if leaf == STRENGTH else (rest * value + 1.0 if mine else rest)
+        mine, unvaried = leaf == LINE - k, 0.0 if derive else 1.0
+        factor = np.exp(value) if leaf == STRENGTH else (unvaried * value + 1.0 if mine else unvaried)
         torque[k] *= factor
         torque[h + k] *= factor
         error[k] *= factor
@@ -145,7 +145,7 @@ def one_harmonic(law: Any, torque: float, sizes: Floats) -> tuple[Floats, Floats
 
 
 class Around(NamedTuple):
-    """What is linear around a law: mean torque [N*m]; mass, damping [N*m/rad] and drive [N*m] (points, H) at harmonics.
+    """Linear part around a law: mean torque [N*m]; mass, damping [N*m/rad] and drive [N*m] (points, H) at harmonics.
 
     The dynamic stiffness is -mass + i damping; `twice` (H,) are the places of twice the harmonics in a spectrum.
     """
@@ -159,14 +159,14 @@ class Around(NamedTuple):
 
 
 def several_at(problem: Any, points: Floats) -> Booleans:
-    """Whether others may exist beside known orbits, from what one harmonic on top of each allows; of one law alone."""
+    """True for an orbit beside which others may exist, from what one harmonic on top allows; of one law alone."""
     around = problem.around(base_speed(problem, points[:, -1]))
     if around is None:
         return np.ones(len(points), bool)
     law, mean, mass, damping, driven, twice = around
     series, synthesis = points[:, : len(problem.synthesis)], problem.synthesis
     h = series.shape[1] // 2
-    loss = np.maximum(damping, LEAST * np.abs(mass))
+    loss = np.maximum(damping, LEAST_DAMPING * np.abs(mass))
     u = series @ synthesis
     stiffness = law.stiffness(u) + 0.0 * u
     tangent = stiffness.mean(axis=1, keepdims=True)
@@ -187,21 +187,21 @@ def several_at(problem: Any, points: Floats) -> Booleans:
     bear = np.searchsorted(sizes, reach, side="right")  # how many of the amplitudes the drive bears
     low, high = np.minimum.accumulate(kappa)[bear - 1], np.maximum.accumulate(kappa)[bear - 1]
     wide = (bear > 0) & (high - low > loss)
-    least, most = mass / INERTIA_FACTOR, INERTIA_FACTOR * mass
+    lower, upper = mass / INERTIA_FACTOR, INERTIA_FACTOR * mass
     above = tangent - kappa[0]  # of an orbit: on top of it the stiffness is that much larger
-    may = wide & (((low < most) & (high > least)) | ((low + above < most) & (high + above > least)))
+    may = wide & (((low < upper) & (high > lower)) | ((low + above < upper) & (high + above > lower)))
     # a vibration that the varying stiffness of the orbit itself keeps up; no wave of that is larger than its range
     off = np.hypot(tangent - mass, loss)
     if (off <= 0.51 * MARGIN * (stiffness.max(axis=1) - stiffness.min(axis=1))[:, None]).any():
         waves = np.abs(np.fft.rfft(stiffness)) * (2.0 / u.shape[1])
         inside = twice < waves.shape[1]
         may |= inside & (off <= 0.5 * MARGIN * waves[:, np.where(inside, twice, 0)])
-    found: Booleans = may.any(axis=1)
-    return found
+    several: Booleans = may.any(axis=1)
+    return several
 
 
 def floating(law: Any, series: Floats, synthesis: Floats) -> Booleans:
-    """Whether a law gives no torque anywhere on an orbit (series (points, 2H+1) of its torsion) that moves."""
+    """True for an orbit (series (points, 2H+1) of its torsion) that moves without any torque of a law."""
     if law.torque(0.0) != 0.0 or law.stiffness(0.0) != 0.0:
         return np.zeros(len(series), bool)
     u = series @ synthesis
@@ -222,8 +222,8 @@ def strongest(problem: Any) -> float:
     if around is None or not len(lines := np.flatnonzero(around.driven > LEAST_LINE * np.max(around.driven))):
         return STRONG
     mass, damping, size = (each[0, lines, None] for each in around[2:5])
-    loss = np.maximum(damping, LEAST * np.abs(mass))
-    sizes = float(np.max(size / loss)) * FINE
+    loss = np.maximum(damping, LEAST_DAMPING * np.abs(mass))
+    sizes = float(np.max(size / loss)) * FINE_SIZES
     _, stiffness = one_harmonic(around.law, around.mean, sizes)
     pull = np.hypot(stiffness - mass, loss) * sizes
     folds = np.where(pull[:, 1:] < pull[:, :-1], pull[:, :-1] / size, 0.0)

@@ -130,10 +130,10 @@ def _steps_loops(
 def steps(base: float, angles: Floats, jumps: Floats, count: int, h: int, even: Floats, odd: Floats) -> None:
     """Cosine (even; entry 0 is twice the mean) and sine coefficients of a step function that starts at `base`."""
     k = np.arange(1, h + 1)
-    jump, at = jumps[:count] / math.pi, angles[:count]
-    even[0], odd[0] = 2.0 * base + float(jump @ (2.0 * math.pi - at)), 0.0
-    even[1 : h + 1] = -(jump @ np.sin(np.outer(at, k))) / k
-    odd[1 : h + 1] = jump @ np.cos(np.outer(at, k)) / k
+    jump, psi = jumps[:count] / math.pi, angles[:count]
+    even[0], odd[0] = 2.0 * base + float(jump @ (2.0 * math.pi - psi)), 0.0
+    even[1 : h + 1] = -(jump @ np.sin(np.outer(psi, k))) / k
+    odd[1 : h + 1] = jump @ np.cos(np.outer(psi, k)) / k
 
 
 class Crossings(NamedTuple):
@@ -158,15 +158,15 @@ class Crossings(NamedTuple):
     start: Floats
 
     def is_sampled(self) -> bool:
-        """Whether the torque is sampled: no, it is exact."""
+        """False: the torque is exact, not sampled."""
         return False
 
     def crossed(self, law: Any, z: Floats, u: Floats) -> int:
         """Find the crossings of a motion, with what the law is at its start; returns their number."""
         count = kinks(law, self.breaks)
         for j in range(count):
-            near = 1e-7 * abs(self.breaks[j]) + 1e-300
-            self.beside[2 * j], self.beside[2 * j + 1] = self.breaks[j] - near, self.breaks[j] + near
+            gap = 1e-7 * abs(self.breaks[j]) + 1e-300
+            self.beside[2 * j], self.beside[2 * j + 1] = self.breaks[j] - gap, self.breaks[j] + gap
         self.beside[2 * count] = self.first[0] = u[0]
         stiffnesses(law, self.beside, self.sides)
         return crossings(self.breaks, self.sides, z, u, self.angles, self.jumps, self.places)
@@ -272,9 +272,9 @@ def add_product(matrix: Floats, z: Floats, r: Floats) -> None:
 def crossings_for(law: Any, harmonics: int) -> Crossings:
     """Buffers for a law and a number of harmonics."""
     n, m = 2 * harmonics + 1, len(breakpoints_of(law))
-    most, wide = MOST_CROSSINGS, 4 * harmonics + 1
+    room, wide = MOST_CROSSINGS, 4 * harmonics + 1
     return Crossings(
-        np.empty(most), np.empty(most), np.empty(most), np.empty(n), np.empty(n), np.empty(wide), np.empty(wide),
+        np.empty(room), np.empty(room), np.empty(room), np.empty(n), np.empty(n), np.empty(wide), np.empty(wide),
         np.empty((n, n)), np.empty(m), np.empty(2 * m + 1), np.empty(2 * m + 1), np.empty(1), np.empty(1),
     )  # fmt: skip
 
@@ -288,10 +288,10 @@ class Pieces(NamedTuple):
 
 def pieces_of(law: Any) -> Pieces | None:
     """The pieces of a law, or None where it has no breakpoints or is not linear between them."""
-    known = breakpoints_of(law)
-    if not known:
+    breakpoints = breakpoints_of(law)
+    if not breakpoints:
         return None
-    places = np.array(sorted({*known}), float)
+    places = np.array(sorted({*breakpoints}), float)
     reach = float(np.max(np.abs(places))) or 1.0
     edges = np.concatenate([[places[0] - reach], places, [places[-1] + reach]])
     inside = edges[:-1, None] + np.diff(edges)[:, None] * np.array([0.5, 0.1, 0.3, 0.7, 0.9])
@@ -301,5 +301,5 @@ def pieces_of(law: Any) -> Pieces | None:
 
 
 def is_piecewise_linear(law: Any) -> bool:
-    """Whether a law has breakpoints and a constant stiffness between them."""
+    """True for a law with breakpoints and a constant stiffness between them."""
     return pieces_of(law) is not None

@@ -1,4 +1,4 @@
-"""What the balance equations ask of a system: its rates and their derivatives, how many states, whether it repeats.
+"""Rates of a system for the balance equations, their derivatives, the number of states, and the test of repetition.
 
 With a `strength` s what varies with the base angle at a fixed state is multiplied there: f = m + s (f - m), with the
 mean m over the angles `turn`, if any.
@@ -18,7 +18,7 @@ from ...compile.jit import routine
 from ..addressed import rates_of
 
 MOST_STATES = 64
-ASKED, EQUAL = 1e-4, 1e-8  # size of the states, and of the largest rate, where a system is asked whether it repeats
+STATE, EQUAL = 1e-4, 1e-8  # size of the states, and of the largest rate, where a system is asked whether it repeats
 SAME = ("J", "B", "law", "excitation", "omega", "error")  # what a system of the form of `Oscillator` has
 DIFFERENCE = 6e-6  # of a state's size: the cube root of rounding, for central differences
 
@@ -77,7 +77,7 @@ def of_strength(of: Any, system: System, angles: Floats, y: Floats, turn: Floats
 
 
 def number_of_states(system: System) -> int:
-    """How many states `rhs` takes: the smallest number of which it returns as many rates.
+    """Number of states that `rhs` takes: the smallest of which it returns as many rates.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def number_of_states(system: System) -> int:
 
 
 def is_second_order(system: System) -> bool:
-    """Whether a system is J x'' + B u' + T(u) = tau, with the fields of `Oscillator` and a law torque(x)."""
+    """True for a system J x'' + B u' + T(u) = tau, with the fields of `Oscillator` and a law torque(x)."""
     return not lacking(system, *SAME) and is_spring(system)
 
 
@@ -108,10 +108,10 @@ def periodic(verb: str, system: System, turns: int = 1) -> Any:
     system, turns = repeating(verb, system), positive_count("period", turns)
     if is_second_order(system) or lacking(system, "rhs"):
         return system
-    places = list(itertools.product((0.0, 1.0, 2.5), (0.0, ASKED)))
+    places = list(itertools.product((0.0, 1.0, 2.5), (0.0, STATE)))
     states, later = number_of_states(system), 2.0 * math.pi * turns
     with np.errstate(all="ignore"):
-        rates = np.array([[system.rhs(at + by, (y,) * states) for at, y in places] for by in (0.0, later)], float)
+        rates = np.array([[system.rhs(phase + by, (y,) * states) for phase, y in places] for by in (0.0, later)], float)
     if np.any(np.abs(rates[1] - rates[0]) > EQUAL * np.nanmax(np.abs(rates), initial=0.0)):
         raise ValueError(
             f"{type(system).__name__} does not repeat after {turns} turn{'s' if turns > 1 else ''} of the base angle; "

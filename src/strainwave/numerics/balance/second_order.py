@@ -18,7 +18,7 @@ from ...compile.tree import leaf_of, with_leaf
 from ..addressed import EquationsAt, difference, equations_at, error_values, excitation_torques, oscillator_at, varied
 from . import linear_part
 from .fourier import all_orders, analysis, from_blocks, gathered, orders, synthesis, to_blocks, with_velocity
-from .harmonics import ENOUGH, seems_odd
+from .harmonics import SEARCH_PER_TURN, seems_odd
 from .linear_algebra import copy, extremes, fill, padded, row_times
 from .linear_part import STRENGTH, Around, add_linear, add_linear_jacobian, clean_mean, drive, forced, vary
 from .piecewise import is_piecewise_linear
@@ -157,22 +157,22 @@ class SecondOrder(NamedTuple):
         return run(kernel, ByAddress(self, self.addressed, "equations"), *arguments, light=self.light())
 
     def light(self) -> bool:
-        """Whether a few of its kernels take NumPy less time than Numba takes to load."""
+        """True if a few of its kernels take NumPy less time than Numba takes to load."""
         return self.springs.is_sampled() and self.size() <= LIGHT
 
     def addressed(self, words: Callable[[Any], Any]) -> EquationsAt:
         """The equations for machine code."""
-        own, virtual = self.leaf == self.omega_leaf, self.leaf <= STRENGTH
-        slope = SecondOrder.by_speed if own else SecondOrder.by_strength if virtual else None
+        by_omega, virtual = self.leaf == self.omega_leaf, self.leaf <= STRENGTH
+        slope = SecondOrder.by_speed if by_omega else SecondOrder.by_strength if virtual else None
         native = words(ByAddress(self, self.native, "words"))
-        return equations_at(native, words, None if own else SecondOrder.prepare, slope, self.error)
+        return equations_at(native, words, None if by_omega else SecondOrder.prepare, slope, self.error)
 
     def native(self, words: Callable[[Any], int]) -> "SecondOrder":
         """The problem with its oscillator and law by address: of one type for all."""
-        system, leaf, place = oscillator_at(self.system, self.leaf, words)
+        system, leaf, law_words = oscillator_at(self.system, self.leaf, words)
         return self._replace(
             system=system, leaf=leaf, omega_leaf=system._fields.index("omega"),
-            springs=self.springs.addressed(words, place),
+            springs=self.springs.addressed(words, law_words),
         )  # fmt: skip
 
     def hill(self) -> bool:
@@ -200,7 +200,7 @@ class SecondOrder(NamedTuple):
     def table(self, point: Floats) -> Floats:
         return from_blocks(self.series(point[None])[0].T)
 
-    def whole(self, table: Floats) -> Floats:
+    def state_table(self, table: Floats) -> Floats:
         """Table of x = u + e, which `find_orbit` takes."""
         error = from_blocks(all_orders(self.error[None, :], self.stride)[0])[: len(table), None]
         out = table.copy()
@@ -269,11 +269,11 @@ class SecondOrder(NamedTuple):
         return self.turns == 1 and seems_odd(self.system.law, self.tau, self.error)
 
     def floating(self, points: Floats) -> Booleans:
-        """Whether the law gives no torque anywhere on an orbit that moves, for every point."""
+        """True for a point whose orbit moves without any torque of the law."""
         return linear_part.floating(self.system.law, points[:, :-1], self.synthesis)
 
     def around(self, omega: Floats) -> Around:
-        """What is linear around the law at base frequencies [rad/s]."""
+        """Linear part around the law at base frequencies [rad/s]."""
         system, k = self.system, orders(self.size() // 2, self.stride)
         w = omega[:, None] / self.turns * k
         driven = np.abs(drive(system, w, self.tau, self.error))
@@ -287,7 +287,7 @@ class SecondOrder(NamedTuple):
         size = linear_part.driven_lines(self)[2]
         highest = 1 + self.stride * int(np.max(np.flatnonzero(size > ROUNDING * size.max()), initial=0))
         system, leaf = with_leaf(self.system, self.omega_leaf, value), self.omega_leaf
-        return second_order(system, leaf, leaf, max(ENOUGH * self.turns, 3 * highest), self.turns)
+        return second_order(system, leaf, leaf, max(SEARCH_PER_TURN * self.turns, 3 * highest), self.turns)
 
     def strongest(self) -> float:
         return linear_part.strongest(self)
@@ -321,8 +321,8 @@ def second_order(
     piecewise = is_piecewise_linear(system.law)
     samples = (8 * harmonics + 8 if piecewise else 4 * harmonics + 4) // stride
     h = (harmonics + 1) // stride if stride > 1 else harmonics
-    angles, waves, table, own, double = _tables(h, samples, turns, stride)
-    springs = springs_for((system.law,), h, samples, own, double, stride)
+    angles, waves, table, synthesis, double = _tables(h, samples, turns, stride)
+    springs = springs_for((system.law,), h, samples, synthesis, double, stride)
     both = forced(system, angles, table)
     n = table.shape[1]
     work = Work(np.empty(samples), np.empty(n), np.empty(n), np.zeros(n))

@@ -34,7 +34,7 @@ class Sampling(NamedTuple):
     stride: int
 
     def is_sampled(self) -> bool:
-        """Whether the torque is sampled: yes."""
+        """True: the torque is sampled."""
         return True
 
     def torque_series(self, law: Any, z: Floats, u: Floats, r: Floats) -> None:
@@ -131,16 +131,16 @@ class Springs(NamedTuple):
         return self.springs[0].hill(J, B, w, z, u, q)
 
     def is_sampled(self) -> bool:
-        """Whether the torque of the first law is sampled; otherwise it is exact."""
+        """True if the torque of the first law is sampled; otherwise it is exact."""
         return bool(self.springs[0].nonlinear.is_sampled())
 
-    def addressed(self, words: Callable[[Any], int], place: int = 0) -> "SpringsAt":
-        """The springs for machine code; with the place of its law's words a single one, with its `hill` too."""
+    def addressed(self, words: Callable[[Any], int], law_words: int = 0) -> "SpringsAt":
+        """The springs for machine code; with the address of its law's words a single one, with its `hill` too."""
         rows = []
         kinds = (VECTOR, MATRIX, VECTOR), (int, int, MATRIX), (), (*[float] * 3, *[VECTOR] * 3)
-        functions = Spring.torques, Spring.stiffness, Spring.slack, Spring.hill if place else None
+        functions = Spring.torques, Spring.stiffness, Spring.slack, Spring.hill if law_words else None
         for spring in self.springs:
-            native = spring._replace(law=law_at(spring.law, place or words(spring.law)))
+            native = spring._replace(law=law_at(spring.law, law_words or words(spring.law)))
             rows.append((words(native), *entries(native, *zip(functions, kinds, strict=True))))
         return SpringsAt(np.array(rows, np.int64), self.samples)
 

@@ -1,4 +1,4 @@
-"""How much of a periodic motion lies beyond its last harmonic: the limits, the estimate and the sentence.
+"""Share of a periodic motion beyond its last harmonic: the limits, the estimate and the sentence.
 
 The tail of a result is the share of its first state that the harmonics left out hold: estimated as the linear response
 to what the torque has beyond the last harmonic. Harmonics grow until neither it nor the share of the last two harmonics
@@ -26,7 +26,7 @@ from .rates import base_speed, jacobians_at, rates_at
 
 CURVE, ORBIT, FREE, MATTERS = 1e-6, 1e-10, 1e-11, 1e-3
 LOOKED_AT = 12  # points of a curve where what is left out is estimated
-SMALL = 1e-3  # of the largest motion on a curve: below it rounding is all, as at no load
+SMALL_MOTION = 1e-3  # of the largest motion on a curve: below it rounding is all, as at no load
 
 
 class Tail(NamedTuple):
@@ -44,11 +44,11 @@ class Tail(NamedTuple):
         """Status and sentence of a result that has this tail; `omega` is its base frequency [rad/s]."""
         if not self.share > MATTERS:
             return status, message
-        at = Speed(self.value) if path == "omega" else Sentence(f"{self.value:.6g}, omega = {{}},", Speed(omega))
+        parameter = Speed(self.value) if path == "omega" else Sentence(f"{self.value:.6g}, omega = {{}},", Speed(omega))
         share = f"{min(100.0, 100.0 * self.share):.2g} %"
         sentence = Sentence(
             "{}; at {} = {} the harmonics left out hold about {} of the response: take more than {} harmonics",
-            message, path, at, share, self.harmonics,
+            message, path, parameter, share, self.harmonics,
         )  # fmt: skip
         return Status.TRUNCATED if status else status, sentence
 
@@ -60,17 +60,17 @@ def tail_along(problem: Balance, points: Floats, aim: float = np.inf) -> Tail:
     """
     if problem.leaf != problem.omega_leaf:
         size = np.linalg.norm(points[:, :-1], axis=1)
-        points = points[size > SMALL * np.max(size, initial=0.0)]
+        points = points[size > SMALL_MOTION * np.max(size, initial=0.0)]
     h = problem.highest()
     if not len(points):
         return Tail(0.0, 0.0, np.nan, h)
     last = tails_of(problem.series(points))
-    at, worst = int(np.argmax(last[:, 0])), float(np.max(last))
+    largest, worst = int(np.argmax(last[:, 0])), float(np.max(last))
     if worst > aim:
-        return Tail(float(last[at, 0]), worst, float(points[at, -1]), h)
-    values, shares = problem.left_out(points, at)
-    here = int(np.argmax(shares[:, 0]))
-    return Tail(float(shares[here, 0]), max(worst, float(np.max(shares))), float(values[here]), h)
+        return Tail(float(last[largest, 0]), worst, float(points[largest, -1]), h)
+    values, shares = problem.left_out(points, largest)
+    index = int(np.argmax(shares[:, 0]))
+    return Tail(float(shares[index, 0]), max(worst, float(np.max(shares))), float(values[index]), h)
 
 
 def tails_together(problems: list[Any], curves: list[Floats]) -> list[Tail]:
@@ -95,8 +95,8 @@ def tails_together(problems: list[Any], curves: list[Floats]) -> list[Tail]:
     shares = share_left_out(mapped(joined, *systems), first.turns, points[:, :-1], first.stride)
     tails, end = [], 0
     for count in counts:
-        place = end + int(np.argmax(shares[end : end + count]))
-        tails.append(Tail(float(shares[place]), float(shares[place]), float(points[place, -1]), first.highest()))
+        i = end + int(np.argmax(shares[end : end + count]))
+        tails.append(Tail(float(shares[i]), float(shares[i]), float(points[i, -1]), first.highest()))
         end += count
     return tails
 
@@ -121,14 +121,14 @@ def tails_of(series: Floats) -> Floats:
 def share_left_out(system: Any, turns: int, series: Floats, stride: int) -> Floats:
     """Share (points,) of the motion in the harmonics H+1 .. 3H+8, with stride 2 the odd ones, from the torque."""
     h = series.shape[1] // 2
-    most = 3 * h + (8 if stride == 1 else 3)
-    samples = 3 * most
+    top = 3 * h + (8 if stride == 1 else 3)
+    samples = 3 * top
     u = series @ synthesis(h, samples, stride)
     with np.errstate(all="ignore"):
-        torque = (system.law.torque(u) + np.zeros_like(u)) @ analysis(most, samples, stride)
+        torque = (system.law.torque(u) + np.zeros_like(u)) @ analysis(top, samples, stride)
         stiffness = np.mean(system.law.stiffness(u) + np.zeros_like(u), axis=1, keepdims=True)
-        w = system.omega / turns * orders(most, stride)[h:]
-        beyond = np.hypot(torque[:, h + 1 : most + 1], torque[:, most + h + 1 :])
+        w = system.omega / turns * orders(top, stride)[h:]
+        beyond = np.hypot(torque[:, h + 1 : top + 1], torque[:, top + h + 1 :])
         response = beyond / np.hypot(stiffness - system.J * w * w, system.B * w)
     return share_of(np.linalg.norm(response, axis=1), np.linalg.norm(series, axis=1))
 
@@ -136,32 +136,32 @@ def share_left_out(system: Any, turns: int, series: Floats, stride: int) -> Floa
 def shares_left_out(problem: Any, points: Floats) -> Floats:
     """Share (points, states) of each state in the harmonics H+1 .. 3H+8, estimated from the rates."""
     h, states = problem.harmonics(), len(problem.sizes)
-    most = 3 * h + 8
-    motion, share = np.zeros((states, 2 * most + 1)), np.zeros((len(points), states))
-    k = np.arange(h + 1, most + 1)
+    top = 3 * h + 8
+    motion, share = np.zeros((states, 2 * top + 1)), np.zeros((len(points), states))
+    k = np.arange(h + 1, top + 1)
     sizes = np.linalg.norm(points[:, :-1].reshape(len(points), states, -1), axis=2)
     floor = 1e-6 * np.max(sizes, axis=0)
     for i, (point, y) in enumerate(zip(points, problem.series(points), strict=True)):
-        motion[:, : h + 1], motion[:, most + 1 : most + h + 1] = y[:, : h + 1], y[:, h + 1 :]
+        motion[:, : h + 1], motion[:, top + 1 : top + h + 1] = y[:, : h + 1], y[:, h + 1 :]
         system = with_leaf(problem.system, problem.leaf, float(point[-1]))
         if problem.kinked:
             angles, table, back = panels(system, motion, problem.turns, 1)
         else:
-            samples = 4 * most
+            samples = 4 * top
             angles = 2.0 * np.pi * problem.turns * np.arange(samples) / samples
-            table, back = synthesis(most, samples), analysis(most, samples)
+            table, back = synthesis(top, samples), analysis(top, samples)
         with np.errstate(all="ignore"):
-            there = motion @ table
-            rates = rates_at(system, angles, there) @ back
-            mean = jacobians_at(system, angles, there, problem.sizes, problem.difference()) @ back[:, 0]
-            force = rates[:, k] - 1j * rates[:, most + k]
+            sampled = motion @ table
+            rates = rates_at(system, angles, sampled) @ back
+            mean = jacobians_at(system, angles, sampled, problem.sizes, problem.difference()) @ back[:, 0]
+            force = rates[:, k] - 1j * rates[:, top + k]
             w = base_speed(problem, float(point[-1])) / problem.turns * k
             response = np.linalg.solve(1j * w[:, None, None] * np.eye(states) - mean, force.T[:, :, None])[:, :, 0]
         share[i] = share_of(np.linalg.norm(response, axis=0), np.maximum(sizes[i], floor) * problem.sizes)
     return share
 
 
-def share_of(part: Floats, whole: Floats) -> Floats:
-    """Part of a whole: none of nothing, and all of it where the part is unknown."""
-    share = np.divide(part, whole, out=np.zeros_like(whole), where=whole > 0.0)
+def share_of(part: Floats, total: Floats) -> Floats:
+    """Share of a part in a total: none of nothing, and all of it where the part is unknown."""
+    share = np.divide(part, total, out=np.zeros_like(total), where=total > 0.0)
     return np.where(np.isfinite(share), np.minimum(share, 1.0), 1.0)

@@ -28,7 +28,7 @@ GRADES = 32.0  # a step changes by whole parts of the last one, so that points d
 
 
 @routine
-def correct(problem: Any, n: int, state: Floats, target: float, a: Floats, pivots: Any, most: int, full: bool) -> Any:
+def correct(problem: Any, n: int, state: Floats, target: float, a: Floats, pivots: Any, tries: int, full: bool) -> Any:
     """Solve residual = 0 and row . z = target from z in place; leave the tangent of the curve in row T.
 
     The Jacobian is factored at the prediction and again when corrections shrink too slowly or, if `full`, are not yet
@@ -38,7 +38,7 @@ def correct(problem: Any, n: int, state: Floats, target: float, a: Floats, pivot
     problem, state, a, pivots = borrowed((problem, state, a, pivots))
     z, tangent, row, scale, lack, change = state[Z], state[T], state[ROW], state[SCALE], state[LACK], state[CHANGE]
     first, last, stale, sign = 0.0, 1e300, True, 0.0
-    for i in range(most):
+    for i in range(tries):
         problem.residual(z, lack[:n])
         if stale:
             problem.linearise(z, a, change[:n])
@@ -77,15 +77,15 @@ def hermite(s: float, d: float, state: Floats) -> None:
 
 
 @routine
-def normalise(state: Floats, which: int) -> None:
+def normalise(state: Floats, row: int) -> None:
     """Give a tangent unit scaled length, and write the row that measures length along it."""
-    divide(weighted_norm(state[which], state[SCALE]), state[which])
-    weigh(state[which], state[SCALE], state[ROW])
+    divide(weighted_norm(state[row], state[SCALE]), state[row])
+    weigh(state[row], state[SCALE], state[ROW])
 
 
 @routine
 def passes_home(state: Floats) -> bool:
-    """Whether the last step passed the starting point of the branch in the starting direction."""
+    """True if the last step passed the starting point of the branch in the starting direction."""
     d = chord(state)
     copy(state[Z1], state[Z])
     add(-1.0, state[HOME], state[Z])
@@ -108,10 +108,10 @@ def dominant(problem: Any, state: Floats) -> int:
 
 
 @routine
-def indicator(problem: Any, state: Floats, z: int, t: int, what: int, k: int) -> float:
-    """What vanishes at a special point: the tangent's parameter (FOLD), the growth of harmonic k of x (TOP)."""
+def indicator(problem: Any, state: Floats, z: int, t: int, kind: int, k: int) -> float:
+    """Function with a root at a special point: the tangent's parameter (FOLD), the growth of harmonic k of x (TOP)."""
     n = state.shape[1] - 1
-    if what == FOLD:
+    if kind == FOLD:
         return float(state[t, n])
     h = problem.harmonics()
     even, odd = problem.harmonic(state[z], k)
@@ -119,9 +119,9 @@ def indicator(problem: Any, state: Floats, z: int, t: int, what: int, k: int) ->
 
 
 @routine
-def record(state: Floats, which: int, label: int, points: Floats, labels: Any, count: int) -> int:
+def record(state: Floats, row: int, label: int, points: Floats, labels: Any, count: int) -> int:
     """Store a point of the branch; returns how many there are."""
-    copy(state[which], points[count])
+    copy(state[row], points[count])
     labels[count] = label
     return count + 1
 
@@ -132,10 +132,10 @@ SEARCHING, FOUND, NOTHING = 0, 1, 2
 
 
 @routine
-def bracketed(problem: Any, state: Floats, what: int, k: int, bracket: Floats) -> bool:
+def bracketed(problem: Any, state: Floats, kind: int, k: int, bracket: Floats) -> bool:
     """Open a bracket for a special point between the last two points, if there is one (of TOP, maxima only)."""
-    first, last = indicator(problem, state, Z0, T0, what, k), indicator(problem, state, Z1, T1, what, k)
-    if not (first * last < 0.0 and (what == FOLD or first > 0.0)):
+    first, last = indicator(problem, state, Z0, T0, kind, k), indicator(problem, state, Z1, T1, kind, k)
+    if not (first * last < 0.0 and (kind == FOLD or first > 0.0)):
         return False
     bracket[A], bracket[FA], bracket[B], bracket[FB], bracket[SHARE] = 0.0, first, 1.0, last, first / (first - last)
     bracket[TRIES], bracket[LIMIT] = 0.0, 1e-8 * max(abs(first), abs(last))
@@ -246,7 +246,7 @@ def follow(
     problem, state, points, labels = borrowed(problem), borrowed(state), borrowed(points), borrowed(labels)
     a, pivots, bracket = borrowed(buffers)
     n = state.shape[1] - 1
-    count, outcome, search, place, bound, length = 0, RUNNING, TOP, 1, hi, 0.0
+    count, outcome, search, harmonic, bound, length = 0, RUNNING, TOP, 1, hi, 0.0
     side = 0.0  # sign of the determinant at the last point; unknown where a call goes on in mode STEP
     while outcome == RUNNING and (count < len(points) - 4 or mode > STEP):
         target = predict(state, mode, ds, bracket, bound)
@@ -270,7 +270,7 @@ def follow(
             change = min(1.6, max(0.5, (aim / max(first, 1e-300)) ** 0.25))
             ds = min(ds_max, ds * np.floor(GRADES * change + 0.5) / GRADES)
             side = sign
-            search, place, length = STEP, dominant(problem, state), chord(state)
+            search, harmonic, length = STEP, dominant(problem, state), chord(state)
         elif mode == BOUND:
             if not good:
                 return count, STUCK, ds
@@ -278,7 +278,7 @@ def follow(
         else:
             normalise(state, T)
             good = good and first < 0.25 * length
-            result = narrowed(bracket, indicator(problem, state, Z, T, mode, place)) if good else NOTHING
+            result = narrowed(bracket, indicator(problem, state, Z, T, mode, harmonic)) if good else NOTHING
             if result == SEARCHING:
                 continue
             if result == FOUND and lo <= state[Z, n] <= hi:
@@ -286,7 +286,7 @@ def follow(
             search, mode = mode, STEP
         while search < TOP and mode == STEP:  # special points between Z0 and Z1
             search += 1
-            if bracketed(problem, state, search, place, bracket):
+            if bracketed(problem, state, search, harmonic, bracket):
                 mode = search
         if mode == STEP:
             if lo <= state[Z1, n] <= hi:

@@ -15,7 +15,7 @@ from ...base.protocols import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED, Bala
 from ...base.results import Floats
 from ...base.sentences import Sentence, Speed
 from ...compile.tree import with_leaf
-from ..balance.harmonics import ENOUGH
+from ..balance.harmonics import SEARCH_PER_TURN
 from ..integration.simulate import simulate
 from .connected import alike, connected, new_orbits, same
 from .trace import Trace, solve, trace
@@ -55,9 +55,9 @@ class Coexisting:
         """Guesses at a frequency for orbits beside those of a branch; searched for once, where there may be any."""
         if self.begun and value not in self.searched and value not in self.alone:
             self.searched.add(value)
-            found = connected(problem, value, points_at(points, value)[:1])
-            self.known.setdefault(value, []).extend(found.tables)
-            if not found.whole:
+            search = connected(problem, value, points_at(points, value)[:1])
+            self.known.setdefault(value, []).extend(search.tables)
+            if not search.complete:
                 self.unfinished.add(value)
         tables = [table for table in self.known.get(value, []) if not any(table is other for other in self.apart)]
         some = [problem.fitted(table, value) for table in tables]
@@ -70,7 +70,7 @@ class Coexisting:
 
     def give_up(self, problem: Balance, points: list[Floats]) -> None:
         """Look no more for a way to orbits to which none was found with harmonics enough; they remain known."""
-        if problem.turns * ENOUGH > problem.highest():
+        if problem.turns * SEARCH_PER_TURN > problem.highest():
             return
         for point in points:
             table = problem.table(point)
@@ -96,7 +96,7 @@ def across(problem: Balance, lo: float, hi: float, step: float, coexisting: Coex
                 first = solve(problem, first)
             if first is None or any(first[-1] == former[-1] and same(first, former) for former in starts):
                 continue
-            branch = whole(problem, first, lo, hi, step, upwards, coexisting)
+            branch = across_range(problem, first, lo, hi, step, upwards, coexisting)
             if branch.outcome == LOST:
                 continue
             starts.append(branch.points[0])
@@ -167,7 +167,7 @@ def settled_start(problem: Balance, value: float) -> Floats | None:
     return solve(problem, problem.sampled(motion.y[:, 1:], value))
 
 
-def whole(
+def across_range(
     problem: Balance, first: Floats, lo: float, hi: float, step: float, upwards: bool, coexisting: Coexisting
 ) -> Trace:  # fmt: skip
     """Follow the branch from its point at one end of a range to the other end, with excursions outside the range.
@@ -226,9 +226,9 @@ def extended(
         if away.outcome != END or away.points[-1, -1] != end:
             if end == goal:
                 some = quiet if problem.patience() is None else missed
-                whole = Trace(np.concatenate(pieces), np.concatenate(labels), outcome)
-                whole, left = with_arcs(problem, whole, some, lo, hi, step, goal)
-                return whole, left + missed[len(some) :]
+                curve = Trace(np.concatenate(pieces), np.concatenate(labels), outcome)
+                curve, left = with_arcs(problem, curve, some, lo, hi, step, goal)
+                return curve, left + missed[len(some) :]
             break
         pieces.append(away.points[1:])
         labels.append(away.labels[1:])

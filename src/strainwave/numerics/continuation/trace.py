@@ -27,16 +27,16 @@ NAMES = {
     protocols.NEIMARK_SACKER: "Neimark-Sacker",
 }
 
-LEAST = 0.01  # of the largest value on the curve: lower crests stay as they are
+LEAST_CREST = 0.01  # of the largest value on the curve: lower crests stay as they are
 MOST_CRESTS = 200  # the highest of a curve: more are rounding
-REACH = 2  # points to both sides of a crest
+CREST_REACH = 2  # points to both sides of a crest
 ROUNDS, SETTLED = 10, 1e-12  # solutions of a crest, and the relative rise above one that is none
-FORESEEN = 4e-11  # error of the polynomial, squared, of a rise: a quarter of it is left to rise
-RISEN = 1e-3  # relative rise above the points from which on crests are looked for once more
-OFF = 0.03  # of the step between two points: what is solved farther from the polynomial may be on another branch
-SAME = 1e-6  # of the arc of these: what is nearer is one point
-ONE = 1e-6  # relative distance below which two points are one
-MEAN = 1e-6  # of the largest |x|: with a smaller mean both crests are one
+FORESEEN_ERROR = 4e-11  # error of the polynomial, squared, of a rise: a quarter of it is left to rise
+CREST_RISE = 1e-3  # relative rise above the points from which on crests are looked for once more
+STEP_DEVIATION = 0.03  # of the step between two points: what is farther from the polynomial may be on another branch
+SAME_ARC = 1e-6  # of the arc of these: what is nearer is one point
+SAME_POINT = 1e-6  # relative distance below which two points are one
+SMALL_MEAN = 1e-6  # of the largest |x|: with a smaller mean both crests are one
 
 Measure = Callable[[Floats], Floats]
 
@@ -45,21 +45,21 @@ LEAST_PIECE = 5  # points that a piece must have room for
 PIECE = 512  # points per call of the kernel: between calls the user can interrupt
 AIM = 1e-3
 
-NEAR = 2  # points on either side among which the fold of a turn is
+FOLD_REACH = 2  # points on either side among which the fold of a turn is
 
 
 def with_missed_folds(problem: Balance, points: Floats, labels: Any) -> tuple[Floats, Any]:
     """Insert the folds at which the parameter (last of every point) turns and no fold is marked."""
     rise = np.diff(points[:, -1])
     for i in (np.flatnonzero(rise[1:] * rise[:-1] < 0.0) + 1)[::-1].tolist():
-        if FOLD in labels[max(0, i - NEAR) : i + NEAR + 1]:
+        if FOLD in labels[max(0, i - FOLD_REACH) : i + FOLD_REACH + 1]:
             continue
-        for place in (i, i + 1):
-            first, last = points[place - 1], points[place]
+        for j in (i, i + 1):
+            first, last = points[j - 1], points[j]
             slope = partial(_slope, problem, last - first)
             fold = stability.root_on_chord(problem, first, last, slope)
             if fold is not None:
-                points, labels = np.insert(points, place, fold, axis=0), np.insert(labels, place, FOLD)
+                points, labels = np.insert(points, j, fold, axis=0), np.insert(labels, j, FOLD)
                 break
     return points, labels
 
@@ -94,7 +94,7 @@ class Trace:
 
     @property
     def is_cut(self) -> bool:
-        """Whether it has as many points as it may have, and would go on."""
+        """True if it has as many points as it may have, and would go on."""
         return self.outcome == RUNNING
 
 
@@ -110,9 +110,9 @@ def state_from(guess: Floats, width: float) -> Floats:
 def solve(problem: Balance, guess: Floats) -> Floats | None:
     """Solution at the parameter of a guess, or None."""
     points, labels = np.empty((5, len(guess))), np.empty(5, np.int64)
-    at = float(guess[-1])
-    state, buffers = state_from(guess, abs(at) + 1e-12), buffers_for(problem)
-    count, _, _ = _run(problem, state, 1.0, START, at, at, 1.0, 1.0, AIM, buffers, points, labels)
+    value = float(guess[-1])
+    state, buffers = state_from(guess, abs(value) + 1e-12), buffers_for(problem)
+    count, _, _ = _run(problem, state, 1.0, START, value, value, 1.0, 1.0, AIM, buffers, points, labels)
     return points[0] if count else None
 
 
@@ -130,20 +130,20 @@ def trace(
     step: float,
     width: float | None = None,
     growth: float = np.inf,
-    most: int | None = None,
+    max_points: int | None = None,
     pieces: int = MOST_PIECES,
 ) -> Trace:
     """Follow one branch from a guess (coefficients, parameter) inside [lo, hi] until it leaves or closes.
 
     `step` is in units of the orbit's size and of `width` of the parameter (default: the range). The outcome is
-    UNBOUNDED where the orbit is `growth` times larger than at the start. With `most` it is RUNNING after about so many
-    points, which are given as they were taken, without a second look at folds; else after so many calls of the kernel.
+    UNBOUNDED where the orbit is `growth` times larger than at the start. With `max_points` it is RUNNING after about
+    so many points, given as they were taken, without a second look at folds; else after so many calls of the kernel.
     """
     state = state_from(guess, width or hi - lo)
     parts: list[Floats] = []
     labels: list[Any] = []
     ds, outcome, mode = 0.1 * step, RUNNING, START
-    buffers, left = buffers_for(problem), PIECE * pieces if most is None else most
+    buffers, left = buffers_for(problem), PIECE * pieces if max_points is None else max_points
     while outcome == RUNNING and left >= LEAST_PIECE:
         piece = min(PIECE, left)
         points, kinds = np.empty((piece, len(guess))), np.empty(piece, np.int64)
@@ -159,7 +159,7 @@ def trace(
                 end = int(np.argmax(large)) + 1
                 parts[-1], labels[-1], outcome = points[:end], kinds[:end], protocols.UNBOUNDED
     points, kinds = np.concatenate(parts), np.concatenate(labels)
-    if most is None:
+    if max_points is None:
         put_in_order(points, kinds)
         points, kinds = with_missed_folds(problem, points, kinds)
         if outcome == CLOSED:
@@ -194,7 +194,7 @@ def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Flo
         series = series_of(problem, points)
         peaks = largest_size(series)
         sizes: list[tuple[Measure, Floats]] = [(largest_size, peaks)]
-        if np.any(np.abs(series[:, 0]) > MEAN * peaks):
+        if np.any(np.abs(series[:, 0]) > SMALL_MEAN * peaks):
             sizes.append((oscillation, oscillation(series)))
         crests: list[tuple[int, int, Floats]] = []
         risen = 1.0
@@ -204,15 +204,15 @@ def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Flo
                 crest = None if seam else _crest(problem, points, i, series, values, measure)
                 if crest is None:
                     continue
-                place = i if crest[0] > 0.0 else i - 1
-                neighbours = [*points[place : place + 2], *(point for index, _, point in crests if index == place)]
-                if all(_apart(crest[1], point) > ONE for point in neighbours):  # often the two crests are one
-                    crests.append((place, TOP, crest[1]))
+                gap = i if crest[0] > 0.0 else i - 1
+                neighbours = [*points[gap : gap + 2], *(point for index, _, point in crests if index == gap)]
+                if all(_apart(crest[1], point) > SAME_POINT for point in neighbours):  # often the two crests are one
+                    crests.append((gap, TOP, crest[1]))
                     risen = max(risen, crest[2] / np.max(values))
         if crests:
             points, labels, places, new = stability.inserted(points, labels, crests)
             peaks = np.insert(peaks, places, largest_size(series_of(problem, new)))
-        if risen <= 1.0 + RISEN:
+        if risen <= 1.0 + CREST_RISE:
             break
     return points, labels, peaks
 
@@ -220,7 +220,7 @@ def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Flo
 def crests_of(values: Floats) -> list[int]:
     """Places of the highest values that are above both neighbours, and no less than a hundredth of the largest."""
     inner = values[1:-1]
-    above = (inner >= values[:-2]) & (inner > values[2:]) & (inner > LEAST * np.max(values, initial=0.0))
+    above = (inner >= values[:-2]) & (inner > values[2:]) & (inner > LEAST_CREST * np.max(values, initial=0.0))
     places = 1 + np.flatnonzero(above)
     return sorted(places[np.argsort(-values[places], kind="stable")[:MOST_CRESTS]].tolist())
 
@@ -235,26 +235,26 @@ def _crest(
     """
     scale = np.full(points.shape[1], 1.0 / max(_size(points[i, :-1]), 1e-300))
     scale[-1] = 1.0 / max(abs(float(points[i, -1])), 1e-300)
-    window = points[max(i - REACH, 0) : i + REACH + 1] * scale
-    centre = min(i, REACH)
+    window = points[max(i - CREST_REACH, 0) : i + CREST_REACH + 1] * scale
+    centre = min(i, CREST_REACH)
     arc, distinct, step = np.zeros(len(window)), np.ones(len(window), bool), window[1:] - window[:-1]
     np.cumsum(np.sqrt(np.vecdot(step, step)), out=arc[1:])
-    first, mid, last, least = arc[centre - 1], arc[centre], arc[centre + 1], SAME * arc[-1]
+    first, mid, last, least = arc[centre - 1], arc[centre], arc[centre + 1], SAME_ARC * arc[-1]
     distinct[1:] = arc[1:] - arc[:-1] > least
     if not (distinct[centre] and distinct[centre + 1]):
         return None
     steps, best, size, crest, share = (mid - first, last - mid), mid, float(sizes[i]), None, 1.0
     window, arc = window[distinct], arc[distinct]
-    series = series[max(i - REACH, 0) : i + REACH + 1][distinct]
+    series = series[max(i - CREST_REACH, 0) : i + CREST_REACH + 1][distinct]
     for _ in range(ROUNDS):
         s, top = highest_between(arc, series, first, last, measure is oscillation)
-        near = arc[np.argmin(np.abs(arc - s))]
-        s = near + share * (s - near)
-        if abs(top - size) <= SETTLED * top or not first < s < last or abs(s - near) <= least:
+        nearest = arc[np.argmin(np.abs(arc - s))]
+        s = nearest + share * (s - nearest)
+        if abs(top - size) <= SETTLED * top or not first < s < last or abs(s - nearest) <= least:
             break
         guess = weights_at(arc, s) @ window / scale
         point = solve(problem, guess)
-        if point is None or _size((point - guess) * scale) > OFF * steps[int(s > mid)]:
+        if point is None or _size((point - guess) * scale) > STEP_DEVIATION * steps[int(s > mid)]:
             share *= 0.5
             continue
         share = 1.0
@@ -267,7 +267,7 @@ def _crest(
             last = max(s, best)
         if rise >= 0.0:
             best, size, crest = s, value, (s - mid, point, value)
-        if abs(rise) <= SETTLED * size or (value - top) ** 2 <= FORESEEN * size * rise:
+        if abs(rise) <= SETTLED * size or (value - top) ** 2 <= FORESEEN_ERROR * size * rise:
             break  # what is left to rise is rounding
         arc, window, series = np.append(arc, s), np.vstack([window, point * scale]), np.vstack([series, solved])
     return crest
@@ -353,13 +353,13 @@ def with_hill(problem: Any, points: Floats, labels: Any) -> tuple[Floats, Any, C
 
 
 def ending(curve: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
-    """How a curve through values of a parameter ended, and the sentence."""
+    """Status of a curve through values of a parameter at its end, and the sentence."""
     if curve.message:
         return (Status.OK if curve.outcome in (END, CLOSED) else Status.NO_CONVERGENCE), curve.message
     if curve.outcome in (END, CLOSED):
         return Status.OK, "reached both ends" if curve.outcome == END else "closed"
-    place = f"at {parameter} = {values[-1]:.6g}" if len(values) else "at its start"
+    location = f"at {parameter} = {values[-1]:.6g}" if len(values) else "at its start"
     reason = {LOST: "no solution found", protocols.STUCK: "the step became too small"}.get(
         curve.outcome, "too many points"
     )
-    return Status.NO_CONVERGENCE, f"the branch stops {place}: {reason}; take more harmonics or a smaller range"
+    return Status.NO_CONVERGENCE, f"the branch stops {location}: {reason}; take more harmonics or a smaller range"

@@ -26,8 +26,8 @@ from ..balance.rates import SAME
 from ..balance.second_order import second_order
 from ..balance.truncation import FREE, Tail
 
-FIRST, LEAST_STEP = 0.1, 1e-4  # of an amplitude: where steps to it begin, and the least of them
-NEAR = 0.1  # relative: frequencies further from where a step leads are those of another motion
+FIRST_AMPLITUDE, LEAST_STEP = 0.1, 1e-4  # of an amplitude: where steps to it begin, and the least of them
+NEAR_FREQUENCY = 0.1  # relative: frequencies further from where a step leads are those of another motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +147,7 @@ def _along(problem: Balance, amplitudes: Floats) -> list[Floats | None]:
     before: Floats | None = None
     for i in upwards:
         a = float(amplitudes[i])
-        start = _free(problem, _one_harmonic(problem, FIRST * a)) if before is None else before
+        start = _free(problem, _one_harmonic(problem, FIRST_AMPLITUDE * a)) if before is None else before
         solutions[i] = None if start is None else _climbed(problem, start, a)
         before = before if solutions[i] is None else solutions[i]
     top, before = before, None
@@ -173,13 +173,13 @@ def _climbed(problem: Balance, point: Floats, a: float) -> Floats | None:
         slope[-1] *= before is not None
         guess = point + step * slope
         guess[1] = min(a, point[1] + step)
-        found = _free(problem, guess)
-        if found is None or abs(found[-1] - guess[-1]) > NEAR * point[-1]:
+        solution = _free(problem, guess)
+        if solution is None or abs(solution[-1] - guess[-1]) > NEAR_FREQUENCY * point[-1]:
             step *= 0.5
             if step < LEAST_STEP * a:
                 return None
             continue
-        before, point, step = point, found, 1.5 * step
+        before, point, step = point, solution, 1.5 * step
     return point
 
 
@@ -201,16 +201,16 @@ def _free(problem: Balance, z: Floats) -> Floats | None:
     unknown = np.delete(np.append(cosines, n), 1)
     scale = np.append(np.full(len(cosines) - 1, abs(z[1])), z[-1])
 
-    def whole(x: Floats) -> Floats:
+    def filled(x: Floats) -> Floats:
         full = z.copy()
         full[unknown] = x
         return full
 
     def equations(x: Floats) -> tuple[Floats, Floats]:
-        r, matrix, column = linearised(problem, whole(x))
+        r, matrix, column = linearised(problem, filled(x))
         return r[cosines], np.column_stack([matrix, column])[np.ix_(cosines, unknown)]
 
-    free = newton(equations, z[unknown], scale, 1e-13, most=40)
-    if free is None or not free[-1] > 0.0 or problem.floating(whole(free)[None])[0]:  # inside a gap nothing vibrates
+    free = newton(equations, z[unknown], scale, 1e-13, max_steps=40)
+    if free is None or not free[-1] > 0.0 or problem.floating(filled(free)[None])[0]:  # inside a gap nothing vibrates
         return None
-    return whole(free)
+    return filled(free)

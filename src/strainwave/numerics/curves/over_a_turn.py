@@ -60,39 +60,39 @@ def traced_turn(
     )  # fmt: skip
     if g == 1 or not general:
         return problem, curve, tail, origin
-    return *_whole(problem, curve, g), tail and tail._replace(harmonics=tail.harmonics * g), origin
+    return *_unfolded(problem, curve, g), tail and tail._replace(harmonics=tail.harmonics * g), origin
 
 
 def of_spring(top: int, kinked: bool) -> tuple[int, int]:
     """Harmonics that the curve of one equation begins with, and at most, for the highest order of what drives it."""
-    begin, most = (max(top, SPRING_WITH_KINKS) if kinked else SPRING * top), max(MOST_OF_SPRING, top + 2)
-    return min(begin, most), most
+    begin, largest = (max(top, SPRING_WITH_KINKS) if kinked else SPRING * top), max(MOST_OF_SPRING, top + 2)
+    return min(begin, largest), largest
 
 
 def of_drive(top: int, g: int, kinked: bool) -> tuple[int, int]:
     """The same of a drive that repeats g times in a turn."""
-    begin, most = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST_HARMONICS, top + 2 * g)
-    return min(begin, most), most
+    begin, largest = max(PER_ORDER * top, (WITH_KINKS if kinked else 1) * g), max(MOST_HARMONICS, top + 2 * g)
+    return min(begin, largest), largest
 
 
 def repeats(problem: FirstOrder, top: int) -> int:
-    """How often in a turn, at most `top` times, everything that acts on a system repeats."""
+    """Repeats in a turn, at most `top`, of everything that acts on a system."""
     angles = 2.0 * np.pi * np.arange(LOOKED_AT) / LOOKED_AT
     moving = problem.sizes[:, None] * np.cos(1.0 + np.arange(len(problem.sizes))[:, None] + angles)
     alike = set(range(2, top + 1))
     for y in (0.0 * moving, moving):
-        here = rates_at(problem.system, angles, y)
-        least = SAME * np.max(np.abs(here), axis=1, keepdims=True)
+        rates = rates_at(problem.system, angles, y)
+        least = SAME * np.max(np.abs(rates), axis=1, keepdims=True)
         for g in sorted(alike):
-            if np.any(np.abs(rates_at(problem.system, angles + 2.0 * np.pi / g, y) - here) > least):
+            if np.any(np.abs(rates_at(problem.system, angles + 2.0 * np.pi / g, y) - rates) > least):
                 alike.remove(g)
     return max(alike, default=1)
 
 
-def _whole(problem: FirstOrder, curve: Trace, g: int) -> tuple[FirstOrder, Trace]:
+def _unfolded(problem: FirstOrder, curve: Trace, g: int) -> tuple[FirstOrder, Trace]:
     """The same curve over a whole turn, of which it was followed over a g-th."""
     h = g * problem.harmonics()
-    whole = first_order(problem.system, problem.leaf, problem.omega_leaf, h, sizes=problem.sizes)
-    points = [whole.point(stretched(problem.table(z), g), float(z[-1])) for z in curve.points]
+    full = first_order(problem.system, problem.leaf, problem.omega_leaf, h, sizes=problem.sizes)
+    points = [full.point(stretched(problem.table(z), g), float(z[-1])) for z in curve.points]
     elsewhere = tuple((value, stretched(table, g)) for value, table in curve.elsewhere)
-    return whole, with_changes(curve, points=np.array(points).reshape(-1, whole.size() + 1), elsewhere=elsewhere)
+    return full, with_changes(curve, points=np.array(points).reshape(-1, full.size() + 1), elsewhere=elsewhere)

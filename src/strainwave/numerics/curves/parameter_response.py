@@ -91,9 +91,9 @@ def parameter_response(
         if not (isinstance(start, Orbit) and start.status.found):
             raise ValueError(f"the start is {shown(start)}; it must be an Orbit whose status is OK or TRUNCATED")
         system = replace(system, {"omega": start.omega})
-    h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
+    h, largest = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
     if harmonics is None and start is not None:
-        h = max(h, min(harmonics_of(start.coefficients), most))
+        h = max(h, min(harmonics_of(start.coefficients), largest))
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, str], float]:
         problem = balance_of(system, leaf, omega_leaf, h, period, folded=False)
@@ -103,7 +103,7 @@ def parameter_response(
         tail = tail_along(problem, curve.points, aim)
         return (problem, curve, tail, origin), tail.worst
 
-    problem, curve, tail, origin = grown(followed, h, most if harmonics is None else h, CURVE)
+    problem, curve, tail, origin = grown(followed, h, largest if harmonics is None else h, CURVE)
     message, none = _ending(curve, path, lo, hi, system.omega), not len(curve.points)
     curve = with_changes(curve, message=message, span=(lo, hi) if none else None)
     branch = describe(problem, path, curve, tail, origin)
@@ -163,8 +163,8 @@ def both_ways(
 
 
 def _to_birth(curve: Trace, apart: Any) -> Trace:
-    found, returned = (curve, False) if apart is None or curve.outcome == LOST else until_return(curve, apart)
-    return found if returned else curve
+    part, returned = (curve, False) if apart is None or curve.outcome == LOST else until_return(curve, apart)
+    return part if returned else curve
 
 
 def apart_from_shorter(problem: Any, guess: Floats) -> Any:
@@ -221,7 +221,7 @@ def value_at(system: Any, path: str) -> float:
 def _beginning(
     problem: Balance, system: System, path: str, lo: float, hi: float, start: Orbit | None
 ) -> tuple[Floats, str]:
-    """Where the branch starts (coefficients, parameter), and a sentence on it."""
+    """Start of the branch (coefficients, parameter), and a sentence on it."""
     if start is not None:
         value = start.omega if path == "omega" else value_at(system, path)
         if not lo <= value <= hi:
@@ -236,7 +236,7 @@ def _beginning(
         low = lo + INSIDE * (hi - lo)
     for begin, from_where in ((linear_start, "the linear response"), (damped_start, "strong damping")):
         for value in (low, hi):
-            found = begin(problem, value)
-            if found is not None:
-                return found, f"from {from_where} at {path} = {value:g}"
+            point = begin(problem, value)
+            if point is not None:
+                return point, f"from {from_where} at {path} = {value:g}"
     return problem.linear_response(low), f"from the linear response at {path} = {low:g}"

@@ -65,7 +65,7 @@ def with_others(problem: Balance, branch: Branch, places: Places, texts: list[st
     `followed` says at the end of the sentence on an orbit how it is followed.
     """
     elsewhere = orbits_at(problem, places, branch) if places else []
-    texts = [branch.message, *told(elsewhere, followed), *texts]
+    texts = [branch.message, *other_motions(elsewhere, followed), *texts]
     return with_changes(branch, message=Sentence("; ").join(texts), elsewhere=elsewhere) if len(texts) > 1 else branch
 
 
@@ -75,7 +75,7 @@ def orbits_at(problem: Balance, places: Places, branch: Branch) -> list[Orbit]:
     leaf = leaf_of(problem.system, "omega")
     for value, table in places:
         system = with_leaf(problem.system, leaf, value)
-        orbit = find_orbit(system, guess=problem.whole(table), period=int(problem.turns))
+        orbit = find_orbit(system, guess=problem.state_table(table), period=int(problem.turns))
         if not orbit.status.found:
             continue
         x = orbit.coefficients[:, :1]
@@ -86,7 +86,7 @@ def orbits_at(problem: Balance, places: Places, branch: Branch) -> list[Orbit]:
     return sorted(orbits, key=lambda orbit: (orbit.omega, -orbit.peak))
 
 
-def told(orbits: list[Orbit], followed: str) -> list[str]:
+def other_motions(orbits: list[Orbit], followed: str) -> list[str]:
     """Sentences on the stable orbits that a curve does not join."""
     texts: list[str] = []
     for omega, group in groupby((orbit for orbit in orbits if orbit.stable), key=lambda orbit: orbit.omega):
@@ -195,14 +195,14 @@ def response_curves(
 
     def followed(system: System) -> tuple[Any, Trace, Tail | None, str]:
         system = with_leaf(system, leaf, (lo * hi) ** 0.5)
-        h, most = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
+        h, largest = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
 
         def problem_with(h: int) -> Balance:
             return balance_of(system, leaf, leaf, h, period)
 
         if harmonics is not None:  # the tail is found with the description of the curve
             return traced(problem_with, lo, hi, (h, h), CURVE, points, True)
-        return traced(problem_with, lo, hi, (h, most), CURVE, points, True, lambda tail: tail.worst)
+        return traced(problem_with, lo, hi, (h, largest), CURVE, points, True, lambda tail: tail.worst)
 
     def described(curve: Any, tail: Tail) -> Branch:
         problem, traces, _, origin = curve
@@ -216,9 +216,9 @@ def response_curves(
     return [described(curves[0], tails[0]), *apply(described, curves[1:], tails[1:])]
 
 
-def with_all_said(problem: Balance, branch: Branch, found: Trace) -> Branch:
+def with_all_said(problem: Balance, branch: Branch, curve: Trace) -> Branch:
     """The branch of a trace with the orbits that it does not pass, and all that there is to say."""
-    return with_others(problem, branch, found.elsewhere, remarks(problem, found, branch), FOLLOWED)
+    return with_others(problem, branch, curve.elsewhere, remarks(problem, curve, branch), FOLLOWED)
 
 
 def traced(
@@ -240,7 +240,7 @@ def traced(
     points : int
         About how many points to place.
     coexisting : bool
-        Whether other motions at the ends of the range are looked for.
+        True if other motions at the ends of the range are looked for.
     share : callable, optional
         That share, from the tail. Without it the tail is not looked at: None.
     """
@@ -293,7 +293,7 @@ def response_family(
     harmonics, points
         As in `frequency_response`.
     threads : int
-        How many curves to follow at a time.
+        Number of curves to follow at a time.
 
     Returns
     -------

@@ -90,8 +90,8 @@ def switch_branch(
             f"the orbit has {parameter} = {value:.9g}, outside the range {lo:g} .. {hi:g}; widen the range"
         )
     stretch = 2 if "doubling" in orbit.label else 1
-    most = most_harmonics(system)
-    highest = max(7, min(len(orbit.coefficients) // 2, most // stretch))
+    largest = most_harmonics(system)
+    highest = max(7, min(len(orbit.coefficients) // 2, largest // stretch))
     h = starting_harmonics(system, harmonics or stretch * highest, stretch * orbit.period, points)
 
     def followed(h: int, aim: float) -> tuple[tuple[Any, Trace, Tail, bool], float]:
@@ -107,7 +107,7 @@ def switch_branch(
         tail = tail_along(problem, curve.points, aim)
         return (problem, curve, tail, returned), tail.worst
 
-    problem, curve, tail, returned = grown(followed, h, most if harmonics is None else h, CURVE)
+    problem, curve, tail, returned = grown(followed, h, largest if harmonics is None else h, CURVE)
     if returned:
         end = f"returns to the branch that it left at {parameter} = {curve.points[-1, -1]:.6g}"
         curve = with_changes(curve, message=end)

@@ -23,17 +23,17 @@ COARSEST = 1e-7  # share of the whole in a wave that a motion of too many waves 
 WINDING = 150  # waves of a curve that winds, to which no more are added
 HALVINGS, SETTLED, NEWTON = 6, 1e-10, 30  # of a step, its relative size at the end, and steps
 MARGIN = 0.5  # of the share that may be left out: waves that are taken in leave less out than those looked for
-SMALL = 1e-3  # of the share of what is left out: torques below it are not looked at
+SMALL_TORQUE = 1e-3  # of the share of what is left out: torques below it are not looked at
 LOOKED_AT, BESIDE = 8, np.array([0, 3, -3, 8, -8])  # points where missing waves are looked for: all along, at a crest
 LENGTH = 0.1
 BESIDE_CREST = 1e-3  # of a step: a crest so close to a point is that point
 ON_LEVEL, REFINED = 1e-9, 50  # relative distance of a crossing's size from its level, and steps to it
-FEW = 4  # driven pairs up to which the balance begins with sums of three
+FEW_PAIRS = 4  # driven pairs up to which the balance begins with sums of three
 
 
 @dataclass(frozen=True)
 class TwoTurns:
-    """What drives a train in two turns: see `torus`; `pairs` are those of the torques, the lines and the pulls.
+    """Drive of a train in two turns: see `torus`; `pairs` are those of the torques, the lines and the pulls.
 
     The balance begins with the sums of these, and with those that are `likely` besides.
     """
@@ -88,7 +88,7 @@ def missing(problem: Torus, points: Floats, aim: float) -> dict[tuple[int, int],
     spectrum = np.fft.fft2(motion.torque.reshape(*motion.torque.shape[:-1], *problem.shape)) * (2.0 / (rows * columns))
     spectrum.reshape(*motion.torque.shape)[..., np.concatenate([problem.plus[0], problem.minus[0]])] = 0.0
     top = np.max(np.abs(motion.torque), axis=-1)[..., None, None] + 1e-300
-    fast, slow = np.nonzero(np.any(np.abs(spectrum) > SMALL * aim * top, axis=(0, 1))[: rows // 2 + 1])
+    fast, slow = np.nonzero(np.any(np.abs(spectrum) > SMALL_TORQUE * aim * top, axis=(0, 1))[: rows // 2 + 1])
     cells = np.column_stack([fast, np.where(slow > columns // 2, slow - columns, slow)])
     cells = cells[(cells[:, 0] > 0) | (cells[:, 1] > 0)]
     if not len(cells):
@@ -123,22 +123,22 @@ def upper(j: int, k: int) -> tuple[int, int]:
 def carried_over(old: Torus, new: Torus, points: Floats) -> Floats:
     """Points (n, ...) of a problem as those of one with more waves."""
     h, size = len(old.pairs) - 1, 2 * len(new.pairs) - 1
-    place = {pair: i for i, pair in enumerate(map(tuple, new.pairs.tolist()))}
-    at = np.array([place[pair] for pair in map(tuple, old.pairs.tolist())])
+    index = {pair: i for i, pair in enumerate(map(tuple, new.pairs.tolist()))}
+    columns = np.array([index[pair] for pair in map(tuple, old.pairs.tolist())])
     out = np.zeros((len(points), len(new.linear.retained), size))
     blocks = points[:, :-1].reshape(len(points), len(old.linear.retained), -1)
-    out[..., at] = blocks[..., : h + 1]
-    out[..., len(new.pairs) - 1 + at[1:]] = blocks[..., h + 1 :]
+    out[..., columns] = blocks[..., : h + 1]
+    out[..., len(new.pairs) - 1 + columns[1:]] = blocks[..., h + 1 :]
     return np.column_stack([out.reshape(len(points), -1), points[:, -1]])
 
 
 def with_sums(pairs: Any) -> set[tuple[int, int]]:
     """Pairs with the sums and differences of three of them, which a cubic law makes; of many, of two."""
     signed = [(s * j, s * k) for j, k in pairs for s in (1, -1)]
-    found = set(signed)
-    for _ in range(2 if len(pairs) <= FEW else 1):
-        found |= {(a + c, b + d) for a, b in found for c, d in signed}
-    return {(j, k) for j, k in found if j > 0 or (j == 0 and k > 0)}
+    sums = set(signed)
+    for _ in range(2 if len(pairs) <= FEW_PAIRS else 1):
+        sums |= {(a + c, b + d) for a, b in sums for c, d in signed}
+    return {(j, k) for j, k in sums if j > 0 or (j == 0 and k > 0)}
 
 
 def at_speed(
@@ -250,7 +250,7 @@ def _with(driven: TwoTurns, problem: Torus, more: Any) -> Torus:
 
 
 def on_plane(problem: Torus, z: Floats, chord: Floats) -> Floats | None:
-    """Where the curve meets the plane through a point across a chord: at a crest too, which more waves move."""
+    """Point of the curve in the plane through a point across a chord: at a crest too, which more waves move."""
     n, state = problem.size(), state_from(z, float(z[-1]))
     a, pivots, _ = buffers_for(problem)
     state[Z], state[ROW] = z, chord * state[SCALE] ** 2
@@ -269,9 +269,9 @@ def with_crests(problem: Torus, points: Floats, measure: Callable[[Floats], Floa
             if w[0] * w[2] >= 0.0:  # beside a fold
                 continue
             left, right = y[0] / w[0], y[2] / w[2]
-            place = (left * w[2] - right * w[0]) / (2.0 * (left - right))
-            side = 0 if place * w[0] > 0.0 else 2
-            share = place / w[side]
+            shift = (left * w[2] - right * w[0]) / (2.0 * (left - right))
+            side = 0 if shift * w[0] > 0.0 else 2
+            share = shift / w[side]
             z = newton(problem, (1.0 - share) * points[i] + share * points[i - 1 + side])
             if z is not None and share > BESIDE_CREST:
                 rows.insert(i + side // 2, z)

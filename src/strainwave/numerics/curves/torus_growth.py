@@ -1,4 +1,4 @@
-"""How the disturbances of a motion of two turns grow."""
+"""Growth of the disturbances of a motion of two turns."""
 
 import math
 from fractions import Fraction
@@ -8,16 +8,16 @@ import numpy as np
 
 from ...base.results import Floats
 from ..balance.condensed.motions import first_order_of
-from .torus_motion import LARGEST, highest
+from .torus_motion import LARGEST_TURNS, highest
 from .torus_problem import Torus, at_crossings
 
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
 LEAST_STEPS, PER_ORDER, PHASE, FINEST = 24, 16, 0.4, 2048  # steps a turn: per order, and [rad] of what is fastest
-MILD = 2.0  # times that angle, by the fourth root, where the stiffness varies less along the motion
+MILD_FACTOR = 2.0  # times that angle, by the fourth root, where the stiffness varies less along the motion
 FINER = {"none": 1.0, "shift": 4.0, "mean": 8.0}  # steps by the disturbance left out; those beside it hardly grow
 STEPS = np.unique([2**a * b for a in range(1, 12) for b in (4, 5, 6, 7)])  # of a turn: curves take few of these
 ENTRIES = 4_000_000  # of all matrices at a time
-AT_ONCE = 60_000  # entries of matrices that are multiplied at a time: these and their powers stay in the cache
+BATCH_ENTRIES = 60_000  # entries of matrices that are multiplied at a time: these and their powers stay in the cache
 SQUARED = 4  # slow waves of a map in one of the motion: where a beat has no more turns, each has its own map
 
 
@@ -33,7 +33,7 @@ def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
     """
     (j, k), (_, q) = problem.basis.tolist()
     first, starts = j + k / problem.ratio, STARTS if problem.shape[1] > 1 else 1
-    exact = Fraction(problem.ratio).limit_denominator(LARGEST)
+    exact = Fraction(problem.ratio).limit_denominator(LARGEST_TURNS)
     count = Fraction(q * exact.denominator, j * exact.numerator + k * exact.denominator).denominator
     if abs(float(exact) - problem.ratio) > 1e-12 * problem.ratio:
         count = math.ceil(problem.ratio * first / q)
@@ -42,9 +42,9 @@ def growth(problem: Torus, flow: Any, points: Floats) -> Floats:
     if problem.shape[1] > 1 and SQUARED * np.max(np.abs(problem.cells[:, 1])) >= count:
         angles = count
     for number in np.unique(steps).tolist():
-        most = max(1, ENTRIES // (2 * angles * number * flows[0].shape[0] ** 2))
-        at = np.flatnonzero(steps == number)
-        for part in np.array_split(at, math.ceil(len(at) / most)):
+        batch = max(1, ENTRIES // (2 * angles * number * flows[0].shape[0] ** 2))
+        i = np.flatnonzero(steps == number)
+        for part in np.array_split(i, math.ceil(len(i) / batch)):
             result[part] = _rates(problem, flows, points[part], number, angles, count)
     return np.asarray(result * first * points[:, -1] / (2.0 * np.pi * count))
 
@@ -67,8 +67,8 @@ def _rates(problem: Torus, flows: Any, points: Floats, steps: int, starts: int, 
     (j, k), (_, q) = problem.basis.tolist()
     advance = 2.0 * np.pi * q / (problem.ratio * j + k)
     flat, logarithm = waves.reshape(len(points), starts, -1), np.zeros(len(points))
-    along, most = maps[:, :0], max(1, ENTRIES // maps[:, 0].size)
-    for turns in np.array_split(np.arange(count), math.ceil(count / most)):
+    along, batch = maps[:, :0], max(1, ENTRIES // maps[:, 0].size)
+    for turns in np.array_split(np.arange(count), math.ceil(count / batch)):
         some = (np.exp(1j * advance * np.outer(turns, order)) @ flat).real
         along = np.concatenate([along, some.reshape(len(points), -1, *maps.shape[2:])], axis=1)
         while along.shape[1] > 1:
@@ -103,7 +103,7 @@ def _first_order(problem: Torus, flow: Any, points: Floats) -> tuple[Any, Any]:
     first = float(problem.basis[0] @ np.array([1.0, 1.0 / problem.ratio]))
     stiff = [motion.by_place[i, i] for i in range(len(problem.part.laws))]
     varies = np.max([np.ptp(each, axis=-1) / (np.abs(each).max(axis=-1) + 1e-300) for each in stiff], axis=0)
-    phase = PHASE * np.clip(np.maximum(varies, 1e-300) ** -0.25, 1.0, MILD)
+    phase = PHASE * np.clip(np.maximum(varies, 1e-300) ** -0.25, 1.0, MILD_FACTOR)
     steps = np.maximum(PER_ORDER * highest(problem, points), 2.0 * np.pi * fastest / points[:, -1] / phase) / first
     steps *= FINER[left_out]
     return flows, STEPS[np.searchsorted(STEPS, np.clip(steps, LEAST_STEPS, FINEST))]
@@ -111,12 +111,12 @@ def _first_order(problem: Torus, flow: Any, points: Floats) -> tuple[Any, Any]:
 
 def disturbed(flows: Any, motion: Any, w: Floats, measure: Any) -> Floats:
     """Matrices (states, states, points, samples) of disturbances along motions, of a measure of their samples."""
-    a, b, place, heavy = flows[:4]
+    a, b, column, heavy = flows[:4]
     matrices = np.empty((*a.shape, *measure(motion.by_place[0, 0]).shape))
     matrices[:] = a[..., None, None]
     for some, first, factor in ((motion.by_place, 0, 1.0), (motion.by_rate, len(heavy), 1.0 / w)):
         for (i, j), samples in some.items():
-            matrices[:, first + place[j]] -= b[:, i, None, None] * measure(factor * samples)
+            matrices[:, first + column[j]] -= b[:, i, None, None] * measure(factor * samples)
     return matrices
 
 
@@ -126,7 +126,7 @@ def at_equal_angles(problem: Torus, flows: Any, points: Floats, angles: Floats, 
     z' = A z - y' z_w / theta', with the rates y' of the states and the disturbance z_w of the motor's.
     """
     heavy, massless = flows[3:5]
-    place, turned, rates = int(np.searchsorted(heavy, problem.part.loose)), problem.pairs @ angles, []
+    motor, turned, rates = int(np.searchsorted(heavy, problem.part.loose)), problem.pairs @ angles, []
     even, odd = np.cos(turned), np.sin(turned)
     for z in points:
         turning = 1j * (problem.orders * z[-1])[:, None]
@@ -134,8 +134,8 @@ def at_equal_angles(problem: Torus, flows: Any, points: Floats, angles: Floats, 
         states = np.concatenate([waves[:, heavy], turning * waves[:, heavy], waves[:, massless]], axis=1).T
         rates.append(states.real @ even - states.imag @ odd)
     along = np.stack(rates, axis=1)
-    matrices[:, len(heavy) + place] -= along / (along[place] + points[:, -1:])
-    return np.delete(np.delete(matrices, place, axis=0), place, axis=1)
+    matrices[:, len(heavy) + motor] -= along / (along[motor] + points[:, -1:])
+    return np.delete(np.delete(matrices, motor, axis=0), motor, axis=1)
 
 
 def product(a: Floats, b: Floats) -> Floats:
@@ -152,16 +152,16 @@ def turn_maps(problem: Torus, flows: Any, points: Floats, steps: int, starts: Fl
     j, k = problem.basis[0].tolist()
     nodes = np.arange(steps)[:, None] + 0.5 + np.array([-1.0, 1.0]) * math.sqrt(3.0) / 6.0
     first = nodes.ravel() * 2.0 * np.pi / steps
-    there, w, turn = at_crossings(problem, first, starts), points[:, -1:], j + k / problem.ratio
-    matrices = disturbed(flows, there.moved(points), w, lambda samples: samples)
+    sampled, w, turn = at_crossings(problem, first, starts), points[:, -1:], j + k / problem.ratio
+    matrices = disturbed(flows, sampled.moved(points), w, lambda samples: samples)
     if flows[-1] == "shift":
-        matrices = at_equal_angles(problem, flows, points, there.angles, matrices)
+        matrices = at_equal_angles(problem, flows, points, sampled.angles, matrices)
     n, count = len(matrices), len(starts)
     matrices = matrices.reshape(n, n, -1, len(first))
     scale = np.repeat(2.0 * np.pi / steps / (points[:, -1] * turn), count)
-    maps, most = np.empty((len(points) * count, n, n)), max(1, AT_ONCE // (n * n * len(first)))
-    for at in np.array_split(np.arange(len(maps)), math.ceil(len(maps) / most)):
-        maps[at] = through(matrices[:, :, at] * scale[at, None])
+    maps, batch = np.empty((len(points) * count, n, n)), max(1, BATCH_ENTRIES // (n * n * len(first)))
+    for i in np.array_split(np.arange(len(maps)), math.ceil(len(maps) / batch)):
+        maps[i] = through(matrices[:, :, i] * scale[i, None])
     return maps.reshape(len(points), count, n, n)
 
 

@@ -1,4 +1,4 @@
-"""What a motion of two turns is: its beat in every turn of the motor, and its states."""
+"""Motion of two turns: its beat in every turn of the motor, and its states."""
 
 import math
 from fractions import Fraction
@@ -10,19 +10,19 @@ from ...base.results import Booleans, Floats
 from ..balance.condensed.pencil import to_complex
 from .torus_problem import Torus
 
-PER_WAVE, LEAST, BESIDE = 24, 96, 3  # samples in a period of the highest wave, at least; beside one for a polynomial
+PER_WAVE, FEWEST, BESIDE = 24, 96, 3  # samples in a period of the highest wave, at least; beside one for a polynomial
 STARTING, STARTED = 384, 192  # angles at least where the smallest turn may begin, and the largest
-SCREENED = 64  # samples that tell whether a turn may be the largest
+SCREEN_SAMPLES = 64  # samples that tell whether a turn may be the largest
 REFINED = 4  # steps of Newton's method
-HARDLY = 1e-2  # of the largest wave: those below it do not count for the steps
+SMALL_WAVE = 1e-2  # of the largest wave: those below it do not count for the steps
 SAMPLES = 250_000  # of motions at a time: these stay in the cache
 WAVES = 2_000  # of motions whose coordinates are found at a time
-LARGEST = 1000  # turns of the motor after which motor and output stand as before, at most, or of one output turn
+LARGEST_TURNS = 1000  # turns of the motor after which motor and output stand as before, at most, or of one output turn
 
 
 def turns_of(ratio: float) -> int:
     """Motor turns after which motor and output stand as before, or most nearly so where these are too many."""
-    return Fraction(ratio).limit_denominator(max(1, int(LARGEST / ratio))).numerator
+    return Fraction(ratio).limit_denominator(max(1, int(LARGEST_TURNS / ratio))).numerator
 
 
 def largest_in_turns(waves: Any, pairs: Any, ratio: float) -> Floats:
@@ -71,8 +71,8 @@ def _among(
     means, places = _of_means(order), _places(waves, order, starting)
     for part in _parts(waves, pairs, ratio, places):
         both = np.concatenate([part, means * part])
-        x, mean = np.split(_in_turns(both, pairs, ratio, SCREENED)[..., BESIDE:-BESIDE], 2)
-        missed = np.square(np.pi / SCREENED) * (np.abs(part) @ np.square(order))[:, None]
+        x, mean = np.split(_in_turns(both, pairs, ratio, SCREEN_SAMPLES)[..., BESIDE:-BESIDE], 2)
+        missed = np.square(np.pi / SCREEN_SAMPLES) * (np.abs(part) @ np.square(order))[:, None]
         number, turn = np.nonzero(may_be(x, mean[:, :-1], missed))
         twice = np.concatenate([number, number + len(part)]), np.tile(turn, 2)
         rows = np.split(_in_turns(both, pairs, ratio, places, twice), 2)
@@ -106,7 +106,7 @@ def _of_means(order: Floats) -> Any:
 
 def largest_sizes(waves: Any, pairs: Any, ratio: float) -> Floats:
     """Largest |x| (n,) of motions, as `largest_in_turns`."""
-    places = _places(waves, pairs @ np.array([1.0, 1.0 / ratio]), LEAST)
+    places = _places(waves, pairs @ np.array([1.0, 1.0 / ratio]), FEWEST)
     parts = (_in_turns(part, pairs, ratio, places) for part in _parts(waves, pairs, ratio, places))
     return np.concatenate([np.abs(with_extremes(x)).max(axis=(1, 2)) for x in parts])
 
@@ -159,8 +159,8 @@ def _repeats(pairs: Any, ratio: float) -> int:
 
 def _parts(waves: Any, pairs: Any, ratio: float, places: int) -> list[Any]:
     """Motions so many at a time that their samples fit."""
-    most = max(1, SAMPLES // ((_repeats(pairs, ratio) + 1) * places))
-    return np.array_split(waves, math.ceil(len(waves) / most))
+    batch = max(1, SAMPLES // ((_repeats(pairs, ratio) + 1) * places))
+    return np.array_split(waves, math.ceil(len(waves) / batch))
 
 
 def _in_turns(waves: Any, pairs: Any, ratio: float, places: int, only: Any = None) -> Floats:
@@ -227,7 +227,7 @@ def along_turns(problem: Torus, points: Floats, beats: int) -> tuple[Floats, lis
     """Angles (n,) [rad] of the motor until motions repeat, and the states (states, n) of each at them."""
     count = turns_of(problem.ratio)
     count //= math.gcd(count, beats)
-    places = max(LEAST, PER_WAVE * math.ceil(float(np.max(highest(problem, points)))))
+    places = max(FEWEST, PER_WAVE * math.ceil(float(np.max(highest(problem, points)))))
     angles: Floats = 2.0 * np.pi / places * np.arange(float(count * places))
     return angles, states_at(problem, points, angles)
 
@@ -235,5 +235,5 @@ def along_turns(problem: Torus, points: Floats, beats: int) -> tuple[Floats, lis
 def highest(problem: Torus, points: Floats) -> Floats:
     """Highest orders (n,) of the waves that count in motions."""
     sizes = np.abs(to_complex(problem.blocks(points))).max(axis=0)[:, 1:]
-    counted = sizes > HARDLY * sizes.max(axis=1, keepdims=True)
+    counted = sizes > SMALL_WAVE * sizes.max(axis=1, keepdims=True)
     return np.asarray(np.max(np.abs(problem.orders[1:]) * counted, axis=1))

@@ -76,7 +76,7 @@ def linear_waves(part: Any, retained: Any, orders: Floats, forces: Any) -> Linea
 
 
 class Motion(NamedTuple):
-    """What a motion (coordinates, samples) does: torques, and their derivatives by it, its rates and the speed."""
+    """Torques of a motion (coordinates, samples), and their derivatives by it, its rates and the speed."""
 
     torque: Floats
     by_place: dict[tuple[int, int], Any]
@@ -214,12 +214,12 @@ class Torus(NamedTuple):
         return Motion(torque, by_place, by_rate, by_speed)
 
     def latest(self, z: Floats) -> tuple[Motion, Any, Any]:
-        """What a point does, the dynamic stiffness and its derivative: once for each point."""
+        """Torques of a point, the dynamic stiffness and its derivative: once for each point."""
         if self.memory.get("point") is None or not np.array_equal(self.memory["point"], z):
             stiff = self.linear.stiffness(float(z[-1]))[:2]
             self.memory.update(point=z.copy(), found=(self.moved(z), *stiff))
-        found: tuple[Motion, Any, Any] = self.memory["found"]
-        return found
+        values: tuple[Motion, Any, Any] = self.memory["found"]
+        return values
 
     def residual(self, z: Floats, r: Floats) -> None:
         """Write what the equations lack [N*m] at z."""
@@ -277,10 +277,10 @@ class Torus(NamedTuple):
             w, means = points[..., -1], p[..., 0, :].real
             held = self.linear.matrices[0, 0, i, -1].real + part.per_speed[i] * w - means @ part.stiffness[i]
             if self.loose >= 0:
-                place = np.flatnonzero(self.linear.retained == i)[0]
-                held -= np.array(
-                    [self.moved(z)[0][place].mean() for z in points.reshape(-1, points.shape[-1])]
-                ).reshape(w.shape)
+                row = np.flatnonzero(self.linear.retained == i)[0]
+                held -= np.array([self.moved(z)[0][row].mean() for z in points.reshape(-1, points.shape[-1])]).reshape(
+                    w.shape
+                )
             p[..., 0, :] += held[..., None] * part.integral
         return p
 
@@ -321,7 +321,7 @@ def torus(part: Any, ratio: float, lines: Floats, pairs: Any, pulls: tuple[Any, 
     Parameters
     ----------
     part : LinearPart
-        What is linear around its laws; with `pulls` its `load` (n,) is the load's angle without psi_2 [rad].
+        Linear part around its laws; with `pulls` its `load` (n,) is the load's angle without psi_2 [rad].
     ratio : float
         Turns of the motor in one of the output.
     lines : (lines, 4) array
@@ -376,8 +376,8 @@ def at_crossings(problem: Torus, first: Floats, starts: Floats) -> Torus:
     cells, group = np.unique(problem.cells[:, 1], return_inverse=True)
     ways = np.exp(1j * np.outer(starts, cells))
     along = np.exp(1j / (j + k / problem.ratio) * np.outer(problem.orders, first))
-    there = problem._replace(
+    sampled = problem._replace(
         turned=problem.line_pairs @ angles, slow=slow, memory={}, angles=angles,
         crossing=(np.concatenate([ways.real, -ways.imag], axis=1), along, [group == i for i in range(len(cells))]),
     )  # fmt: skip
-    return there._replace(still_error=there.error(0.0))
+    return sampled._replace(still_error=sampled.error(0.0))

@@ -4,7 +4,7 @@ Lanes march side by side in blocks (see `lanes`); threads share the blocks. A la
 in the batch: each lane asks for its own number of steps, lanes that ask for the same number share blocks, and blocks
 are filled up with copies.
 
-What is told of an ensemble: its variables over the lanes, with units.
+Results of an ensemble: its variables over the lanes, with units.
 """
 
 import logging
@@ -31,7 +31,7 @@ from ..integration.methods import HOPELESS, MOST_STEPS, Method
 from .machine import Batch, Block, march
 from .measures import Peak, Rms
 from .pieces import General, Smooth
-from .request import LaneError, lanes_of, spans, what_and_how
+from .request import LaneError, lanes_of, measures_and_method, spans
 from .stepping import fastest_rates, stepping_of, steps_needed
 
 if TYPE_CHECKING:
@@ -40,13 +40,13 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
-SAMPLED = 16  # lanes whose blocks are run again with half the step, for the estimate of the error
+SAMPLED_LANES = 16  # lanes whose blocks are run again with half the step, for the estimate of the error
 SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: their errors differ from lane to lane
-EXPLODING = 100_000  # steps a period at most, for lanes that explode
+EXPLODING_STEPS = 100_000  # steps a period at most, for lanes that explode
 FINEST = 10_000_000  # steps a period at first
 
 LANE = ("lane",)
-REST = 1e-15  # what is smaller than this share of the initial state has come to rest
+AT_REST = 1e-15  # what is smaller than this share of the initial state has come to rest
 
 
 class Variable(NamedTuple):
@@ -101,7 +101,7 @@ def _periods_of(batch: Batch, block: Block, good: Any, method: Method) -> Any:
     To a share of its size, in which a rate counts as what it is at the base frequency; closer than the tolerance of
     adaptive steps, or than 1e-15 of the start, is back.
     """
-    settled, tolerance = stepping_of(method).near()
+    settled, tolerance = stepping_of(method).tolerances()
     last = block.last
     size = np.max(np.abs(last), axis=0)
     start = np.abs(batch.y0)
@@ -112,7 +112,7 @@ def _periods_of(batch: Batch, block: Block, good: Any, method: Method) -> Any:
     turns = np.zeros(last.shape[2], np.int64)
     for n in range(len(last) - 1, 0, -1):
         with np.errstate(all="ignore"):
-            back = np.all(np.abs(last[-1] - last[-1 - n]) <= settled * size + REST * start + tolerance, axis=0)
+            back = np.all(np.abs(last[-1] - last[-1 - n]) <= settled * size + AT_REST * start + tolerance, axis=0)
         turns[back & good] = n
     return turns
 
@@ -144,7 +144,7 @@ def ensemble(
     settle : int
         Periods before that.
     measures : tuple
-        What to keep: `Peak()`, `Extremes()`, `Rms()`, `Mean()`, `Amplitude(k)`, `Final()`.
+        Measures to keep: `Peak()`, `Extremes()`, `Rms()`, `Mean()`, `Amplitude(k)`, `Final()`.
     method : Dop8, Rk4 or Dopri5, optional
         Default: `Dop8()` for smooth laws of an oscillator, `Dopri5()` (adaptive in every lane) for laws with
         breakpoints or memory and for other systems. `steps` of a fixed method count per shortest time scale met.
@@ -200,21 +200,21 @@ class Run(NamedTuple):
 
 def lanes_run(
     system: System, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
-    method: Method | None, threads: int | None, most: float = math.inf,
+    method: Method | None, threads: int | None, budget: float = math.inf,
 ) -> Run:  # fmt: skip
     """Variables of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes.
 
-    Fixed steps of all lanes are at most `most` (SolveError).
+    Fixed steps of all lanes are at most `budget` (SolveError).
     """
     whole_orders(system)  # every turn begins at phase 0
     varied, states, lanes = lanes_of(system, parameters, y0)
     settle, periods = spans(periods, settle)
-    kept, chosen = what_and_how(system, measures, method)
+    kept, chosen = measures_and_method(system, measures, method)
     batch = _batch(system, varied, states, lanes, kept, settle, periods)
     threads = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     members = replace(system, varied)
-    found, steps = _run(batch, members, chosen, threads, most)
-    data = variables_of(system, batch, found, measures, chosen)
+    block, steps = _run(batch, members, chosen, threads, budget)
+    data = variables_of(system, batch, block, measures, chosen)
     if not chosen.adaptive:
         data["steps"] = Variable(LANE, steps, {"long_name": "steps per period"})
 
@@ -222,8 +222,8 @@ def lanes_run(
         if not chosen.adaptive:
             _add_error_estimates(data, batch, chosen, steps, measures, system, threads)
 
-    said = {"method": str(chosen), "periods": periods, "settle": settle}
-    return Run(data, varied, len(states), said, estimate)
+    settings = {"method": str(chosen), "periods": periods, "settle": settle}
+    return Run(data, varied, len(states), settings, estimate)
 
 
 def _batch(
@@ -239,16 +239,16 @@ def _batch(
 
 
 def _is_smooth(system: System, states: int) -> bool:
-    """Whether the second state is the rate of the first, in two states that nothing else has in common."""
+    """True if the second state is the rate of the first, in two states that nothing else has in common."""
     probes = [tuple(start + step * i for i in range(states)) for start, step in ((2.0, 1.0), (-0.37, 0.59))]
     return states > 1 and all(float(np.asarray(system.rhs(0.3, probe)[0])) == probe[1] for probe in probes)
 
 
-def _run(batch: Batch, members: Any, method: Any, threads: int, most: float) -> tuple[Block, Any]:
+def _run(batch: Batch, members: Any, method: Any, threads: int, budget: float) -> tuple[Block, Any]:
     """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
     lanes, stepping = len(batch.omega), stepping_of(method)
     if (fixed := stepping.given(lanes)) is not None:
-        _refuse_many(batch, fixed, most)
+        _refuse_many(batch, fixed, budget)
         return _march_all(batch, fixed, method, threads), fixed
     order = max(1, *members.orders(), stepping.order_for(max(map(order_of, batch.measures), default=0)))
     margin = _error_reach(members, lanes)
@@ -263,7 +263,7 @@ def _run(batch: Batch, members: Any, method: Any, threads: int, most: float) -> 
             "or integrate part of a period with simulate",
             endless,
         )
-    _refuse_many(batch, steps, most)
+    _refuse_many(batch, steps, budget)
     block = _march_all(batch, steps, method, threads)
     lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
     for _ in range(MOST_TRIES):
@@ -271,10 +271,10 @@ def _run(batch: Batch, members: Any, method: Any, threads: int, most: float) -> 
         needed = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
         stayed = block.ended == periods
         finer = np.where(stayed, needed, np.minimum(needed, 2 * steps))  # a lane that explodes asks for any number
-        repeated = np.flatnonzero((finer > steps) & (stayed | (steps < EXPLODING)) & ~lost)
+        repeated = np.flatnonzero((finer > steps) & (stayed | (steps < EXPLODING_STEPS)) & ~lost)
         if not len(repeated):
             break
-        _refuse_many(batch, np.where(stayed & ~lost, finer, 0), most)
+        _refuse_many(batch, np.where(stayed & ~lost, finer, 0), budget)
         steps[repeated] = finer[repeated]
         better = _march_all(_some(batch, repeated), steps[repeated], method, threads)
         lost[repeated] = ~stayed[repeated] & (better.ended == block.ended[repeated])
@@ -283,8 +283,8 @@ def _run(batch: Batch, members: Any, method: Any, threads: int, most: float) -> 
     return block, steps
 
 
-def _refuse_many(batch: Batch, steps: Any, most: float) -> None:
-    """Refuse lanes (LaneError) whose periods take too many steps, and more than `most` of all lanes (SolveError)."""
+def _refuse_many(batch: Batch, steps: Any, budget: float) -> None:
+    """Refuse lanes (LaneError) whose periods take too many steps, and more than `budget` of all lanes (SolveError)."""
     periods = batch.settle + batch.periods
     if np.any(many := periods * np.asarray(steps, float) > HOPELESS * MOST_STEPS):
         raise LaneError(
@@ -292,9 +292,9 @@ def _refuse_many(batch: Batch, steps: Any, most: float) -> None:
             "fewer periods, or a method of fewer steps",
             many,
         )
-    if (taken := periods * float(np.sum(steps))) > most:
+    if (taken := periods * float(np.sum(steps))) > budget:
         raise SolveError(
-            f"{periods} turns from {len(batch.omega)} starts take {taken:.3g} steps, more than {most:.3g}; take a "
+            f"{periods} turns from {len(batch.omega)} starts take {taken:.3g} steps, more than {budget:.3g}; take a "
             "narrower range of speeds, or higher speeds"
         )
 
@@ -343,8 +343,8 @@ def _march_all(batch: Batch, steps: Any, method: Method, threads: int) -> Block:
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
     parts = ("sums", "last", "ended", "reach")
-    whole: Any = {part: np.concatenate([getattr(b, part) for b in blocks], axis=-1)[..., back] for part in parts}
-    return Block(**whole)
+    joined: Any = {part: np.concatenate([getattr(b, part) for b in blocks], axis=-1)[..., back] for part in parts}
+    return Block(**joined)
 
 
 def _add_error_estimates(
@@ -359,7 +359,7 @@ def _add_error_estimates(
     if not len(good):
         return
     kinks = bool(breakpoints_of(system))
-    seen, blocks = (good, SAMPLED_BLOCKS) if kinks else (_spread(good, SAMPLED), 1)
+    seen, blocks = (good, SAMPLED_BLOCKS) if kinks else (_spread(good, SAMPLED_LANES), 1)
     groups = [good[steps[good] == number] for number in np.unique(steps[seen])]
     sample = np.sort(np.concatenate([_spread(group, blocks * LANES) for group in groups]))
     part = _some(batch, sample)
@@ -372,6 +372,6 @@ def _add_error_estimates(
             data[name].attrs["error_estimate"] = factor * largest
 
 
-def _spread(places: Any, most: int) -> Any:
+def _spread(places: Any, count: int) -> Any:
     """At most so many of these places, evenly spread, the first and last among them."""
-    return places[np.unique(np.linspace(0, len(places) - 1, most).astype(int))]
+    return places[np.unique(np.linspace(0, len(places) - 1, count).astype(int))]

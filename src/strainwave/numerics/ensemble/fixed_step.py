@@ -19,7 +19,7 @@ from ...compile.tree import count
 from .pieces import Ends, Even, Piece, extreme_between, updated, vertex
 
 BOUND = 1e100  # a state beyond it has left for infinity
-KEPT = 9  # stroboscopic states kept: enough to see motions of up to eight periods close
+KEPT_STATES = 9  # stroboscopic states kept: enough to see motions of up to eight periods close
 
 
 @kernel_as(lambda: range(LANES), inline=True)
@@ -43,11 +43,11 @@ def pair(
 @kernel
 def one_step(scheme: Scheme, system: Any, y0: Any, sums: Any, rows: Any, phase: float, turn: float, j: slice) -> None:
     """One step of lane j."""
-    at = count(system) + 1
-    s, h, y = lane(system, rows, 0, j), load(rows, at - 1, j), lane(y0, rows, at, j)
+    state_row = count(system) + 1
+    s, h, y = lane(system, rows, 0, j), load(rows, state_row - 1, j), lane(y0, rows, state_row, j)
     y = scheme.step(s, phase, turn, y, h)
-    store(y, rows, at, j)
-    reach = at + 3 * count(y0) + count(sums)
+    store(y, rows, state_row, j)
+    reach = state_row + 3 * count(y0) + count(sums)
     store(larger(abs(y[0]), load(rows, reach, j)), rows, reach, j)
 
 
@@ -87,8 +87,8 @@ def measured_step(
 @kernel
 def remember(system: System, y0: States, sums: Any, rows: Floats, j: slice) -> None:
     """Keep the state of lane j with which the measures begin."""
-    at, n = count(system) + 1, count(y0)
-    store(lane(y0, rows, at, j), rows, at + 2 * n + count(sums), j)
+    state_row, n = count(system) + 1, count(y0)
+    store(lane(y0, rows, state_row, j), rows, state_row + 2 * n + count(sums), j)
 
 
 @kernel
@@ -103,10 +103,10 @@ def close(system: System, y0: States, measures: Any, sums: Any, rows: Any, turn:
 
 
 @kernel
-def strobe(y0: States, rows: Floats, at: int, period: int, last: Floats, ended: Any, j: slice) -> None:
+def strobe(y0: States, rows: Floats, state_row: int, period: int, last: Floats, ended: Any, j: slice) -> None:
     """Keep the state at the end of a period, and count the periods over which all states stay bounded."""
-    y = lane(y0, rows, at, j)
-    store(y, last[period % KEPT], 0, j)
+    y = lane(y0, rows, state_row, j)
+    store(y, last[period % KEPT_STATES], 0, j)
     size = abs(y[0])
     for i in range(1, len(y)):
         size = size + abs(y[i])

@@ -21,9 +21,9 @@ from .loops import marched, ready, steps_of
 
 COUNTS = 3  # the last fields of a loop's memory: age of a measurement, samples limited and lost
 
-FEWEST = 4  # steps between two samples
-LEAST = 200  # samples of a turn, or of several: it is rounded to whole samples
-ELSEWHERE, SAME = 0.37, 1e-9  # of a turn: where the map is looked at again; a difference that is rounding
+FEWEST_STEPS = 4  # steps between two samples
+LEAST_SAMPLES = 200  # samples of a turn, or of several: it is rounded to whole samples
+OTHER_TIME, SAME_SLOPE = 0.37, 1e-9  # of a turn: where the map is looked at again; a difference that is rounding
 STILL = 1e-8  # of a pole from 1: what decays slower than in hours does not decay
 STEP = 1e-6  # of the states, the memory and the inputs: a torque of 0.1 N*m in the stiffest gear
 
@@ -57,7 +57,7 @@ class LoopResponse(Result):
 
     @property
     def stable(self) -> bool:
-        """Whether every motion decays from sample to sample."""
+        """True if every motion decays from sample to sample."""
         return bool(np.all(np.abs(self.poles) < 1.0 - STILL))
 
     @property
@@ -76,8 +76,8 @@ class LoopResponse(Result):
         }
 
     def __str__(self) -> str:
-        how = f"stable, slowest time constant {self.slowest:.3g} s" if self.stable else "unstable"
-        return on_screen(f"LoopResponse: {len(self.omega)} frequencies, {len(self.poles)} poles, {how}")
+        verdict = f"stable, slowest time constant {self.slowest:.3g} s" if self.stable else "unstable"
+        return on_screen(f"LoopResponse: {len(self.omega)} frequencies, {len(self.poles)} poles, {verdict}")
 
 
 def loop_response(
@@ -102,7 +102,7 @@ def loop_response(
     steps : int, optional
         Steps of each part between two samples. Default: enough for the fastest motion of the plant, at least 4.
     output : callable, optional
-        What is taken for the error, a function of the plant's state. Default: what the loop watches first.
+        Error as a function of the plant's state. Default: what the loop watches first.
 
     Returns
     -------
@@ -125,7 +125,7 @@ def loop_response(
             f"{np.pi / quiet.period():.4g} rad/s: sample faster"
         )
     start, y0 = quiet.start(), np.array(first)
-    steps = max(FEWEST, per_sample) if steps is None else per_sample
+    steps = max(FEWEST_STEPS, per_sample) if steps is None else per_sample
     # A first sample, from which on the controller's differences count
     y, memory = after(quiet, tuple(y0.tolist()), start, 0.0, 0.0, steps)
     base = np.array([*y, *leaves(memory[:-COUNTS])], float)
@@ -142,7 +142,7 @@ def loop_response(
     n = len(base)
     A, B = _slopes(lambda d: following(base + d, 0.0, 0.0), n), _slopes(lambda d: following(base, *d), 2)
     C = _slopes(lambda d: error(base + d), n)
-    moving = np.any(np.abs(A - np.eye(n)) > SAME, axis=1)  # what nothing moves is no motion of the loop
+    moving = np.any(np.abs(A - np.eye(n)) > SAME_SLOPE, axis=1)  # what nothing moves is no motion of the loop
     A, B, C, n = A[moving][:, moving], B[moving], C[moving], int(np.sum(moving))
     z = np.exp(1j * grid * quiet.period())
     inside = np.linalg.solve(z[:, None, None] * np.eye(n) - A + 0.0j, np.broadcast_to(B + 0.0j, (len(z), n, 2)))
@@ -174,7 +174,7 @@ def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, fl
     """Multipliers of the small motions of a sampled loop over a time, and that time [s].
 
     What a memory keeps of the angle, as that of a turn, changes the map from sample to sample along the turn: the map
-    is then that of one turn, or of as many as have `LEAST` samples. A number of the memory that nothing moves is left
+    is then that of one turn, or of as many as have `LEAST_SAMPLES`. A number of the memory that nothing moves is left
     out.
 
     Parameters
@@ -187,7 +187,7 @@ def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, fl
         State of the plant in its steady motion.
     """
     quiet, y0 = loop.quiet(), numbers("at", at)
-    steps, states = max(FEWEST, steps_of(quiet, y0)), len(y0)
+    steps, states = max(FEWEST_STEPS, steps_of(quiet, y0)), len(y0)
     y, memory = after(quiet, tuple(y0.tolist()), quiet.start(), 0.0, 0.0, steps)
     base = np.array([*y, *leaves(memory[:-COUNTS])], float)
 
@@ -201,11 +201,11 @@ def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, fl
         return np.array([*y, *leaves(held[:-COUNTS])], float)
 
     period, samples, n = quiet.period(), 1, len(base)
-    slopes, later = _slopes(lambda d: single(d, 0.0), n), _slopes(lambda d: single(d, ELSEWHERE * turn), n)
-    if np.max(np.abs(slopes - later)) > SAME * np.max(np.abs(slopes)):
-        samples = round(np.ceil(LEAST * period / turn) * turn / period)
+    slopes, later = _slopes(lambda d: single(d, 0.0), n), _slopes(lambda d: single(d, OTHER_TIME * turn), n)
+    if np.max(np.abs(slopes - later)) > SAME_SLOPE * np.max(np.abs(slopes)):
+        samples = round(np.ceil(LEAST_SAMPLES * period / turn) * turn / period)
         slopes = _slopes(whole_turn, n)
-    moving = np.any(np.abs(slopes - np.eye(n)) > SAME, axis=1)
+    moving = np.any(np.abs(slopes - np.eye(n)) > SAME_SLOPE, axis=1)
     return np.linalg.eigvals(slopes[moving][:, moving]).astype(complex), samples * period
 
 

@@ -7,7 +7,7 @@ measured. It may have `started(y)`, its memory with its plant in a state; `fines
 measured counts as growing; and `called(loops, memories)`, what `march` gets in its place, which calls by address what
 it would be compiled for again and again.
 
-What `march` sums comes block by block to `add`, which is compiled once for all.
+The sums of `march` come block by block to `add`, which is compiled once for all.
 """
 
 import math
@@ -25,7 +25,7 @@ from ...compile.lanes import lane
 from ...compile.tree import count, leaves, mapped
 from ..integration.steps import rk4_step
 
-SEEN, SUMS = 5, 14  # rows of what is seen of a lane; its sums before those of the orders: see `add`
+ROWS, SUMS = 5, 14  # rows of what is seen of a lane; its sums before those of the orders: see `add`
 BLOCK = 512  # samples of a lane that are summed at once: they stay in the first-level cache
 
 
@@ -35,7 +35,7 @@ def begun(loop: Any, y: Any) -> Any:
 
 
 def native_of(loop: Any, loops: Sequence[Any], starts: Sequence[Any], memories: Sequence[Any]) -> Any:
-    """What `march` gets of loops, states and memories: loop, memory, table (floats, lanes); what restores a memory."""
+    """Arguments of `march` for loops, states and memories: loop, memory, table (floats, lanes); a memory's restorer."""
     native, restored = loop, None
     if enabled() and not lacking(loop, "called"):
         native, loops, memories, restored = loop.called(loops, memories)
@@ -50,7 +50,7 @@ def spread(values: Floats) -> float:
 
 
 class Sums(NamedTuple):
-    """What is summed of the samples from `settle` on, of so many: `out` (SUMS + 2 orders, lanes), see `add`.
+    """Sums over the samples from `settle` on, of so many: `out` (SUMS + 2 orders, lanes), see `add`.
 
     The rows of `seen` are times [s], torques [N*m], the two that are watched, and reference angles [rad].
     """
@@ -85,10 +85,10 @@ def sums_by_address(sums: Sums) -> ByAddress:
 def _added(model: Any, j: int, first: int, samples: int, limited: float, lost: float) -> None:
     settle, end, orders, traces, totals = at(model)
     orders, traces, totals = borrowed((orders, traces, totals))
-    most = totals[11, j]
+    largest = totals[11, j]
     for i in range(samples):
-        most = larger(abs(traces[2, i]), most)
-    totals[7, j], totals[8, j], totals[11, j] = limited, lost, most
+        largest = larger(abs(traces[2, i]), largest)
+    totals[7, j], totals[8, j], totals[11, j] = limited, lost, largest
     begin = min(max(settle - first, 0), samples)
     for i in range(begin, samples):
         k, torque, error = first + i, traces[1, i], traces[2, i]

@@ -19,14 +19,14 @@ from ...base.units import ARCSEC
 from ...compile.jit import run
 from ...compile.lanes import LANES, lane
 from ...compile.tree import leaf_of, leaves, mapped
-from .loop_march import BLOCK, NO_SUMS, SEEN, SUMS, Sums, begun, march, native_of, spread, sums_by_address
+from .loop_march import BLOCK, NO_SUMS, ROWS, SUMS, Sums, begun, march, native_of, spread, sums_by_address
 
-FINE = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
+FINE_STEP = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
 MOST_STEPS, MOST_SAMPLES = 1000, 100_000_000  # of a sample; of a loop: minutes
 LANES_OF_JOB = 32
-GROWN = 1.5  # of the rms from one half of what is measured to the other
-SMALL = 0.05  # of the largest error of a run: what is below has decayed
-BOUND = 1e3  # rad: a larger error is none of a drive's
+GROWTH = 1.5  # of the rms from one half of what is measured to the other
+SMALL_ERROR = 0.05  # of the largest error of a run: what is below has decayed
+LARGEST_ERROR = 1e3  # rad: a larger error is none of a drive's
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,15 +38,15 @@ class LoopRun(Result):
     time : (n,) array
         Times [s] of the samples that were kept.
     error : (n,) array
-        What the loop watches first [rad]: of a drive the pointing error of the load.
+        First watched value of the loop [rad]: of a drive the pointing error of the load.
     torque : (n,) array
         Torque [N*m] that the sample asked for, after its limit; it acts a delay later.
     gear_torque : (n,) array
-        What the loop watches second [N*m].
+        Second watched value of the loop [N*m].
     states : (states, n) array
         States of the plant.
     memory : NamedTuple
-        What the loop remembers at the end.
+        Memory of the loop at the end.
     steps : int
         Steps of the integration between two samples.
     """
@@ -84,7 +84,7 @@ class LoopRun(Result):
 
 @dataclass(frozen=True, eq=False)
 class LoopEnsemble(Result):
-    """What was measured of many sampled loops, of each over the samples after `settle`.
+    """Measures of many sampled loops, of each over the samples after `settle`.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class LoopEnsemble(Result):
     orders : (orders,) array
         The orders.
     stable : (lanes,) array of bool
-        Whether the error stayed bounded, and its root mean square did not grow by half from the first half of what is
+        True where the error stayed bounded and its root mean square did not grow by half from the first half of what is
         measured to the second, decayed errors and those below a step of the encoders apart. What grew beyond all floats
         is infinite, and its phase 0.
     steps : int
@@ -133,8 +133,8 @@ class LoopEnsemble(Result):
         """Every measure by lane."""
         units = {"mean": "rad", "rms": "rad", "peak": "rad", "torque_rms": "N*m", "torque_peak": "N*m",
                  "gear_torque": "N*m", "limited": "", "lost": "", "stable": ""}  # fmt: skip
-        found: dict[str, Any] = {name: ("lane", getattr(self, name), unit) for name, unit in units.items()}
-        return found | {
+        measures: dict[str, Any] = {name: ("lane", getattr(self, name), unit) for name, unit in units.items()}
+        return measures | {
             "amplitude": (("order", "lane"), self.amplitude, "rad"),
             "phase": (("order", "lane"), self.phase, "rad"),
         }
@@ -223,7 +223,7 @@ def loop_ensemble(
     loop : ClosedLoop
         The loop that they are variants of.
     varied : dict of str to (lanes,) array_like, or sequence of loops
-        What differs, by its path: ``{"train.law.K1": ...}``; or the variants themselves, of the same classes.
+        Differences, by their paths: ``{"train.law.K1": ...}``; or the variants themselves, of the same classes.
     duration, settle : float
         Time [s] of each, and the time before anything is measured.
     orders : (orders,) array_like
@@ -268,7 +268,7 @@ def loop_ensemble(
 
     def job(span: tuple[int, int]) -> None:
         low, high = span
-        rows, totals, traces = np.zeros((len(table), LANES)), np.zeros((len(sums), high - low)), np.empty((SEEN, BLOCK))
+        rows, totals, traces = np.zeros((len(table), LANES)), np.zeros((len(sums), high - low)), np.empty((ROWS, BLOCK))
         rows[:, : high - low] = table[:, low:high]
         summed = sums_by_address(Sums(before, samples, lines, traces, totals))
         with np.errstate(all="ignore"):
@@ -319,8 +319,8 @@ def _measured(sums: Floats, orders: Floats, samples: int, steps: int, finest: fl
         first, second = n - sums[10], sums[10]
         early = (sums[2] - sums[9]) / first - ((sums[1] - sums[12]) / first) ** 2
         late = sums[9] / second - (sums[12] / second) ** 2
-        least = np.maximum(SMALL * sums[11], finest)
-        stable = np.isfinite(sums[2]) & (sums[3] < BOUND) & ~((late > GROWN**2 * early) & (late > least**2))
+        least = np.maximum(SMALL_ERROR * sums[11], finest)
+        stable = np.isfinite(sums[2]) & (sums[3] < LARGEST_ERROR) & ~((late > GROWTH**2 * early) & (late > least**2))
     mean, rms, torque_rms, amplitude = [np.where(np.isnan(size), np.inf, size) for size in sizes]
     return LoopEnsemble(
         mean=mean,
@@ -354,7 +354,7 @@ def ready(loop: Any, y0: ArrayLike | None, steps: int | None) -> tuple[Any, tupl
 
 def steps_of(loop: Any, y: Floats) -> int:
     """Steps between two samples that the fastest motion of a plant needs near a state; too many are refused."""
-    needed: int = math.ceil(loop.period() * fastest(loop.plant(), y) / FINE)
+    needed: int = math.ceil(loop.period() * fastest(loop.plant(), y) / FINE_STEP)
     if needed > MOST_STEPS:
         raise ValueError(
             f"samples every {loop.period():g} s are too slow for the plant, which needs {needed} steps between two: "
@@ -371,8 +371,8 @@ def fastest(plant: System, y: Floats) -> float:
             np.subtract(plant.rhs(0.0, tuple(y + d)), plant.rhs(0.0, tuple(y - d))) / (2.0 * step)
             for d in step * np.eye(len(y))
         ]
-    found = np.linalg.eigvals(np.nan_to_num(np.array(columns, float).T))
-    return float(np.max(np.abs(found)))
+    eigenvalues = np.linalg.eigvals(np.nan_to_num(np.array(columns, float).T))
+    return float(np.max(np.abs(eigenvalues)))
 
 
 def _samples(loop: Any, duration: float) -> int:

@@ -10,7 +10,7 @@ from ...compile.jit import run
 from ...compile.lanes import LANES
 from ...compile.tree import leaves
 from ..integration.methods import Method
-from .fixed_step import KEPT
+from .fixed_step import KEPT_STATES
 from .stepping import stepping_of
 
 
@@ -29,7 +29,7 @@ class Batch:
     y0 : (states, lanes) array
         States at the start.
     kind : Smooth or General
-        What is known of the states.
+        Kind of the states.
     measures : tuple
         Measures that are accumulated.
     settle, periods : int
@@ -48,7 +48,7 @@ class Batch:
 
 @dataclass(frozen=True)
 class Block:
-    """What came of some lanes.
+    """Result of some lanes.
 
     Attributes
     ----------
@@ -82,12 +82,12 @@ def march(batch: Batch, places: Any, method: Method, steps: int) -> Block:
     rows[:floats], rows[floats + 1 : floats + 1 + states] = batch.numbers[:, full], batch.y0[:, full]
     rows[first : first + len(sums)] = sums[:, None]
     periods = batch.settle + batch.periods
-    last, ended = np.zeros((KEPT, states, LANES)), np.zeros(LANES)
+    last, ended = np.zeros((KEPT_STATES, states, LANES)), np.zeros(LANES)
     common = batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rows
     stepping, waiting = stepping_of(method), np.zeros(LANES, np.int64)
     rule, rows[floats] = stepping.arguments(batch.omega[full], steps)
     with np.errstate(all="ignore"):
         attempts = run(stepping.kernel, *common, rule, waiting, batch.settle, batch.periods, last, ended)
-    newest = (periods - 1 - np.arange(min(KEPT, periods))[::-1]) % KEPT
+    newest = (periods - 1 - np.arange(min(KEPT_STATES, periods))[::-1]) % KEPT_STATES
     end = first + len(sums)
     return Block(rows[first:end, :n], last[newest, :, :n], ended[:n], rows[end + states, :n], attempts or 0)

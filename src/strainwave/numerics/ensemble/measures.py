@@ -1,4 +1,4 @@
-"""What an ensemble keeps of every trajectory: a few numbers, accumulated while it runs.
+"""Measures that an ensemble keeps of every trajectory: a few numbers, accumulated while it runs.
 
 A measure is a NamedTuple with `start()`, the tuple of its sums before the first step, `update(sums, piece)`, the sums
 after a piece of the trajectory, and `results(sums, time)`, the variables that come of them. It sees pieces of the first

@@ -1,6 +1,6 @@
-"""What an ensemble is asked for, checked once: lanes, spans, measures and method.
+"""Request for an ensemble, checked once: lanes, spans, measures and method.
 
-Which lanes of an ensemble have parameters that no single system may have, without a look at every lane.
+Lanes with parameters that no single system may have are found without a look at every lane.
 """
 
 from collections.abc import Mapping
@@ -83,12 +83,12 @@ def spans(periods: Any, settle: Any) -> tuple[int, int]:
     return int(settle), measured
 
 
-def what_and_how(system: System, measures: Any, method: Any) -> tuple[tuple[Any, ...], Method]:
+def measures_and_method(system: System, measures: Any, method: Any) -> tuple[tuple[Any, ...], Method]:
     """Return the measures that are accumulated, and the method, whose steps resolve them."""
     accumulated, chosen = summed_measures(measures), method_of(system, method)
     k, orders = max(map(order_of, measures)), orders_of(system)
-    most, remedy = stepping_of(chosen).resolved(k, orders)
-    if k > most:  # it would be the amplitude of another order
+    highest, remedy = stepping_of(chosen).resolved(k, orders)
+    if k > highest:  # it would be the amplitude of another order
         name = next(type(m).__name__ for m in measures if order_of(m) == k)
         raise ValueError(f"{name}({k}) is of an order that the steps of {chosen} do not resolve; take {remedy}")
     return accumulated, chosen

@@ -1,8 +1,8 @@
-"""How an ensemble takes the steps of a method: what they resolve, how many there are, and the kernel that marches.
+"""Steps of a method in an ensemble: what they resolve, their number, and the kernel that marches.
 
 The adaptive kernel of ensembles: every lane of a block takes its own steps, period by period.
 
-How many fixed steps a period each lane of an ensemble needs: enough for the fastest time scale that it meets.
+Fixed steps a period of each lane are enough for the fastest time scale that it meets.
 """
 
 import math
@@ -26,13 +26,13 @@ from .pieces import Piece, Whole, about_log2, about_one_over, about_two_to, extr
 
 PER_ORDER = 4  # pieces of a fixed step per turn of the highest order that an amplitude is taken of
 HIGHEST_ADAPTIVE = 20  # order, in those of the system, that steps of a relative tolerance of 1e-9 resolve to 1e-4
-SETTLED = 1e-6  # largest change of a settled state from one period (or up to eight) to the next, of fixed steps
+SETTLED_CHANGE = 1e-6  # largest change of a settled state from one period (or up to eight) to the next, of fixed steps
 LOOSE = 1e4  # of adaptive ones, in units of their tolerance
 
 TURN = 2.0 * math.pi
-FIRST = TURN / 64.0  # step tried first
+FIRST_STEP = TURN / 64.0  # step tried first
 LONGEST_STEP = TURN / 16.0  # largest step: of what begins after a rest, no part of 1/32 turn lies between the stages
-LEAST = 1e-12  # smallest step [rad]: a lane that needs a smaller one goes no further
+LEAST_STEP = 1e-12  # smallest step [rad]: a lane that needs a smaller one goes no further
 SAFETY = math.log2(0.9)
 
 
@@ -79,21 +79,21 @@ def total(flags: Any) -> int:
 
 @kernel
 def begin(
-    system: System, y0: States, measures: Any, sums: Any, rows: Floats, most: int, period: int, settle: int, j: slice
+    system: System, y0: States, measures: Any, sums: Any, rows: Floats, budget: int, period: int, settle: int, j: slice
 ) -> None:  # fmt: skip
     """Put lane j at the start of a period; before the first with the rates and a step to try. A lost lane has ended.
 
     The measures see the state with which they begin.
     """
     base, n = count(system), count(y0)
-    place = base + 1 + 2 * n + count(sums)
+    control = base + 1 + 2 * n + count(sums)
     y = lane(y0, rows, base + 1, j)
-    store(select(y[0] == y[0], 0.0, TURN), rows, place, j)
+    store(select(y[0] == y[0], 0.0, TURN), rows, control, j)
     if period == 0:
         store(lane(system, rows, 0, j).rhs(0.0, y), rows, base + 1 + n, j)
-        store(FIRST + 0.0 * load(rows, base, j), rows, place + 1, j)
-        store(-13.0 + 0.0 * load(rows, base, j), rows, place + 2, j)
-        store(most + 0.0 * load(rows, base, j), rows, place + 3, j)
+        store(FIRST_STEP + 0.0 * load(rows, base, j), rows, control + 1, j)
+        store(-13.0 + 0.0 * load(rows, base, j), rows, control + 2, j)
+        store(budget + 0.0 * load(rows, base, j), rows, control + 3, j)
     if period == settle:
         first = Piece(Whole(), 0.0, y[0], 0.0, 0.0, y[0], 0.0, 0.0, 1.0, y[0])
         store(updated(measures, lane(sums, rows, base + 1 + 2 * n, j), first), rows, base + 1 + 2 * n, j)
@@ -106,10 +106,10 @@ def attempt(
 ) -> None:  # fmt: skip
     """Attempt one step of lane j; a lane at the end of its period takes a step of no length."""
     base, n = count(system), count(y0)
-    place, part = base + 1 + 2 * n + count(sums), 1.0 / ORDER
+    control, part = base + 1 + 2 * n + count(sums), 1.0 / ORDER
     s, per_omega = lane(system, rows, 0, j), load(rows, base, j)
     y, k, before = lane(y0, rows, base + 1, j), lane(y0, rows, base + 1 + n, j), lane(sums, rows, base + 1 + 2 * n, j)
-    phase, step, past = load(rows, place, j), load(rows, place + 1, j), load(rows, place + 2, j)
+    phase, step, past = load(rows, control, j), load(rows, control + 1, j), load(rows, control + 2, j)
     left = TURN - phase
     q = smaller(step, left)
     h = q * per_omega
@@ -128,16 +128,16 @@ def attempt(
     extreme = extreme_between(kind, y, k, y1, k1, h)
     sums1 = updated(measures, before, Piece(Whole(), phase, y[0], k[0], end, y1[0], k1[0], h, 1.0 / per_omega, extreme))
     go = select(good, select(moving, 1.0, 0.0), 0.0)
-    tries = load(rows, place + 3, j) - select(moving, 1.0, 0.0)
-    lost = select(smaller(after - LEAST, tries + 1.0) > 0.0, 0.0, select(moving, 1.0, 0.0))
+    tries = load(rows, control + 3, j) - select(moving, 1.0, 0.0)
+    lost = select(smaller(after - LEAST_STEP, tries + 1.0) > 0.0, 0.0, select(moving, 1.0, 0.0))
     new_phase = select(lost > 0.0, TURN, select(go > 0.0, end, phase))
     store(kept(go > 0.0, y1, y), rows, base + 1, j)
     store(kept(go > 0.0, k1, k), rows, base + 1 + n, j)
     store(kept(go * measuring > 0.0, sums1, before), rows, base + 1 + 2 * n, j)
-    store(new_phase, rows, place, j)
-    store(select(moving, after, step), rows, place + 1, j)
-    store(select(go > 0.0, larger(size, -13.0), past), rows, place + 2, j)
-    store(tries, rows, place + 3, j)
+    store(new_phase, rows, control, j)
+    store(select(moving, after, step), rows, control + 1, j)
+    store(select(go > 0.0, larger(size, -13.0), past), rows, control + 2, j)
+    store(tries, rows, control + 3, j)
     store(select(lost > 0.0, math.nan, load(rows, base + 1, j)), rows, base + 1, j)
     waiting[j] = select(new_phase < TURN, 1, 0)
 
@@ -155,12 +155,12 @@ def march_adaptive(
     periods: int, last: Floats, ended: Floats,
 ) -> int:  # fmt: skip
     """March a block through its periods; `rule` is tolerances and steps at most. Returns the attempts made."""
-    rtol, atol, most = rule
+    rtol, atol, budget = rule
     rows, waiting, last, ended = borrowed((rows, waiting, last, ended))
     base, attempts = count(system) + 1, 0
     for period in range(settle + periods):
         for j in every_lane():
-            begin(system, y0, measures, sums, rows, most, period, settle, j)
+            begin(system, y0, measures, sums, rows, budget, period, settle, j)
         measuring, running = (1.0 if period >= settle else 0.0), 1
         while running > 0:
             for j in every_lane():
@@ -205,16 +205,16 @@ class AdaptiveLanes:
 
         The steps follow the motion, whose orders are those of the system, not the cosine that it is multiplied by.
         """
-        most = max(1, int(HIGHEST_ADAPTIVE * (1e-9 / self.method.rtol) ** 0.2 * max((1, *orders))))
-        return most, f"a smaller rtol, or Dop8(steps_per_period={8 * PER_ORDER * -(-k // 8)})"
+        highest = max(1, int(HIGHEST_ADAPTIVE * (1e-9 / self.method.rtol) ** 0.2 * max((1, *orders))))
+        return highest, f"a smaller rtol, or Dop8(steps_per_period={8 * PER_ORDER * -(-k // 8)})"
 
     def given(self, lanes: int) -> Any:
         """Steps a period (lanes,), all 0: every lane finds its own."""
         return np.zeros(lanes, int)
 
-    def near(self) -> tuple[float, float]:
+    def tolerances(self) -> tuple[float, float]:
         """Relative and absolute distance below which a state has come back."""
-        return max(SETTLED, LOOSE * self.method.rtol), 10.0 * self.method.atol
+        return max(SETTLED_CHANGE, LOOSE * self.method.rtol), 10.0 * self.method.atol
 
 
 @dataclass(frozen=True)
@@ -257,21 +257,21 @@ class FixedLanes:
         """Steps a period (lanes,), fours, where they are given."""
         return None if self.method.steps_per_period is None else np.full(lanes, self._rounded())
 
-    def near(self) -> tuple[float, float]:
+    def tolerances(self) -> tuple[float, float]:
         """Relative and absolute distance below which a state has come back."""
-        return SETTLED, 0.0
+        return SETTLED_CHANGE, 0.0
 
     def _rounded(self) -> int:
         return -(-(self.method.steps_per_period or 0) // 4) * 4
 
 
 def stepping_of(method: Any) -> Any:
-    """How an ensemble takes the steps of a method: `AdaptiveLanes` or `FixedLanes`."""
+    """Steps of a method in an ensemble: `AdaptiveLanes` or `FixedLanes`."""
     return (AdaptiveLanes if method.adaptive else FixedLanes)(method)
 
 
 def steps_known(system: System) -> bool:
-    """Whether a system says how fast it is: fixed steps can be chosen for it."""
+    """True for a system that states its fastest rates: fixed steps can be chosen for it."""
     return has_jacobian(system) and not lacking(system, "orders")
 
 

@@ -27,7 +27,7 @@ from ...compile.tree import axpy, times
 from ..addressed import Tupled, rates_entry, torsion, watched
 from .steps import bounded, dense_weights, dopri5_step, error_square, weighted
 
-FEW = 3  # states of a system that is compiled into a step
+FEW_STATES = 3  # states of a system that is compiled into a step
 BOUND = 1e30  # of every state: far beyond any physics, and its powers in a law still fit a float
 
 Y, K, Y1, K1, ERROR, DENSE, INSIDE, RATE, BEFORE, _, SHIFTED, CHANGE = range(12)
@@ -100,7 +100,7 @@ def look(w: Floats, s: float, h: float) -> None:
 
 
 class StepsAt(NamedTuple):
-    """What takes steps of a system by the addresses of its words and functions; 0 stands for what is not needed."""
+    """Stepper of a system by the addresses of its words and functions; 0 stands for what is not needed."""
 
     words: int
     step_at: int
@@ -113,9 +113,9 @@ def attempts_by_address(system: System, states: int, kinked: bool) -> ByAddress:
 
     def addressed(words: Callable[[Any], int]) -> StepsAt:
         inside = entry(_torsion_inside, system, *[float] * 3, *[states] * 5) if kinked else 0
-        place = words(system)
-        stepped = system if states <= FEW else Tupled(place, rates_entry(system, states))
-        return StepsAt(words(stepped), entry(_attempt, stepped, *[float] * 5, *[states] * 6), place, inside)
+        system_words = words(system)
+        stepped = system if states <= FEW_STATES else Tupled(system_words, rates_entry(system, states))
+        return StepsAt(words(stepped), entry(_attempt, stepped, *[float] * 5, *[states] * 6), system_words, inside)
 
     return ByAddress(system, addressed)
 
@@ -213,18 +213,18 @@ TINY = 1e-200  # products of rates below it count as rest
 
 @routine
 def widen(
-    system: System, omega: float, most: Floats, watch: Floats, w: Floats, t: float, place: int, t1: float, place1: int
+    system: System, omega: float, peaks: Floats, watch: Floats, w: Floats, t: float, begin: int, t1: float, end: int
 ) -> None:
-    """Raise `most` to the largest |value| after t until t1, from the states in two rows.
+    """Raise `peaks` to the largest |value| after t until t1, from the states in the rows `begin` and `end`.
 
     The rows of `watch` are for what is watched, with its rates, at both.
     """
-    raise_to(most, 0, t1 - t, w, place, place1)
+    raise_to(peaks, 0, t1 - t, w, begin, end)
     if length(watch) > 0 and t1 > t:
         d = inside(omega, t1 - t)
-        see(system, omega, t, w, place, d, watch, 0)
-        see(system, omega, t1, w, place1, -d, watch, 2)
-        raise_to(most, length(w), t1 - t, watch, 0, 2)
+        see(system, omega, t, w, begin, d, watch, 0)
+        see(system, omega, t1, w, end, -d, watch, 2)
+        raise_to(peaks, length(w), t1 - t, watch, 0, 2)
 
 
 @kernel
@@ -234,11 +234,11 @@ def inside(omega: float, length: Any) -> Any:
 
 
 @routine
-def see(system: System, omega: float, t: float, w: Floats, place: int, d: float, watch: Floats, first: int) -> None:
+def see(system: System, omega: float, t: float, w: Floats, state_row: int, d: float, watch: Floats, first: int) -> None:
     """Write what is watched at a state to a row, and by a difference of d [s] its rates to the next."""
     x, v = row(watch, first), row(watch, first + 1)
-    shift(w, place, d)
-    watched(system, omega * t, row(w, place), x)
+    shift(w, state_row, d)
+    watched(system, omega * t, row(w, state_row), x)
     watched(system, omega * (t + d), row(w, SHIFTED), v)
     for i in range(length(watch)):
         v[i] = (v[i] - x[i]) / d
@@ -259,13 +259,13 @@ def watched_ends(system: Any, run: Any, steps: Any) -> Any:
 
 
 @routine
-def raise_to(largest: Floats, first: int, h: float, w: Floats, place: int, place1: int) -> None:
+def raise_to(largest: Floats, first: int, h: float, w: Floats, begin: int, end: int) -> None:
     """Raise `largest` to |x1| and, where a rate v changes sign, to the extreme of the cubic between.
 
     x and v are in one row and the next, x1 and v1 in another and the next; `largest` counts from `first` on.
     """
-    x, v, x1, v1 = row(w, place), row(w, place + 1), row(w, place1), row(w, place1 + 1)
-    most = row(largest, 0)
+    x, v, x1, v1 = row(w, begin), row(w, begin + 1), row(w, end), row(w, end + 1)
+    peaks = row(largest, 0)
     for i in range(length(w)):
         size = abs(x1[i])
         if v[i] * v1[i] < -TINY:
@@ -275,12 +275,12 @@ def raise_to(largest: Floats, first: int, h: float, w: Floats, place: int, place
             # of both zeros of the slope 3 a s^2 + 2 b s + c the one between 0 and 1
             s = q / (3.0 * abs(a)) if b * c > 0.0 else abs(c) / q
             size = max(size, abs(x[i] + s * (c + s * (b + s * a))))
-        most[first + i] = max(most[first + i], size)
+        peaks[first + i] = max(peaks[first + i], size)
 
 
 @routine
-def put(most: Floats, table: Floats, first: int, place: int) -> None:
-    """Move `most` to a column of the table from a row on, and begin again."""
-    for i in range(length(most)):
-        row(table, first + i)[place] = row(most, 0)[i]
-        row(most, 0)[i] = 0.0
+def put(peaks: Floats, table: Floats, first: int, column: int) -> None:
+    """Move `peaks` to a column of the table from a row on, and begin again."""
+    for i in range(length(peaks)):
+        row(table, first + i)[column] = row(peaks, 0)[i]
+        row(peaks, 0)[i] = 0.0

@@ -1,6 +1,6 @@
 """The kernels of `simulate`: adaptive and fixed steps through a stretch of time in which the system is smooth.
 
-What a long step may miss: how long a step may become where nothing happens, and a look inside such a step. Location of
+Guards of long steps: the longest step where nothing happens, and a look inside such a step. Location of
 switches: where the torsion of a running integration crosses a breakpoint of the law.
 """
 
@@ -39,37 +39,37 @@ from .attempts import (
 from .steps import error_square, slope_weights, weighted
 
 DONE, DIVERGED, PAUSED, STOPPED = 0, 1, 2, 3
-LEAST = math.log(1e-4)  # the step control remembers no smaller error than this
-FAR = 32.0  # beyond so many times the last step the calm one is found anew
+LEAST_ERROR = math.log(1e-4)  # the step control remembers no smaller error than this
+FAR_STEPS = 32.0  # beyond so many times the last step the calm one is found anew
 
 ROUNDS = 6  # of the power iteration, which needs an order of magnitude
-NEAR = 1e-7  # size of the differences, next to states of size 1
-IDLE = 25.0  # steps of a span in which nothing restores the system
-APART = 0.125  # at most from a look or a stage to the next
-STAGES = 0.25  # of a calm step: the stages alone of a step up to there are no farther apart
-MISSED = 100.0  # by how many tolerances the system may differ there from the interpolant
+DIFFERENCE_SIZE = 1e-7  # size of the differences, next to states of size 1
+IDLE_STEPS = 25.0  # steps of a span in which nothing restores the system
+LOOK_SPACING = 0.125  # at most from a look or a stage to the next
+STAGE_SPACING = 0.25  # of a calm step: the stages alone of a step up to there are no farther apart
+MISSED_TOLERANCES = 100.0  # by how many tolerances the system may differ there from the interpolant
 
-SCAN = 4  # places inside a step where the torsion is compared with the breakpoints, and the guards with 0
+SCAN_PLACES = 4  # places inside a step where the torsion is compared with the breakpoints, and the guards with 0
 
 
 @routine
-def set_sides(system: System, omega: float, t: float, w: Floats, kinks: Floats, at: int) -> None:
-    """Record on which side of each breakpoint the torsion is; on breakpoint number `at`, where the flow carries it."""
+def set_sides(system: System, omega: float, t: float, w: Floats, kinks: Floats, kink: int) -> None:
+    """Record on which side of each breakpoint the torsion is; on breakpoint `kink`, where the flow carries it."""
     u, breakpoints, sides = torsion(system, omega * t, row(w, Y)), row(kinks, 0), row(kinks, 1)
     for j in range(length(kinks)):
         away = u - breakpoints[j]
-        if j == at or away == 0.0:
+        if j == kink or away == 0.0:
             away = torsion_rate(system, omega, t, w, Y)
         sides[j] = 1.0 if away >= 0.0 else -1.0
 
 
 @routine
-def torsion_rate(system: System, omega: float, t: float, w: Floats, place: int) -> float:
+def torsion_rate(system: System, omega: float, t: float, w: Floats, state_row: int) -> float:
     """Rate of the torsion along the flow, by a central difference (only its sign and about six digits matter)."""
     d = 1e-5 / (1.0 + abs(omega))
-    shift(w, place, d)
+    shift(w, state_row, d)
     after = torsion(system, omega * (t + d), row(w, SHIFTED))
-    shift(w, place, -d)
+    shift(w, state_row, -d)
     return float((after - torsion(system, omega * (t - d), row(w, SHIFTED))) / (2.0 * d))
 
 
@@ -83,8 +83,8 @@ def first_switch(pair: Any, omega: float, t: float, h: float, w: Floats, kinks: 
             lower = max(lower, breakpoints[j])
         else:
             upper = min(upper, breakpoints[j])
-    for i in range(1, SCAN + 1):
-        high, best, index = i / SCAN, 2.0, -1
+    for i in range(1, SCAN_PLACES + 1):
+        high, best, index = i / SCAN_PLACES, 2.0, -1
         u = torsion_inside(pair, omega * (t + high * h), high, h, w)
         if u < lower or u > upper:
             for j in range(length(kinks)):
@@ -126,7 +126,7 @@ def step_onto(
 
 @routine
 def is_past(system: Any, omega: float, t: float, s: float, h: float, w: Any, guard: Any) -> bool:
-    """Whether a guard is negative at the fraction s of a step of h from t."""
+    """True if a guard is negative at the fraction s of a step of h from t."""
     look(w, s, h)
     values = row(guard, 0)
     guards(system, omega * (t + s * h), row(w, INSIDE), values)
@@ -140,8 +140,8 @@ def is_past(system: Any, omega: float, t: float, s: float, h: float, w: Any, gua
 def first_stop(system: Any, omega: float, t: float, h: float, w: Any, guard: Any) -> float:
     """First fraction of the step at which a guard is negative; 2 where none is."""
     low = 0.0
-    for i in range(1, SCAN + 1):
-        high = i / SCAN
+    for i in range(1, SCAN_PLACES + 1):
+        high = i / SCAN_PLACES
         if is_past(system, omega, t, high, h, w, guard):
             for _ in range(40):
                 s = 0.5 * (low + high)
@@ -159,7 +159,7 @@ def stop_at(
     pair: Any, system: Any, omega: float, t: float, h: float, rtol: float, atol: float, w: Any, guard: Any,
     square: float,
 ) -> Any:  # fmt: skip
-    """Whether a step stops where a guard becomes negative, the share of it that is taken, its square of the error."""
+    """True for a step that stops where a guard becomes negative; the share of it that is taken; its squared error."""
     if length(guard) == 0 or square < 0.0:
         return False, 1.0, square
     s = first_stop(system, omega, t, h, w, guard)
@@ -171,21 +171,21 @@ def stop_at(
 @routine
 def largest(n: int, y: Floats) -> float:
     """Largest absolute value of n numbers."""
-    most = 0.0
+    size = 0.0
     for i in range(n):
-        most = max(most, abs(y[i]))
-    return most
+        size = max(size, abs(y[i]))
+    return size
 
 
 @routine
-def calm_step(stable: float, system: System, omega: float, t: float, w: Floats, place: int, span: float) -> float:
+def calm_step(stable: float, system: System, omega: float, t: float, w: Floats, state_row: int, span: float) -> float:
     """Step [s] at which a method, by its interval of stability, becomes unstable at a state.
 
     Where that is beyond the span [s], because nothing restores the system, it is a share of the span. From the largest
     eigenvalue of the Jacobian by power iteration, two rounds together because those of a vibration are a pair.
     """
-    n, y, k, near_y, change = length(w), row(w, place), row(w, place + 1), row(w, SHIFTED), row(w, CHANGE)
-    distance = NEAR * (1.0 + largest(n, y))
+    n, y, k, near_y, change = length(w), row(w, state_row), row(w, state_row + 1), row(w, SHIFTED), row(w, CHANGE)
+    distance = DIFFERENCE_SIZE * (1.0 + largest(n, y))
     grown, before, size = 0.0, 0.0, 1.0
     for i in range(n):
         change[i] = 1.0
@@ -197,17 +197,17 @@ def calm_step(stable: float, system: System, omega: float, t: float, w: Floats, 
             change[i] -= k[i]
         size = largest(n, change)
         if not 0.0 < size < math.inf:
-            return span / IDLE
+            return span / IDLE_STEPS
         before, grown = grown, size / distance
     rate = math.sqrt(grown * before)
-    return stable / rate if rate * span > stable else span / IDLE
+    return stable / rate if rate * span > stable else span / IDLE_STEPS
 
 
 @routine
 def undisturbed(
     looks: Floats, system: Any, omega: float, t: float, h: float, w: Any, rtol: float, atol: float
 ) -> bool:  # fmt: skip
-    """Whether the system follows the interpolant of a step between its stages too: at the fractions `looks`."""
+    """True if the system follows the interpolant of a step between its stages too: at the fractions `looks`."""
     n, dense, missed = length(w), row(w, DENSE), row(w, RATE)
     y, k, y1, k1 = row(w, Y), row(w, K), row(w, Y1), row(w, K1)
     for j in range(length(looks)):
@@ -217,7 +217,7 @@ def undisturbed(
         a = slope_weights(s, h)
         for i in range(n):
             missed[i] = h * missed[i] - weighted(a, y[i], k[i], y1[i], k1[i], dense[i])
-        if not math.sqrt(error_square(n, missed, y, y1, rtol, atol)) <= MISSED:
+        if not math.sqrt(error_square(n, missed, y, y1, rtol, atol)) <= MISSED_TOLERANCES:
             return False
     return True
 
@@ -238,12 +238,12 @@ def first_step(order: int, system: System, omega: float, t: float, w: Floats, rt
 
 
 @kernel
-def store(table: Floats, place: int, t: float, w: Floats, start: int) -> None:
+def store(table: Floats, column: int, t: float, w: Floats, start: int) -> None:
     """Write one sample (time, state, rate) to a column of the table."""
     n, y, k = length(w), row(w, start), row(w, start + 1)
-    row(table, 0)[place] = t
+    row(table, 0)[column] = t
     for i in range(n):
-        row(table, 1 + i)[place], row(table, 1 + n + i)[place] = y[i], k[i]
+        row(table, 1 + i)[column], row(table, 1 + n + i)[column] = y[i], k[i]
 
 
 @routine
@@ -264,13 +264,13 @@ def calmed(
 def shortened(h: float, e: float, power: float) -> float:
     """Step to try after one of h whose error is e tolerances: at most 1 where the look inside has rejected it."""
     if e <= 1.0:
-        return APART * h
+        return LOOK_SPACING * h
     return float(h * (max(0.2, 0.9 * e**-power) if e < BOUND else 0.1))
 
 
 @routine
 def store_inside(
-    system: Any, omega: float, t: float, h: float, t1: float, w: Any, samples: Any, filled: int, most: Any, watch: Any,
+    system: Any, omega: float, t: float, h: float, t1: float, w: Any, samples: Any, filled: int, peaks: Any, watch: Any,
     table: Floats,
 ) -> int:  # fmt: skip
     """Write the samples inside a step, each with the largest values since the one before; how many there are then."""
@@ -279,13 +279,13 @@ def store_inside(
         time = row(samples, 0)[filled]
         look(w, (time - t) / h, h)
         rates(system, omega * time, row(w, INSIDE), row(w, RATE))
-        widen(system, omega, most, watch, w, t0, before, time, INSIDE)
+        widen(system, omega, peaks, watch, w, t0, before, time, INSIDE)
         store(table, filled, time, w, INSIDE)
-        put(most, table, 1 + 2 * length(w), filled)
+        put(peaks, table, 1 + 2 * length(w), filled)
         move(w, INSIDE, w, BEFORE)
         t0, before = time, BEFORE
         filled += 1
-    widen(system, omega, most, watch, w, t0, before, t1, Y1)
+    widen(system, omega, peaks, watch, w, t0, before, t1, Y1)
     return filled
 
 
@@ -293,7 +293,7 @@ def store_inside(
 def adaptive(
     pair: Any, order: int, stable: float, looks: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float,
     h: float, longest: float, span: float, rtol: float, atol: float, kinks: Any, kink: int, guard: Any, samples: Any,
-    filled: int, budget: int, most: Floats, watch: Floats, table: Floats,
+    filled: int, budget: int, peaks: Floats, watch: Floats, table: Floats,
 ) -> Any:  # fmt: skip
     """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them.
 
@@ -301,12 +301,12 @@ def adaptive(
     stops where a guard becomes negative; `guard` has places for them.
     """
     w, look_at, kinks_at, samples_at = rows(workspace), rows(looks), rows(kinks), rows(samples)
-    most_at, seen_at, table_at, guard_at = rows(most), rows(watch), rows(table), rows(guard)
+    peaks_at, seen_at, table_at, guard_at = rows(peaks), rows(watch), rows(table), rows(guard)
     power, recording, kinked = 1.0 / order, length(samples_at) == 0, length(kinks_at) > 0
     rates(system, omega * t, row(w, Y), row(w, K))
     if kinked:
         set_sides(system, omega, t, w, kinks_at, kink)
-    status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST
+    status, steps, rejected, switches, old = PAUSED, 0, 0, 0, LEAST_ERROR
     calm = calm_to = calm_step(stable, system, omega, t, w, Y, span)
     between = True  # look between the stages of this step too
     if h <= 0.0:
@@ -335,18 +335,18 @@ def adaptive(
         # PI control (Hairer & Wanner II, sec. IV.2): 0.9 h (e_old^0.2/e^0.85)^power, with one logarithm for both.
         log_e = 0.5 * math.log(max(square, 1e-20))
         h_next = h * min(10.0, max(0.2, 0.9 * math.exp(0.2 / order * old - 0.85 * power * log_e)))
-        old = max(log_e, LEAST)
+        old = max(log_e, LEAST_ERROR)
         t1 = t_end if last else t + h
         if kink >= 0:
             switches += 1
             h_next = tried
         elif h_next > calm_to or h_next > 2.0 * h:
             h_next, calm, calm_to = calmed(stable, system, omega, t1, w, span, h, h_next, calm, calm_to)
-        calm_to, between = min(calm_to, FAR * tried), h_next > STAGES * calm
+        calm_to, between = min(calm_to, FAR_STEPS * tried), h_next > STAGE_SPACING * calm
         if last:
             h_next = max(h_next, target)
         if not recording:
-            filled = store_inside(system, omega, t, h, t1, w, samples_at, filled, most_at, seen_at, table_at)
+            filled = store_inside(system, omega, t, h, t1, w, samples_at, filled, peaks_at, seen_at, table_at)
         elif t1 > t:
             store(table_at, filled, t1, w, Y1)
             filled += 1
@@ -365,13 +365,13 @@ def adaptive(
 @kernel
 def fixed(
     pair: Any, system: Any, omega: float, t: float, workspace: Any, t_end: float, h: float, samples: Any, filled: int,
-    budget: int, most: Floats, watch: Floats, table: Floats,
+    budget: int, peaks: Floats, watch: Floats, table: Floats,
 ) -> Any:  # fmt: skip
     """Integrate from sample to sample until t_end, in at most `budget` steps, with equal steps no longer than h.
 
-    The state is in the workspace. The largest values between samples are noted where `most` has places for them.
+    The state is in the workspace. The largest values between samples are noted where `peaks` has places for them.
     """
-    w, samples_at, most_at, seen_at, table_at = rows(workspace), rows(samples), rows(most), rows(watch), rows(table)
+    w, samples_at, peaks_at, seen_at, table_at = rows(workspace), rows(samples), rows(peaks), rows(watch), rows(table)
     status, steps, sound = PAUSED, 0, 1.0
     rates(system, omega * t, row(w, Y), row(w, K))
     while status == PAUSED and steps < budget:
@@ -382,8 +382,8 @@ def fixed(
         for i in range(count):
             t0 = t + i * size
             sound = step(pair, omega * t0, omega * size, size, w)
-            if length(most_at) > 0:
-                widen(system, omega, most_at, seen_at, w, t0, Y, goal if i + 1 == n else t + (i + 1) * size, Y1)
+            if length(peaks_at) > 0:
+                widen(system, omega, peaks_at, seen_at, w, t0, Y, goal if i + 1 == n else t + (i + 1) * size, Y1)
             w = turned(w)
         steps += count
         t = goal if count == n else t + count * size
@@ -392,7 +392,7 @@ def fixed(
         elif count == n:
             if filled < length(samples_at) and goal == row(samples_at, 0)[filled]:
                 store(table_at, filled, t, w, Y)
-                put(most_at, table_at, 1 + 2 * length(w), filled)
+                put(peaks_at, table_at, 1 + 2 * length(w), filled)
                 filled += 1
             if goal >= t_end:
                 status = DONE

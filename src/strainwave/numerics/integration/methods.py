@@ -29,7 +29,7 @@ MOST_STEPS = 10_000_000  # of an integration: some seconds, and where each is re
 HOPELESS = 10  # times as many steps, by what the start tells, are not begun
 STABLE = 3.3  # length of the real interval of stability of Dormand & Prince 5(4) (Hairer & Wanner II, sec. IV.2)
 LOOKS = np.array([[0.1, 0.425, 0.55, 0.675]])  # fractions of its step where its stages are more than 1/8 of it apart
-NEAR, ROUNDS = 1e-7, 6  # size of the differences next to states of size 1; rounds of the power iteration
+DIFFERENCE_SIZE, ROUNDS = 1e-7, 6  # size of the differences next to states of size 1; rounds of the power iteration
 ENDED = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS, STOPPED: Status.TOO_MANY_STEPS}
 
 log = logging.getLogger(__name__)
@@ -43,7 +43,7 @@ class Record:
     Parameters
     ----------
     system : NamedTuple
-        What is integrated.
+        System that is integrated.
     times : (n,) array
         Start and end [s], or all times to record.
     spans : list of (float, float)
@@ -51,9 +51,9 @@ class Record:
     y, rate : tuple of float
         State and its time derivative at the start, which are the first sample.
     sampled : bool
-        Whether to record at the times, instead of every step.
+        True to record at the times, instead of every step.
     between : bool
-        Whether steps lie between these times, so that the largest values there are recorded too.
+        True if steps lie between these times, so that the largest values there are recorded too.
     """
 
     def __init__(
@@ -104,7 +104,7 @@ class Record:
         if self.filled < self.table.shape[1] or self.full:
             self.table = np.concatenate([*self.full, self.table[:, : self.filled]], axis=1)
         n = self.states
-        times, most = self.table[0], self.table[1 + 2 * n :]
+        times, peaks = self.table[0], self.table[1 + 2 * n :]
         y, rate = self.table[1 : 1 + n], self.table[1 + n : 1 + 2 * n]
         if self.sampled:
             times[:] = self.times[: self.filled]
@@ -113,7 +113,7 @@ class Record:
             times[-1] = self.times[-1]
         else:
             message = f"stopped at t = {self.t:.6g} s with the largest state {np.max(np.abs(y)):.3g}: {status.value}"
-        largest = most if len(most) else None
+        largest = peaks if len(peaks) else None
         return Trajectory(times, y, rate, status, message, steps, rejected, switches, largest)
 
 
@@ -176,8 +176,8 @@ class Dopri5:
 
         def addressed() -> tuple[Any, Any]:
             kinked = len(breakpoints) > 0
-            whole = system_by_address(system, len(y), torsion=kinked, guards=guard.shape[1])
-            return attempts_by_address(system, len(y), kinked), whole
+            system_at = system_by_address(system, len(y), torsion=kinked, guards=guard.shape[1])
+            return attempts_by_address(system, len(y), kinked), system_at
 
         attempts, by_address = addressed()
         steps, rejected, switches, status = 0, 0, 0, DONE
@@ -351,16 +351,16 @@ def _grid(times: Floats, spans: Any, h: float) -> Floats:
     return grid
 
 
-def _is_hopeless(system: Any, t: float, span: float, y: States, most: int) -> bool:
-    """Whether a span [s] takes far more steps than `most`, by what the system does at its start.
+def _is_hopeless(system: Any, t: float, span: float, y: States, max_steps: int) -> bool:
+    """True if a span [s] takes far more than `max_steps`, by what the system does at its start.
 
     A step is at most as long as the method is stable for the largest eigenvalue of the Jacobian (by power iteration,
     two rounds together, because those of a vibration are a pair), and as a period of the highest order.
     """
-    omega, fastest = float(omega_of(system)), HOPELESS * most / span
+    omega, fastest = float(omega_of(system)), HOPELESS * max_steps / span
     if abs(omega) * max((1, *orders_of(system))) > 2.0 * math.pi * fastest:
         return True
-    distance = NEAR * (1.0 + max(map(abs, y)))
+    distance = DIFFERENCE_SIZE * (1.0 + max(map(abs, y)))
     change, size, before, grown = [1.0] * len(y), 1.0, 0.0, 0.0
     for _ in range(ROUNDS):
         y_near = tuple(value + distance / size * part for value, part in zip(y, change, strict=True))

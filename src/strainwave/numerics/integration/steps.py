@@ -218,7 +218,7 @@ def error_square(n: int, error: Floats, y: Any, y_end: Floats, rtol: float, atol
 
 @kernel
 def bounded(y: Any, bound: float) -> bool:
-    """Whether every state is below the bound (False for NaN)."""
+    """True if every state is below the bound (False for NaN)."""
     good = True
     for i in range(len(y)):
         good = good and abs(y[i]) < bound

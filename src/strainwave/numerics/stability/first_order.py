@@ -31,7 +31,7 @@ from .second_order import LARGEST_LOG, changes, inserted, root_on_chord
 FINEST = 4096  # steps a period
 PHASE = 0.6  # of the fastest eigenvalue in a step: errors of 4e-10 a step
 KINKED = 2.0  # the same where steps end at kinks, whose places have errors of 4e-8
-LOOKED = 32  # places a period where the fastest eigenvalue is looked for
+EIGENVALUE_PLACES = 32  # places a period where the fastest eigenvalue is looked for
 SQUARES = 5  # of a matrix: the 32nd root of the size of its 32nd power is its fastest eigenvalue, or a little more
 SLOW = 1.2 * FINEST  # angle of the fastest disturbance in a period [rad] that no steps resolve
 C = tuple(GAUSS_C.tolist())
@@ -40,9 +40,9 @@ EVEN = 16  # numbers of steps are multiples of it, so that orbits share tables
 
 def floquet_of(problem: Any, points: Floats) -> Complexes:
     """Multipliers (points, states) of orbits of a problem, largest modulus first."""
-    known = problem.disturbances(points)
-    if known is not None and resolved(known):
-        return np.asarray(multipliers_of(maps_through_panels(known)) ** problem.every)
+    resolvable = problem.disturbances(points)
+    if resolvable is not None and resolved(resolvable):
+        return np.asarray(multipliers_of(maps_through_panels(resolvable)) ** problem.every)
     flow, orbits, times = problem.disturbed(points)
     return np.asarray(_floquet(flow, orbits) ** times)
 
@@ -88,11 +88,11 @@ def period_maps(problem: FirstOrder, points: Floats, hill: bool = False) -> tupl
     Of laws with breakpoints the steps end at the kinks of each orbit.
     """
     flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
-    found = [
-        problem.run_as(problem.native, "samples", map_along, point, hill, own)
-        for point, own in zip(np.ascontiguousarray(points), flow, strict=True)
+    returned = [
+        problem.run_as(problem.native, "samples", map_along, point, hill, period_map)
+        for point, period_map in zip(np.ascontiguousarray(points), flow, strict=True)
     ]
-    return flow, np.array(found, float).reshape(-1, 3).T
+    return flow, np.array(returned, float).reshape(-1, 3).T
 
 
 def _map_loops(problem: Any, point: Floats, hill: bool, flow: Floats) -> Any:
@@ -147,8 +147,8 @@ def fastest(problem: Any, series: Floats, strength: float) -> float:
     n, log = len(problem.sizes), -math.inf
     w, state = np.empty((4, 2 * n, n)), np.empty(n)
     a, power = np.empty((n, n)), np.empty((n, n))
-    for i in range(LOOKED):
-        psi = 2.0 * math.pi * i / LOOKED
+    for i in range(EIGENVALUE_PLACES):
+        psi = 2.0 * math.pi * i / EIGENVALUE_PLACES
         state_at(series, psi, state)
         problem.slopes(psi, state, w, strength, a)
         for j in range(n):
@@ -215,7 +215,7 @@ def _phases(problem: FirstOrder, points: Floats) -> Floats:
 
     The size of a high power of a matrix tells its largest eigenvalue without looking for all of them.
     """
-    power = _matrices(problem, points, 2.0 * math.pi * np.arange(LOOKED) / LOOKED)
+    power = _matrices(problem, points, 2.0 * math.pi * np.arange(EIGENVALUE_PLACES) / EIGENVALUE_PLACES)
     power = power / problem.sizes[:, None] * problem.sizes
     log = np.zeros(power.shape[:2])
     for _ in range(SQUARES):
@@ -235,15 +235,15 @@ def multipliers_of(flow: Floats) -> Complexes:
 
 
 def tests_of(multipliers: Complexes) -> dict[int, Floats]:
-    """What changes sign at a period doubling, a fold or branch point, and a Neimark-Sacker point."""
+    """Functions that change sign at a period doubling, a fold or branch point, and a Neimark-Sacker point."""
     pairs = list(combinations(range(multipliers.shape[1]), 2))
     with np.errstate(over="ignore", invalid="ignore"):  # of a turn that is long beside what grows in it
         torus = np.prod([multipliers[:, i] * multipliers[:, j] - 1.0 for i, j in pairs], axis=0).real if pairs else None
-        found = {
+        tests = {
             DOUBLING: np.prod(1.0 + multipliers, axis=1).real,
             BRANCH_POINT: np.prod(1.0 - multipliers, axis=1).real,
         }
-    return found if torus is None else found | {NEIMARK_SACKER: torus}
+    return tests if torus is None else tests | {NEIMARK_SACKER: torus}
 
 
 def with_special_points(problem: Any, points: Floats, labels: Any, floquet: Complexes) -> tuple[Floats, Any, Complexes]:

@@ -22,12 +22,12 @@ from ..balance.linear_algebra import reduce
 from ..balance.piecewise import is_piecewise_linear
 
 PLACES = 8
-FEW = 8  # runs in NumPy, which take a tenth of a second, before they are compiled
+FEW_RUNS = 8  # runs in NumPy, which take a tenth of a second, before they are compiled
 PHASE = 3.5  # of the fastest disturbance in a panel [rad]
 TERMS = 34  # of the series in it
 WAVES = 4.5  # of the highest harmonic of an orbit in a panel [rad]
-QUIET = 1e-11  # share of an orbit's harmonics that no panel has to resolve
-MOST = 2048  # panels a period
+SMALL_SHARE = 1e-11  # share of an orbit's harmonics that no panel has to resolve
+MOST_PANELS = 2048  # panels a period
 TOGETHER, MANY = 64, 1600  # orbits, and harmonics of them, at a time: their waves stay in the cache
 C = 0.5 + 0.5 * np.polynomial.legendre.leggauss(PLACES)[0]
 
@@ -130,7 +130,7 @@ def walked(a: Floats, h: Floats, hill: bool, flow: Floats) -> tuple[float, float
 
 
 class Tables(NamedTuple):
-    """What A and B do in panels of some lengths, for states n, feedbacks r and what they see, q, at places m.
+    """Effect of A and B in panels of some lengths, for states n, feedbacks r and what they see, q, at places m.
 
     `seen` (lengths, m, q, n) of the state at the start and `answers` (lengths, m, q, m r) of the feedbacks; the state
     at the end: `flow` (lengths, n, n) and `gains` (lengths, n, m r).
@@ -166,9 +166,9 @@ def tables(a: Floats, b: Floats, c: Floats, lengths: Floats) -> Tables:
     for i in range(1, TERMS):
         powers[i] = powers[i - 1] @ (longest * a)
     share = (lengths / longest)[:, None] ** np.arange(TERMS)
-    own, answer = _weights()
+    weights, answer = _weights()
     inputs = powers @ b
-    after = _series(share, own, powers)
+    after = _series(share, weights, powers)
     behind = lengths[:, None, None, None, None] * _series(share, answer.reshape(-1, TERMS), inputs).reshape(
         k, m + 1, m, n, r
     )
@@ -176,8 +176,8 @@ def tables(a: Floats, b: Floats, c: Floats, lengths: Floats) -> Tables:
     answers = np.moveaxis(c @ behind[:, :m], 2, 3)
     gains = np.moveaxis(behind[:, m], 1, 2)
     shapes = (k, m, q, n), (k, m, q, m * r), (k, n, n), (k, n, m * r)
-    found = (seen, answers, after[:, m], gains)
-    return Tables(*(np.ascontiguousarray(x).reshape(s) for x, s in zip(found, shapes, strict=True)))
+    values = (seen, answers, after[:, m], gains)
+    return Tables(*(np.ascontiguousarray(x).reshape(s) for x, s in zip(values, shapes, strict=True)))
 
 
 def _series(share: Floats, weights: Floats, powers: Floats) -> Floats:
@@ -251,13 +251,13 @@ def through_panels(table: Tables, kinds: Any, feedback: Floats, first: Any) -> F
     """
     n = table.flow.shape[1]
     flow = np.empty((len(first) - 1, n, n))
-    run(_panels, tuple(table), kinds, feedback, first, flow, light=True, after=FEW)
+    run(_panels, tuple(table), kinds, feedback, first, flow, light=True, after=FEW_RUNS)
     return flow
 
 
 def resolved(disturbances: Any) -> bool:
-    """Whether no more than MOST panels a period resolve the disturbances of all orbits."""
-    return bool(disturbances.rate * 2.0 * np.pi <= MOST * PHASE * np.min(disturbances.speed))
+    """True if no more than MOST_PANELS a period resolve the disturbances of all orbits."""
+    return bool(disturbances.rate * 2.0 * np.pi <= MOST_PANELS * PHASE * np.min(disturbances.speed))
 
 
 def maps_through_panels(all_orbits: Any) -> Floats:
@@ -302,8 +302,8 @@ def longest_in(disturbances: Any) -> Floats:
     h = series.shape[2] // 2
     k, sizes = np.arange(1, h + 1), np.abs(series[..., 1 : h + 1]) + np.abs(series[..., h + 1 :])
     beyond = np.cumsum(sizes[..., ::-1], axis=2)[..., ::-1]
-    share = np.maximum(beyond / np.maximum(beyond[..., :1], 1e-300), QUIET)
-    audible = share > QUIET
+    share = np.maximum(beyond / np.maximum(beyond[..., :1], 1e-300), SMALL_SHARE)
+    audible = share > SMALL_SHARE
     longest = np.where(audible, 0.5 * WAVES * share ** (-0.5 / PLACES) / k, WAVES)
-    most = np.max(np.where(audible, k, 1), axis=(1, 2))
-    return np.asarray(np.maximum(np.min(longest, axis=(1, 2)), WAVES / most))
+    top = np.max(np.where(audible, k, 1), axis=(1, 2))
+    return np.asarray(np.maximum(np.min(longest, axis=(1, 2)), WAVES / top))

@@ -32,12 +32,12 @@ from ..balance.rates import base_speed
 from ..balance.second_order import SecondOrder
 from ..balance.springs import of_law
 from ..operating_point import bracketed_root
-from .panel_map import FEW, maps_through_panels, resolved
+from .panel_map import FEW_RUNS, maps_through_panels, resolved
 
 PER_VIBRATION, MOST_STEPS = 16, 200_000  # Numerov steps a free vibration, and of an orbit
 FROZEN, LARGEST_LOG = 4096, 700.0  # instants of a very slow orbit, and the logarithm of the largest multiplier told
 
-FINER, ENOUGH = 4, 2048  # Numerov steps: four times those along a branch (256 times less error), or enough
+FINER, MOST_FINER = 4, 2048  # Numerov steps: four times those along a branch (256 times less error), or enough
 NOISE = 1e-7  # of the products: below this a multiplier sits at 1 for good (as inside a gap)
 ONE_PLACE = 1e-9  # relative distance of the parameter at a fold and at a branch point that are one
 
@@ -130,15 +130,15 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
 
     The trace is NaN where it does not fit a float, or no grid resolves the free vibration: see `frozen`.
     """
-    if known := _between_kinks(problem, points):
+    if pieces := _between_kinks(problem, points):
         with np.errstate(all="ignore"):
-            total = np.trace(np.concatenate([maps_through_panels(some) for some in known]), axis1=1, axis2=2)
+            total = np.trace(np.concatenate([maps_through_panels(some) for some in pieces]), axis1=1, axis2=2)
             return np.asarray(total / orbit_scales(problem, points[:, -1])[1])
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces = np.empty(len(points))
     with np.errstate(all="ignore"):
         native = ByAddress(problem, problem.native, "words")
-        run(stability, native, grid, np.ascontiguousarray(points), traces, light=problem.light(), after=FEW)
+        run(stability, native, grid, np.ascontiguousarray(points), traces, light=problem.light(), after=FEW_RUNS)
     coarse = problem.springs.is_sampled() and problem.stride * grid.shape[1] >= MOST_STEPS
     traces[~np.isfinite(traces) | (coarse and unresolved(problem, points, grid))] = np.nan
     return traces
@@ -162,12 +162,12 @@ def _between_kinks(problem: Any, points: Floats) -> list[Disturbances]:
     a, b, c = np.array([[0.0, 1.0], [-mean / J, -2.0 * half]]), np.array([[0.0], [1.0 / J]]), np.array([[1.0, 0.0]])
     alone, twists = SimpleNamespace(part=SimpleNamespace(laws=(law,))), all_orders(points[:, :-1], problem.stride)
     speed = orbit_scales(problem, points[:, -1])[0] / problem.turns
-    found = Disturbances(alone, a, b, c, np.array([mean]), max(rates), twists[:, None], None, speed)
-    return [found] if resolved(found) else []
+    disturbances = Disturbances(alone, a, b, c, np.array([mean]), max(rates), twists[:, None], None, speed)
+    return [disturbances] if resolved(disturbances) else []
 
 
 def unresolved(problem: Any, points: Floats, table: Floats) -> Booleans:
-    """Whether a free vibration (points,) has fewer than a quarter of the Numerov steps that it is to have."""
+    """True (points,) for a free vibration with fewer than a quarter of the Numerov steps that it is to have."""
     rates = frozen_rates(problem, points)[0]
     fastest = np.max(np.abs(rates.imag), axis=1) * problem.turns / orbit_scales(problem, points[:, -1])[0]
     return np.asarray(fastest * PER_VIBRATION > 4 * problem.stride * table.shape[1])
@@ -230,17 +230,17 @@ def changes(values: Floats, points: Floats) -> list[int]:
 
 
 def inserted(
-    points: Floats, labels: Integers, found: list[tuple[int, int, Floats]]
+    points: Floats, labels: Integers, additions: list[tuple[int, int, Floats]]
 ) -> tuple[Floats, Any, list[int], Floats]:  # fmt: skip
     """Points and labels with new ones (number of the point before, label, point); their places, and they in order."""
-    found = sorted(found, key=lambda item: (item[0], float(np.linalg.norm(item[2] - points[item[0]]))))
-    places, new = [i + 1 for i, _, _ in found], np.array([point for _, _, point in found])
-    labels = np.insert(labels, places, [label for _, label, _ in found])
+    additions = sorted(additions, key=lambda item: (item[0], float(np.linalg.norm(item[2] - points[item[0]]))))
+    places, new = [i + 1 for i, _, _ in additions], np.array([point for _, _, point in additions])
+    labels = np.insert(labels, places, [label for _, label, _ in additions])
     return np.insert(points, places, new, axis=0), labels, places, new
 
 
 def _passes_one(crossing: Floats, labels: Integers, i: int) -> bool:
-    """Whether the sign change between points i and i + 1 is no fold and no rounding."""
+    """True if the sign change between points i and i + 1 is no fold and no rounding."""
     if labels[i] == FOLD or labels[i + 1] == FOLD:
         return False
     for j, neighbour in ((i, i - 1), (i + 1, i + 2)):
@@ -251,7 +251,7 @@ def _passes_one(crossing: Floats, labels: Integers, i: int) -> bool:
 
 
 def _located(problem: Balance, points: Floats, i: int, label: int) -> list[tuple[int, int, Floats]]:
-    """Where the product of the label vanishes between points i and i + 1 of a branch."""
+    """Points between i and i + 1 of a branch at which the product of the label vanishes."""
     table = finer_table(problem, points[i : i + 2])
     point = root_on_chord(problem, points[i], points[i + 1], lambda z: _product(problem, z, table, label))
     return [] if point is None else [(i, label, point)]
@@ -260,7 +260,7 @@ def _located(problem: Balance, points: Floats, i: int, label: int) -> list[tuple
 def finer_table(problem: Any, points: Floats) -> Floats:
     """Synthesis table of the grid on which multipliers at special points are found."""
     steps = steps_for(problem, points)
-    return grid_of(problem, max(steps, min(FINER * steps, ENOUGH)))
+    return grid_of(problem, max(steps, min(FINER * steps, MOST_FINER)))
 
 
 def _product(problem: Any, point: Floats, table: Floats, label: int) -> float:
@@ -314,7 +314,7 @@ def root_on_chord(
     """Point of a curve between two of its points where a function of the point changes sign; None where it does not."""
     points = {0.0: first, 1.0: last}
 
-    def there(s: float) -> Floats:
+    def point_at(s: float) -> Floats:
         if s not in points:
             point = on_chord(problem, first, last, s, _between(points, s))
             if point is None:
@@ -323,15 +323,15 @@ def root_on_chord(
         return points[s]
 
     try:  # at a corner of the law the function may jump: there each bit is one solution more
-        return there(bracketed_root(lambda s: function(there(s)), 0.0, 1.0, xtol=1e-9))
+        return point_at(bracketed_root(lambda s: function(point_at(s)), 0.0, 1.0, xtol=1e-9))
     except (SolveError, ValueError, np.linalg.LinAlgError):
         return None
 
 
 def _between(points: dict[float, Floats], s: float) -> Floats:
     """Point at the fraction s of a chord on the polynomial through the points known nearest to it, at most four."""
-    known = sorted(points, key=lambda at: abs(at - s))[:4]
-    out = np.zeros_like(points[known[0]])
-    for at in known:
-        out += points[at] * math.prod((s - other) / (at - other) for other in known if other != at)
+    nearest = sorted(points, key=lambda share: abs(share - s))[:4]
+    out = np.zeros_like(points[nearest[0]])
+    for share in nearest:
+        out += points[share] * math.prod((s - other) / (share - other) for other in nearest if other != share)
     return out

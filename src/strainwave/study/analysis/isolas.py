@@ -327,7 +327,7 @@ def _followed(
         nonlocal problem, point, best
         if best is not None:
             finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
-            better = solve(finer, finer.point(problem.whole(problem.table(point)), float(point[-1])))
+            better = solve(finer, finer.point(problem.state_table(problem.table(point)), float(point[-1])))
             if better is None:
                 return best, 0.0
             problem, point = finer, better

@@ -245,7 +245,7 @@ def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...
     first = longest // STAGES
     ends = settled(
         whole, {path: omega}, start, settle=first, longest=STAGES * first + 6 * SEEN, method=method, threads=1,
-        known=lambda ends: _matches(curves, omega, ends),
+        recognised=lambda ends: _matches(curves, omega, ends),
     )  # fmt: skip
     return ends, longest >= DECAY * turns
 

@@ -32,7 +32,7 @@ class DerivedCase(
     Attributes
     ----------
     symbols : Symbols
-        What the expressions are written in; `amplitude`, `phase` and `beta` are a, phi and beta.
+        Symbols of the expressions; `amplitude`, `phase` and `beta` are a, phi and beta.
     resonance : Resonance
         p and q; (0, 0) far from every resonance.
     equation, orders : Eq, tuple of Eq
@@ -142,9 +142,9 @@ def _rates(s: Symbols, secular: Any, q: int) -> tuple[Any, Any]:
     """Rates of a and phi, without resonance of beta, from both parts of the secular terms."""
     beta = (s.sigma * s.T_1 - s.phase) / q if q else s.beta
     both = sp.expand_complex(sp.simplify(secular.subs(s.beta, beta))).as_real_imag()
-    found = sp.solve(both, [s.amplitude_rate, s.beta_rate])
-    phase_rate = s.sigma - q * found[s.beta_rate] if q else found[s.beta_rate]
-    return sp.expand(found[s.amplitude_rate]), sp.expand(phase_rate)
+    rates = sp.solve(both, [s.amplitude_rate, s.beta_rate])
+    phase_rate = s.sigma - q * rates[s.beta_rate] if q else rates[s.beta_rate]
+    return sp.expand(rates[s.amplitude_rate]), sp.expand(phase_rate)
 
 
 def _steady(s: Symbols, amplitude_rate: Any, phase_rate: Any, q: int) -> tuple[Any, Any]:
@@ -155,17 +155,17 @@ def _steady(s: Symbols, amplitude_rate: Any, phase_rate: Any, q: int) -> tuple[A
     rates, (sine, cosine) = sp.Matrix([amplitude_rate, phase_rate]), (sp.sin(s.phase), sp.cos(s.phase))
     steady = sp.solve(rates, [sine, cosine])
     scale = q * amplitude_rate.coeff(sine) / a
-    whole = a**2 if q == 1 else 1
+    factor = a**2 if q == 1 else 1
     squares = [sp.expand(scale * steady[part]) ** 2 for part in (sine, cosine)]
-    response = sp.Eq(whole * sp.Add(*squares), sp.cancel(whole * scale**2))
+    response = sp.Eq(factor * sp.Add(*squares), sp.cancel(factor * scale**2))
     return response, sp.simplify(rates.jacobian([a, s.phase]).subs(steady))
 
 
 def _square_completed(quadratic: Any, unknown: Any) -> Any:
     """Write a quadratic as c (unknown + b)^2 and the rest."""
-    c, linear, rest = sp.Poly(sp.expand(quadratic), unknown).all_coeffs()
+    c, linear, constant = sp.Poly(sp.expand(quadratic), unknown).all_coeffs()
     shift = sp.expand(linear / (2 * c))
-    return c * (unknown + shift) ** 2 + sp.expand(rest - c * shift**2)
+    return c * (unknown + shift) ** 2 + sp.expand(constant - c * shift**2)
 
 
 def _decay(s: Symbols, amplitude_rate: Any, beta_rate: Any) -> Any:

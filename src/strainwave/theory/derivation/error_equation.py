@@ -32,7 +32,7 @@ class Derivation(
     Attributes
     ----------
     symbols : Symbols
-        What the expressions are written in.
+        Symbols of the expressions.
     kinetic, potential, dissipation : Expr
         Kinetic energy [J], potential energy [J] and Rayleigh's dissipation function [W].
     motor_equation, load_equation : Eq
@@ -43,9 +43,9 @@ class Derivation(
     free_equation : Eq
         Motor free, with kinematic error, exact [N*m]: J x'' + (1 - J e'/(N J_m)) (B u' + K f(u)) = J F.
     free_reduced : Eq
-        What is solved instead: J x'' + B u' + K f(u) = J F with theta_m' = omega constant inside e.
+        Equation that is solved instead: J x'' + B u' + K f(u) = J F with theta_m' = omega constant inside e.
     free_dropped : tuple of Expr
-        What `free_reduced` leaves out of the left side [N*m]: the motor's answer to the changing ratio (of order
+        Terms of the left side [N*m] that `free_reduced` leaves out: the motor's answer to the changing ratio (of order
         N e'), and the speed ripple theta_m' - omega.
     held_equation : Eq
         Motor held at constant speed omega, with kinematic error, exact [N*m]: J_l x'' + B u' + K f(u) = -T_l.
@@ -105,9 +105,9 @@ class Derivation(
         return [(title, left, "=", right) for title, (left, right) in named.items()]
 
 
-def _lagrange(s: Symbols, kinetic: Any, potential: Any, dissipation: Any, which: str) -> Any:
+def _lagrange(s: Symbols, kinetic: Any, potential: Any, dissipation: Any, coordinate: str) -> Any:
     """d/dt dT/dq' - dT/dq + dU/dq + dD/dq' of the coordinate `theta_m` or `theta_l`."""
-    q, rate = getattr(s, which), getattr(s, which + "_rate")
+    q, rate = getattr(s, coordinate), getattr(s, coordinate + "_rate")
     momentum = sp.diff(kinetic, rate)
     states = (s.theta_m, s.theta_l, s.theta_m_rate, s.theta_l_rate)
     rates = (s.theta_m_rate, s.theta_l_rate, s.theta_m_acceleration, s.theta_l_acceleration)

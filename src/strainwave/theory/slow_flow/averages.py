@@ -60,22 +60,22 @@ def integral(c: Any, harmonics: Floats, psi: Any, turns: Any) -> Any:
 
 @kernel
 def _crossing(
-    b: float, rise: float, place: float, low: float, high: float, mean: float, c: Any, harmonics: Floats, turns: Any
+    b: float, rise: float, psi: float, low: float, high: float, mean: float, c: Any, harmonics: Floats, turns: Any
 ) -> float:
-    """Where u passes b between low and high, by Newton's method inside the bracket; leaves the turns there."""
+    """Angle at which u passes b between low and high, by Newton's method in the bracket; leaves the turns there."""
     for _ in range(30):
-        value, slope, _ = series(mean, c, harmonics, place, turns)
+        value, slope, _ = series(mean, c, harmonics, psi, turns)
         if (value - b) * rise < 0.0:
-            low = place
+            low = psi
         else:
-            high = place
+            high = psi
         step = (value - b) / slope if slope != 0.0 else FULL
         if abs(step) < CLOSE or high - low < CLOSE:
             break
-        place -= step
-        if not low <= place <= high:
-            place = 0.5 * (low + high)
-    return place
+        psi -= step
+        if not low <= psi <= high:
+            psi = 0.5 * (low + high)
+    return psi
 
 
 def averages(
@@ -93,12 +93,12 @@ def averages(
     turns, reach = np.empty_like(c), np.sum(np.abs(c))
     for i in range(len(re)):
         c[0] = re[i] + 1j * im[i]
-        most = (abs(c[0]) + reach) * (1.0 + EDGE)
+        amplitude = (abs(c[0]) + reach) * (1.0 + EDGE)
         piece = 0
         for b in breaks:
-            piece += 1 if b <= mean[i] - most else 0
+            piece += 1 if b <= mean[i] - amplitude else 0
         force[i], stiffness[i], twice[i] = 0.5 * slopes[piece] * c[0], slopes[piece], 0.0
-        if piece == len(breaks) or breaks[piece] > mean[i] + most:  # u stays on one piece
+        if piece == len(breaks) or breaks[piece] > mean[i] + amplitude:  # u stays on one piece
             continue
         for k in range(n):
             u[k] = mean[i] + re[i] * table[0, k] - im[i] * table[1, k] + table[2, k]
@@ -118,7 +118,7 @@ def averages(
                 torsions[k] = series(mean[i], c, harmonics, psi[k], turns)[0]
         psi[n] = psi[0] + FULL
         series(mean[i], c, harmonics, psi[n], turns)
-        back, whole = turns[0].conjugate(), integral(c, harmonics, psi[n], turns)
+        back, total = turns[0].conjugate(), integral(c, harmonics, psi[n], turns)
         piece = 0
         for b in breaks:
             piece += 1 if b <= torsions[0] else 0
@@ -129,12 +129,12 @@ def averages(
                 up = piece < len(breaks) and breaks[piece] <= after
                 b, rise = breaks[piece] if up else breaks[piece - 1], after - torsions[k]
                 first = psi[k] + (psi[k + 1] - psi[k]) * (b - torsions[k]) / rise
-                place = _crossing(b, rise, first, psi[k], psi[k + 1], mean[i], c, harmonics, turns)
+                crossing = _crossing(b, rise, first, psi[k], psi[k + 1], mean[i], c, harmonics, turns)
                 following = piece + 1 if up else piece - 1
                 jump, turn = (slopes[following] - slopes[piece]) / FULL, turns[0].conjugate()
-                ramp = whole - integral(c, harmonics, place, turns) + 1j * (mean[i] - b) / f * (back - turn)
+                ramp = total - integral(c, harmonics, crossing, turns) + 1j * (mean[i] - b) / f * (back - turn)
                 force[i] += jump * ramp
-                stiffness[i] += jump * (psi[n] - place)
+                stiffness[i] += jump * (psi[n] - crossing)
                 twice[i] += jump * 0.5j * (back * back - turn * turn) / f
                 piece = following
 
@@ -155,7 +155,7 @@ def grid_table(f: int, harmonics: tuple[int, ...], lines: Floats) -> Floats:
 
 BLOCK = 1 << 15  # samples at once: a quarter of a megabyte
 SEVERAL = 1000  # blocks in NumPy, a second of them, before they are compiled
-FEW = 24  # waves, which products with tables of them take sooner than Fourier's fast transform
+FEW_WAVES = 24  # waves, which products with tables of them take sooner than Fourier's fast transform
 Places = tuple[Any, ...]  # multiples of each angle in some waves; those of the last are not negative
 
 
@@ -164,7 +164,7 @@ def samples(c: Complexes, places: Places, points: tuple[int, ...]) -> Floats:
 
     No wave comes twice, and in each angle there are more than two samples a period.
     """
-    if len(points) == 1 and len(places[0]) <= FEW:
+    if len(points) == 1 and len(places[0]) <= FEW_WAVES:
         cosine, sine = _turns(points[0], tuple(places[0].tolist()))
         return np.asarray(c.real @ cosine - c.imag @ sine)
     spectrum = np.zeros((len(c), *points[:-1], points[-1] // 2 + 1), complex)
@@ -174,7 +174,7 @@ def samples(c: Complexes, places: Places, points: tuple[int, ...]) -> Floats:
 
 def means(values: Floats, places: Places) -> Complexes:
     """Means (motions, waves) of samples (motions, *points) times the conjugates of waves."""
-    if values.ndim == 2 and len(places[0]) <= FEW:
+    if values.ndim == 2 and len(places[0]) <= FEW_WAVES:
         cosine, sine = _turns(values.shape[1], tuple(places[0].tolist()))
         return np.asarray((values @ cosine.T - 1j * (values @ sine.T)) / values.shape[1])
     spectrum = np.fft.rfftn(values, axes=tuple(range(1, values.ndim)), norm="forward")

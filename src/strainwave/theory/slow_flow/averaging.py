@@ -46,19 +46,19 @@ class Sampled:
         E at the sample points.
     lines : (lines, n) complex array
         exp(i k theta) at the sample points.
-    rest : (n,) array
+    forced : (n,) array
         u0 + F [rad] there.
     """
 
     turn: Complexes
     lines: Complexes
-    rest: Floats
+    forced: Floats
 
     def at(self, s: Setting) -> "Sampled":
         """Return the same points for another speed, or without hard lines for many."""
         if not np.any(s.hard):
-            return replace(self, rest=np.full(len(self.turn), s.u0))
-        return replace(self, rest=s.u0 + (s.hard @ self.lines).real)
+            return replace(self, forced=np.full(len(self.turn), s.u0))
+        return replace(self, forced=s.u0 + (s.hard @ self.lines).real)
 
     def force(self, s: Setting, z: Complexes) -> Complexes:
         """<N conj(E)> [N*m] for a vector of z."""
@@ -74,7 +74,7 @@ class Sampled:
 
     def _torsion(self, z: Complexes) -> Floats:
         """Torsion [rad] at the sample points for every z: shape (number of z, n)."""
-        return np.asarray(self.rest + z.real[:, None] * self.turn.real - z.imag[:, None] * self.turn.imag)
+        return np.asarray(self.forced + z.real[:, None] * self.turn.real - z.imag[:, None] * self.turn.imag)
 
     def _against_turn(self, values: Floats) -> Complexes:
         """Mean of values times conj(E) over the sample points."""
@@ -100,8 +100,8 @@ class Varied(Sampled):
     def force(self, s: Setting, z: Complexes) -> Complexes:
         """<N conj(E)> [N*m] for a vector of z."""
         law, u = s.system.law, self._torsion(z)
-        rest = law.torque(s.u0) + law.stiffness(s.u0) * (u - s.u0)
-        return self._against_turn(torques(s, self.theta, u, self._rate(s, z)) - rest)
+        linear = law.torque(s.u0) + law.stiffness(s.u0) * (u - s.u0)
+        return self._against_turn(torques(s, self.theta, u, self._rate(s, z)) - linear)
 
     def linear(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes, Complexes]:
         """`force`, and its derivatives [N*m/rad] to Re z and Im z."""
@@ -173,7 +173,7 @@ class Exact:
 
 
 class FirstOrder:
-    """What flows of first order have in common: no small harmonics, and stability by the rates alone."""
+    """Base of the flows of first order: no small harmonics, and stability by the rates alone."""
 
     setting: Setting
     at: Callable[[Any], Any]
@@ -188,7 +188,7 @@ class FirstOrder:
         return self.setting.held(self.jacobian(z), z)
 
     def sound(self, z: Complexes) -> Any:
-        """Whether states can be ones of this order: at first order all."""
+        """True for states that can be ones of this order: at first order all."""
         return np.isfinite(z)
 
     def small(self, _: Any) -> list[tuple[Any, Any]]:
@@ -214,7 +214,7 @@ class AveragedFlow(FirstOrder):
     Attributes
     ----------
     means : Sampled, Exact or LoopAverages
-        How the averages are taken.
+        Form of the averages.
     error : float
         Relative error of the averages: 0 where they are exact or right to rounding.
     """
@@ -242,7 +242,7 @@ class AveragedFlow(FirstOrder):
 
     @property
     def push(self) -> Any:
-        """What the soft line takes off the rate [rad/s]."""
+        """Part of the rate [rad/s] that the soft line takes off."""
         return 0.5j * self.setting.soft / self.setting.omega_0
 
     @property
@@ -278,14 +278,14 @@ class AveragedFlow(FirstOrder):
         return complex(-1j * ratio * (z + ratio * s.omega / s.omega_0 * np.sum(s.error_lines[s.on_fast])))
 
     def phase_matters(self) -> bool:
-        """Whether the flow depends on the phase, that is, whether the resonance appears at first order."""
+        """True for a flow that depends on the phase, that is, for a resonance that appears at first order."""
         if self.setting.soft != 0.0:
             return True
         return turns_with_phase(self.mean_force, self.setting, self.error)
 
 
 def turns_with_phase(force: Callable[[Any], Any], s: Setting, error: float) -> bool:
-    """Whether a mean force <N/J conj(E)> [rad/s^2] of z [rad] does more than turn with the phase of z."""
+    """True for a mean force <N/J conj(E)> [rad/s^2] of z [rad] that does more than turn with the phase of z."""
     phases = np.exp(-2j * np.pi * np.arange(16) / 16.3)
     amplitudes = np.unique([size * f for size in s.scales() for f in (0.1, 0.3, 1.0, 3.0, 10.0)])
     with np.errstate(all="ignore"):
@@ -315,7 +315,7 @@ def averaged_flow(s: Setting, probes: Complexes | None = None) -> AveragedFlow:
             fine = flow.mean_force(probes)
             error, noise = _change(s, probes, coarse, fine)
             limit = LIMIT_2D if s.resonance.ratio is None else LIMIT
-            points = flow.means.rest.size  # type: ignore[union-attr]
+            points = flow.means.forced.size  # type: ignore[union-attr]
             if error <= max(TARGET, noise) or 4 * points > limit:
                 return replace(flow, error=error if error > max(TARGET, noise) else 0.0)
             coarse = fine

@@ -24,7 +24,7 @@ from .varying import varies
 
 SMOOTH, KINKED = 8, 64  # sample points per harmonic
 MULTIPLES = 7  # harmonics up to this multiple of the fastest component of the first-order motion
-MOST_STEPS, FEW_STEPS, NEAR = 30, 8, 1e-9  # of Newton's method, and the relative change at which it has converged
+MOST_STEPS, FEW_STEPS, CONVERGED = 30, 8, 1e-9  # of Newton's method, and the relative change at which it has converged
 LEAST_STEP, MOST_CHANGE = 1e-6, 0.2  # of a motion followed to another speed: of the speed, and of its fast component
 ON_LOOPS, STEP = 1e-7, 1e-5  # the same change along closed loops, and the relative step of differences there
 
@@ -59,8 +59,8 @@ class Balance:
         """Coefficients of u0 + Re(z E) + F and, at second order, of the small harmonics: (..., H+1) of many speeds."""
         c = np.zeros((*np.shape(z), self.harmonics + 1), complex)
         c[..., 0] = self.setting.u0
-        for i, place in enumerate(self.setting.places):
-            c[..., place] += self.setting.hard[..., i]
+        for i, harmonic in enumerate(self.setting.places):
+            c[..., harmonic] += self.setting.hard[..., i]
         c[..., self.fast] += z
         for speed, small in flow.small(z):
             multiple = float(np.ravel(speed / (self.base * self.setting.omega))[0])
@@ -124,19 +124,19 @@ class Balance:
         speed = np.multiply.outer(omega, np.arange(self.harmonics + 1) * self.base)
         r = (-s.system.J * speed**2 + 1j * s.B * speed) * c + torque
         r[..., 0] -= s.mean
-        for i, (place, k) in enumerate(zip(s.places, s.orders, strict=True)):
-            r[..., place] -= s.torque_lines[..., i] + s.system.J * (k * omega) ** 2 * s.error_lines[..., i]
+        for i, (harmonic, k) in enumerate(zip(s.places, s.orders, strict=True)):
+            r[..., harmonic] -= s.torque_lines[..., i] + s.system.J * (k * omega) ** 2 * s.error_lines[..., i]
         return np.asarray(r)
 
     def settles(self, c: Complexes, omega: Floats) -> Any:
-        """Whether true motions (states, H+1) attract: no real Floquet multiplier beyond 1 or -1.
+        """True for true motions (states, H+1) that attract: no real Floquet multiplier beyond 1 or -1.
 
         The determinant of the balance is a positive multiple of (1 - m_1)(1 - m_2) of the multipliers m.
         """
         return (np.linalg.slogdet(self.slopes(c, omega)[0])[0] > 0.0) & ~self.doubles(c, omega)
 
     def doubles(self, c: Complexes, omega: Floats) -> Any:
-        """Whether a disturbance of twice the period grows on true motions (states, H+1) of a spring.
+        """True where a disturbance of twice the period grows on true motions (states, H+1) of a spring.
 
         Hill's determinant at half orders is a positive multiple of (1 + m_1)(1 + m_2).
         Along closed loops it is not looked at.
@@ -216,8 +216,8 @@ class Balance:
             step = np.concatenate([step, np.zeros((len(c), 1))], axis=1)
         else:
             slope = (-2.0 * s.system.J * speed + 1j * s.B) * multiples * c + by_omega
-            for i_line, (place, k) in enumerate(zip(s.places, s.orders, strict=True)):
-                slope[:, place] -= 2.0 * s.system.J * k * k * omega * s.error_lines[..., i_line]
+            for i_line, (harmonic, k) in enumerate(zip(s.places, s.orders, strict=True)):
+                slope[:, harmonic] -= 2.0 * s.system.J * k * k * omega * s.error_lines[..., i_line]
             bordered = np.zeros((len(c), 2 * h + 2, 2 * h + 2))
             bordered[:, :-1, :-1] = matrix
             bordered[:, :-1, -1] = np.concatenate([slope.real, slope.imag[:, 1:]], axis=1)
@@ -251,7 +251,7 @@ def corrected(
     balance: Balance, c: Complexes, omega: Floats, turn: Complexes | None, steps: int = MOST_STEPS
 ) -> Corrected:
     """Newton's method to convergence from an approximate motion."""
-    first, tolerance = (c, omega), NEAR if balance.loops is None else ON_LOOPS
+    first, tolerance = (c, omega), CONVERGED if balance.loops is None else ON_LOOPS
     for round_ in range(steps):
         try:
             new, speed = balance.newton(c, omega, turn)

@@ -72,7 +72,7 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
 
 
 def _pumped(s: Setting) -> bool:
-    """Whether the forced motion can feed a small free one where no resonance was asked for.
+    """True if the forced motion can feed a small free one where no resonance was asked for.
 
     The free part then has a harmonic c of its own near -omega_0. With pumping q z* the growth rate is positive where
     q^2 > mu^2/4 + d^2, d the detuning, and |c/z|^2 = q^2/(mu^2/4 + 4 d^2): more than 1/4 wherever it grows.

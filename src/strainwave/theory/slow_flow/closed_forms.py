@@ -45,7 +45,7 @@ Kind = Literal["none", "primary", "superharmonic", "subharmonic"]
 
 
 def kind_of(s: Setting) -> Kind | None:
-    """Which closed form serves; None where only the integrals do."""
+    """Kind of the closed form that serves; None where only the integrals do."""
     coefficients = polynomial_of(s.system.law)
     if coefficients is None or s.u0 != 0.0 or len(s.orders) != 1:
         return None
@@ -111,7 +111,7 @@ class CubicFlow(FirstOrder):
         return self.rates(z), real_matrix(by_re, by_im)
 
     def phase_matters(self) -> bool:
-        """Whether the resonance appears at first order: not for alpha = 0 or without forced motion."""
+        """True for a resonance that appears at first order: not for alpha = 0 or without forced motion."""
         return self.kind in ("none", "primary") or self.kappa * abs(self.forced) != 0.0
 
     def fixed_points(self) -> Any:
@@ -168,10 +168,10 @@ class CubicFlow(FirstOrder):
             if abs(sigma) >= least and max(bounds.real) > 0.0:
                 limits = f"it takes {self._amounts(np.sort(np.sqrt(bounds.real)))}"
             else:
-                place = self.at((3.0 * s.omega_0 + math.copysign(least, k)) / s.orders[0])
-                times = math.sqrt(2.0 / 7.0 * least / abs(k)) / abs(place.forced)
+                edge = self.at((3.0 * s.omega_0 + math.copysign(least, k)) / s.orders[0])
+                times = math.sqrt(2.0 / 7.0 * least / abs(k)) / abs(edge.forced)
                 limits = f"no excitation gives it, which takes sigma {'>= ' if k > 0.0 else '<= -'}{least:.6g} rad/s"
-                limits += f", and there {place._amounts([times])}" if times else ""
+                limits += f", and there {edge._amounts([times])}" if times else ""
             turning = "omega" if s.orders[0] == 1 else f"{s.orders[0]} omega"
             return (
                 f"the subharmonic motion {verdict}: with k = 9/8 alpha omega_0 and sigma = {turning} - "
@@ -182,10 +182,10 @@ class CubicFlow(FirstOrder):
 
     def _amounts(self, times: Any) -> str:
         """Multiples of this excitation, and of a torque line what they are."""
-        torque, told = abs(self.setting.torque_lines[0]), " to ".join(f"{factor:.6g}" for factor in times)
+        torque, factors = abs(self.setting.torque_lines[0]), " to ".join(f"{factor:.6g}" for factor in times)
         amounts = " to ".join(f"{factor * torque:.6g}" for factor in times)
         equal = f", an amplitude of {amounts} N*m in the error equation"
-        return f"{told} times this excitation{'' if np.any(self.setting.error_lines) else equal}"
+        return f"{factors} times this excitation{'' if np.any(self.setting.error_lines) else equal}"
 
 
 def free_decay(s: Setting) -> str:

@@ -1,4 +1,4 @@
-"""What steady states of a slow flow are looked for with: a scan of the plane, a step of Newton's method, stability."""
+"""Search for steady states of a slow flow: a scan of the plane, a step of Newton's method, stability."""
 
 import math
 from dataclasses import replace
@@ -24,7 +24,7 @@ BESIDE = np.array([[0.9], [1.0], [1.1]])  # times the middle of a cell: its ampl
 
 
 def is_trivial(flow: Flow) -> bool:
-    """Whether z = 0 is a fixed point."""
+    """True if z = 0 is a fixed point."""
     s = flow.setting
     if s.soft != 0.0:
         return False
@@ -35,21 +35,21 @@ def is_trivial(flow: Flow) -> bool:
 
 
 def is_stable(flow: Flow, z: complex) -> bool:
-    """Whether all eigenvalues next to a steady state have negative real parts (beyond rounding)."""
+    """True if all eigenvalues next to a steady state have negative real parts (beyond rounding)."""
     return bool(attracts(flow.stability(z)))
 
 
 def are_stable(flow: Flow, omega: Floats, z: Complexes) -> Any:
     """The same of steady states (n,) at speeds (n,) [rad/s]: at once, unless averages or loops know one speed alone."""
     s = flow.setting
-    known = isinstance(flow, AveragedFlow) and (np.any(s.hard) or varies(s.system))
-    if remembers(s.system.law) or known:
+    one_speed = isinstance(flow, AveragedFlow) and (np.any(s.hard) or varies(s.system))
+    if remembers(s.system.law) or one_speed:
         return [is_stable(flow.at(float(speed)), complex(state)) for speed, state in zip(omega, z, strict=True)]
     return attracts(flow.at(omega).stability(z))
 
 
 def attracts(matrices: Floats) -> Any:
-    """Whether the slow eigenvalues of matrices (..., n, n) have negative real parts (beyond rounding).
+    """True if the slow eigenvalues of matrices (..., n, n) have negative real parts (beyond rounding).
 
     They are the two nearest to 0. With z'' there are two more, near twice the fast speed: the same motions seen from
     the turn the other way, of which nothing slow is known.
@@ -84,12 +84,12 @@ def scanned(flow: Integrals, sizes: Floats) -> tuple[Any, Complexes]:
                 for z in (a[:, None, None] * turn for a in (sizes[i : i + rows] for i in range(0, len(sizes), rows)))
             ]
         )
-    i, j, which = np.nonzero(_may_vanish(polar.real) & _may_vanish(polar.imag))
+    i, j, index = np.nonzero(_may_vanish(polar.real) & _may_vanish(polar.imag))
     z = np.sqrt(sizes[i] * sizes[i + 1]) * np.exp(-0.5j * (phases[j] + phases[j + 1]))
-    here = replace(flow, setting=flow.setting.of(which)) if np.ndim(flow.setting.omega) else flow
+    flows = replace(flow, setting=flow.setting.of(index)) if np.ndim(flow.setting.omega) else flow
     with np.errstate(all="ignore"):
-        kept = np.any(here.sound(z * BESIDE), axis=0)
-    return which[kept], z[kept]
+        kept = np.any(flows.sound(z * BESIDE), axis=0)
+    return index[kept], z[kept]
 
 
 def _on_one_piece(s: Setting) -> float:

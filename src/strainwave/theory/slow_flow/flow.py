@@ -1,4 +1,4 @@
-"""What can be asked of a slow flow: steady states, transients, response curves, its certificate and its predictor.
+"""Slow flow of a resonance: steady states, transients, response curves, its certificate and its predictor.
 
 Convention: the component near omega_0 is a cos((p/q) theta - phase) with the 0-to-peak amplitude a; z = a exp(-i
 phase). The bookkeeping parameter epsilon is 1, so mu, detuning and forcing are the physical ones. Book: Nayfeh & Mook
@@ -52,7 +52,7 @@ class SlowFlow:
     order : int
         1 or 2, the order of the expansion.
     closed_form : bool
-        Whether closed forms serve (cubic law, one forcing line; at second order any cubic polynomial); otherwise
+        True if closed forms serve (cubic law, one forcing line; at second order any cubic polynomial); otherwise
         averaging integrals.
     """
 
@@ -66,11 +66,11 @@ class SlowFlow:
     _flow: Flow = field(repr=False)
 
     def __str__(self) -> str:
-        how = "closed forms" if self.closed_form else "averaging integrals"
+        form = "closed forms" if self.closed_form else "averaging integrals"
         gap = self._flow.setting.gap
         frequency = f"omega_0 = {self.omega_0:.6g} rad/s" if gap is None else f"gap of {gap:.6g} rad to both sides"
         return (
-            f"Slow flow of {self.resonance}, order {self.order}, by {how}: {frequency}, mu = {self.mu:.6g} 1/s, mean "
+            f"Slow flow of {self.resonance}, order {self.order}, by {form}: {frequency}, mu = {self.mu:.6g} 1/s, mean "
             f"torsion {self.mean_torsion:.6g} rad"
         )
 
@@ -92,10 +92,10 @@ class SlowFlow:
             If z is not finite, or so large that its rate is not.
         """
         with np.errstate(all="ignore"):
-            found = self._flow.rates(complex_numbers("z [rad]", z))
-        if not np.all(np.isfinite(found)):
+            rate = self._flow.rates(complex_numbers("z [rad]", z))
+        if not np.all(np.isfinite(rate)):
             raise ValueError(f"z [rad] is {shown(z)}, where the rate is not finite; give smaller amplitudes")
-        return found
+        return rate
 
     def steady_states(self) -> list[SteadyState]:
         """Every fixed point of the slow flow at the system's omega, by descending amplitude.
@@ -136,14 +136,14 @@ class SlowFlow:
             raise ValueError(f"omega [rad/s] is {shown(omega)}; every speed must be positive")
         for w in speeds.tolist():
             self._flow.setting.refuse_on_resonance(w)
-        found = states(self._flow, speeds)
-        here = np.isfinite(found.z.T)
-        z = found.z.T[here]
-        omega = np.repeat(speeds, np.sum(here, axis=1))
-        return StatesAtSpeeds(omega, np.abs(z), -np.angle(z) + 0.0, found.stable.T[here])
+        table = states(self._flow, speeds)
+        finite = np.isfinite(table.z.T)
+        z = table.z.T[finite]
+        omega = np.repeat(speeds, np.sum(finite, axis=1))
+        return StatesAtSpeeds(omega, np.abs(z), -np.angle(z) + 0.0, table.stable.T[finite])
 
     def exists(self) -> bool:
-        """Whether a steady state with a > 0 exists at the system's omega."""
+        """True if a steady state with a > 0 exists at the system's omega."""
         return len(self._points) > 0
 
     @property
@@ -204,10 +204,10 @@ class SlowFlow:
         """
         asked = numbers("t [s]", np.ravel(t)).reshape(np.shape(t))
         with np.errstate(all="ignore"):
-            found = motion(self._flow, complex_number("z [rad]", z), asked)
-        if not np.all(np.isfinite(found)):
+            x = motion(self._flow, complex_number("z [rad]", z), asked)
+        if not np.all(np.isfinite(x)):
             raise ValueError(f"z is {shown(z)} rad, whose motion is not finite; give a smaller amplitude")
-        return found
+        return x
 
     def attractor(self, z: complex) -> complex | None:
         """Steady z [rad] on which a transient ends that has come to `z`; None where two are about equally near."""
@@ -247,16 +247,16 @@ class SlowFlow:
         s = self._flow.setting
         pull = averaged_flow(s.unforced(), a.ravel().astype(complex)).mean_force(a).real
         share = np.divide(pull, a, out=np.zeros_like(a), where=a > 0.0)
-        whole = np.sqrt(2.0 * np.maximum(share, 0.0))
-        return whole if s.gap is not None else np.asarray(s.omega_0 + share / s.omega_0)
+        frequency = np.sqrt(2.0 * np.maximum(share, 0.0))
+        return frequency if s.gap is not None else np.asarray(s.omega_0 + share / s.omega_0)
 
     def certificate(self, *, curve: bool = False) -> Certificate:
-        """How far the steady state with the largest amplitude can be trusted, from a harmonic correction of it.
+        """Errors of the steady state with the largest amplitude, from a harmonic correction of it.
 
         Parameters
         ----------
         curve : bool
-            Whether the state is a point of a response curve, as its peak, which the true curve may have at another
+            True for a state that is a point of a response curve, as its peak, which the true curve may have at another
             speed. Otherwise a state is valid only where a true one is near at its own speed.
 
         Raises

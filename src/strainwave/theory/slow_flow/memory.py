@@ -28,19 +28,19 @@ from .averages import means, samples
 from .setting import Setting
 
 ROUNDS, CLOSED = 16, 1e-9  # periods at most, and how near to the closed loop suffices
-OPEN = 1e-6  # a loop whose gap stays larger has no average
+OPEN_GAP = 1e-6  # a loop whose gap stays larger has no average
 MEANS, BALANCED, ADRIFT = 12, 1e-9, 1e-3  # mean torsions tried; off the mean torque, of the loop's: sought, refused
 FEWEST, MOST_SAMPLES, TARGET = 64, 1024, 1e-4  # samples per turn of the fastest component, and the accuracy sought
 REACH = {1: 1, 2: 7}  # harmonics up to this multiple of the fastest component, by the order of the expansion
 STEP = 1e-5  # of the amplitude: central differences
 CHUNK = 1_000_000  # samples at once
 TINY = 1e-200
-BESIDE = 1e-3  # of a state: its rate there gives the slope, exactly where the law is linear in it
+STATE_OFFSET = 1e-3  # of a state: its rate there gives the slope, exactly where the law is linear in it
 STEEPEST = 1.0 - 1e-4  # slope of the map of one period: secants leap over as many as 10,000 of them
 
 
 def remembers(law: Any) -> bool:
-    """Whether a law has friction or memory."""
+    """True for a law with friction or memory."""
     return depends(law) > 1
 
 
@@ -49,7 +49,7 @@ def _stepped(law: Any, x: float, v: float, z: Any, h: float) -> Any:
     """Internal states a time h later, with the torsion x and its rate v of the middle."""
     rate, beside, after = z_rate_of(law, x, v, z), z, z
     for j in range(len(z)):
-        beside = with_leaf(beside, j, z[j] + BESIDE * (abs(z[j]) + abs(h * rate[j])) + TINY)
+        beside = with_leaf(beside, j, z[j] + STATE_OFFSET * (abs(z[j]) + abs(h * rate[j])) + TINY)
     other = z_rate_of(law, x, v, beside)
     for j in range(len(z)):
         power = min(h * (other[j] - rate[j]) / (beside[j] - z[j]), 50.0)
@@ -70,9 +70,9 @@ def _closed_loops(law: Any, u: Floats, v: Floats, h: Floats, zeros: Floats, torq
             for j in range(m):
                 z = with_leaf(z, j, start[j])
             for k in range(n):
-                here, there = u[i, k], u[i, k + 1 if k + 1 < n else 0]
-                torque[i, k] = torque_of(law, here, v[i, k], z)
-                z = _stepped(law, 0.5 * (here + there), (there - here) / h[i], z, h[i])
+                left, right = u[i, k], u[i, k + 1 if k + 1 < n else 0]
+                torque[i, k] = torque_of(law, left, v[i, k], z)
+                z = _stepped(law, 0.5 * (left + right), (right - left) / h[i], z, h[i])
                 for j in range(m):
                     size[j], middle[j] = max(size[j], abs(z[j])), middle[j] + z[j] / n
             gap[i] = away = 0.0
@@ -118,7 +118,7 @@ def closed(law: Any, u: Floats, v: Floats, h: Floats, zeros: Floats, torque: Flo
 def _stepped_all(law: Any, x: Floats, v: Floats, z: Floats, h: Floats) -> Floats:
     """As `_stepped`, for many motions: z is (states, motions)."""
     rate = np.array(np.broadcast_arrays(*z_rate_of(law, x, v, tuple(z)), x)[:-1])
-    beside = z + BESIDE * (np.abs(z) + np.abs(h * rate)) + TINY
+    beside = z + STATE_OFFSET * (np.abs(z) + np.abs(h * rate)) + TINY
     other = np.array(np.broadcast_arrays(*z_rate_of(law, x, v, tuple(beside)), x)[:-1])
     power = np.minimum(h * (other - rate) / (beside - z), 50.0)
     growth = np.divide(np.expm1(power), power, out=np.ones_like(power), where=power != 0.0)
@@ -134,7 +134,7 @@ def on_loop(law: Any, u: Floats, v: Floats, h: Floats) -> Floats:
         return np.asarray(torque_of(law, u, v, ()) + 0.0 * u)
     torque, gap = np.empty_like(u), np.empty(len(u))
     run(closed, law, u, v, h, (0.0,) * states_of(law), torque, gap)
-    torque[~(gap <= OPEN)] = np.nan
+    torque[~(gap <= OPEN_GAP)] = np.nan
     return torque
 
 
@@ -168,9 +168,9 @@ class Loops:
     def coefficients(self, torque: Floats) -> Complexes:
         """Harmonics 0..H [N*m] of torques (motions, n), by Simpson's rule: reversals may be at every other point."""
         weights = np.where(np.arange(self.points) % 2, 8.0, 4.0) / 3.0
-        found = means(torque * weights, (np.arange(self.harmonics + 1),))
-        found[:, 0] *= 0.5
-        return found
+        values = means(torque * weights, (np.arange(self.harmonics + 1),))
+        values[:, 0] *= 0.5
+        return values
 
     def carrying(self, mean: float, c: Complexes, speed: Any) -> tuple[Complexes, Complexes]:
         """Motions with the mean torsion at which their loops carry the mean torque [N*m], and the torque's harmonics.
@@ -205,7 +205,7 @@ class Loops:
 
 @dataclass(frozen=True, eq=False)
 class LoopAverages:
-    """What both orders of the slow flow ask of a law with friction or memory.
+    """Averages of a law with friction or memory, for both orders of the slow flow.
 
     Attributes
     ----------
@@ -238,11 +238,11 @@ class LoopAverages:
     def linear(self, s: Setting, z: Complexes) -> tuple[Complexes, Complexes, Complexes]:
         """`force`, and its derivatives [N*m/rad] to Re z and Im z by central differences."""
         d = STEP * (np.abs(z) + 1e-3 * max(s.scales()))
-        here, *ends = self.force(s, np.concatenate([z, z + d, z - d, z + 1j * d, z - 1j * d])).reshape(5, -1)
-        return here, (ends[0] - ends[1]) / (2.0 * d), (ends[2] - ends[3]) / (2.0 * d)
+        middle, *ends = self.force(s, np.concatenate([z, z + d, z - d, z + 1j * d, z - 1j * d])).reshape(5, -1)
+        return middle, (ends[0] - ends[1]) / (2.0 * d), (ends[2] - ends[3]) / (2.0 * d)
 
     def small(self, s: Setting, z: Any) -> list[tuple[Any, Any]]:
-        """What first order knows of the waveform beyond w: the mean torsion [rad] about u0, of speed 0."""
+        """Waveform beyond w at first order: the mean torsion [rad] about u0, of speed 0."""
         c, _, _ = self._first(s, np.ravel(np.asarray(z, complex)))
         return [(0.0, (c[:, 0] - s.u0).reshape(np.shape(z)))]
 
@@ -277,8 +277,8 @@ class LoopAverages:
     def _hard(self, s: Setting, c: Complexes) -> Complexes:
         """Coefficients [rad] of the forced motion."""
         forced = np.zeros_like(c)
-        for line, place in enumerate(self.places):
-            forced[:, place] += s.hard[..., line]
+        for line, harmonic in enumerate(self.places):
+            forced[:, harmonic] += s.hard[..., line]
         return forced
 
     @staticmethod

@@ -24,12 +24,12 @@ from .results import SlowBranch, SlowResponse
 from .states import states
 
 LARGEST_STEP, TURN, MOST_POINTS = 0.05, 0.16, 4000
-OFF = 0.3  # of a step: a point farther from its tangent is on another branch, as one arc turns too little for it
-SAGS = 0.15  # of a chord: the arc is not so far from it
-RELATIVE = 0.5  # of the amplitude: what one step may change, so that none passes over a small one to the other phase
-BORN = 1e-6  # of the largest amplitude: a branch as small as this begins at a = 0, which is a steady state too
-FLAT = 1e-4  # of it: so near to its beginning, where its speed stands still, rounding turns a branch back and forth
-HASTY, PATIENT = 8, 40  # steps of Newton's method: where a shorter step helps, and where the curve must be met
+TANGENT_DEVIATION = 0.3  # of a step: a point farther from its tangent is on another branch
+SAG = 0.15  # of a chord: the arc is not so far from it
+AMPLITUDE_CHANGE = 0.5  # of the amplitude: largest change in a step, so that none passes a small one to the other phase
+BIRTH_AMPLITUDE = 1e-6  # of the largest amplitude: a branch as small as this begins at a = 0, a steady state too
+FLAT_AMPLITUDE = 1e-4  # of it: so near to its beginning, with a speed that stands still, rounding turns a branch around
+FEW_STEPS, MANY_STEPS = 8, 40  # steps of Newton's method: where a shorter step helps, and where the curve must be met
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class Curve:
             return along
         return direction * (math.copysign(1.0, float(direction @ along)) / length)
 
-    def correct(self, guess: Floats, along: Floats, iterations: int = PATIENT) -> Floats | None:
+    def correct(self, guess: Floats, along: Floats, iterations: int = MANY_STEPS) -> Floats | None:
         """Newton back to the curve in the plane through the guess across `along`; None where it does not converge."""
         point = guess
         for _ in range(iterations):
@@ -105,7 +105,7 @@ class Arc:
 
 
 def passes(curve: Curve, points: Floats, z: complex, omega: float) -> bool:
-    """Whether an arc goes through a state, or through its copy shifted by whole forcing periods.
+    """True for an arc through a state, or through its copy shifted by whole forcing periods.
 
     The arc is met again in the plane through the state across the nearest chord: this serves at folds too, where two
     states of one speed lie close together.
@@ -118,24 +118,24 @@ def passes(curve: Curve, points: Floats, z: complex, omega: float) -> bool:
         with np.errstate(all="ignore"):
             share = np.sum((state - points[:-1]) * ahead, axis=1) / length**2
         foot = points[:-1] + share[:, None] * ahead
-        beside = (np.abs(share - 0.5) <= 0.6) & (np.linalg.norm(state - foot, axis=1) <= SAGS * length)
+        beside = (np.abs(share - 0.5) <= 0.6) & (np.linalg.norm(state - foot, axis=1) <= SAG * length)
         for i in np.flatnonzero(beside).tolist():
             guess, along = _between(points[i], points[i + 1], float(share[i])), ahead[i] / length[i]
-            found = curve.correct(guess + along * float((state - guess) @ along), along)
-            if found is not None and _are_one(found, state):
+            solution = curve.correct(guess + along * float((state - guess) @ along), along)
+            if solution is not None and _are_one(solution, state):
                 return True
     return False
 
 
-def new_part(curve: Curve, arc: Arc, known: list[Arc], start: Floats) -> Arc:
-    """The part of an arc through its `start` that is on no known one; what was leapt over joins two arcs elsewhere."""
+def new_part(curve: Curve, arc: Arc, arcs: list[Arc], start: Floats) -> Arc:
+    """Part of an arc through its `start` that is on none of `arcs`; what was leapt over joins two arcs elsewhere."""
 
     def met(point: Floats) -> bool:
         z, omega = curve.split(point)
-        return any(passes(curve, other.points, z, omega) for other in known)
+        return any(passes(curve, other.points, z, omega) for other in arcs)
 
-    at = int(np.argmin(np.linalg.norm(arc.points - start, axis=1)))
-    low, high = at, at
+    nearest = int(np.argmin(np.linalg.norm(arc.points - start, axis=1)))
+    low, high = nearest, nearest
     while low > 0 and not met(arc.points[low - 1]):
         low -= 1
     while high + 1 < len(arc.points) and not met(arc.points[high + 1]):
@@ -181,7 +181,7 @@ def _walk(curve: Curve, start: Floats, along: Floats, lo: float, hi: float) -> A
     while len(points) < MOST_POINTS and step > 1e-9:
         last = points[-1]
         guess = _ahead(last, step * along)
-        point = curve.correct(guess, along, HASTY)
+        point = curve.correct(guess, along, FEW_STEPS)
         tangent = None if point is None else curve.tangent(point, along)
         turned = math.inf if tangent is None else math.acos(min(1.0, float(tangent @ along)))
         if point is None or tangent is None or turned > 2.5 * TURN or _leaps(last, guess, point):
@@ -190,7 +190,7 @@ def _walk(curve: Curve, start: Floats, along: Floats, lo: float, hi: float) -> A
         closed = _meets(curve, start, first, last, point)
         if closed:  # a fold between the start and this point has been met before
             point, tangent = start, first
-        turns = along[2] * tangent[2] < 0.0 and not (may_vanish and _size(point) < FLAT)
+        turns = along[2] * tangent[2] < 0.0 and not (may_vanish and _size(point) < FLAT_AMPLITUDE)
         fold = special(curve, last, point, lambda _, along: float(along[2])) if turns else None
         for end in [point] if fold is None else [fold, point]:
             if not lo <= end[2] <= hi:
@@ -200,7 +200,7 @@ def _walk(curve: Curve, start: Floats, along: Floats, lo: float, hi: float) -> A
             folds += [end] if end is fold else []
         if closed:
             return Arc(np.array(points), folds, True)
-        if may_vanish and _size(point) < BORN:
+        if may_vanish and _size(point) < BIRTH_AMPLITUDE:
             end = np.array([0.0, 0.0, point[2]])
             return Arc(np.array([*points, end]), folds, born=(end,))
         along = tangent
@@ -209,28 +209,28 @@ def _walk(curve: Curve, start: Floats, along: Floats, lo: float, hi: float) -> A
     return Arc(np.array(points), folds, stops=(points[-1],))
 
 
-def _ahead(here: Floats, step: Floats) -> Floats:
+def _ahead(origin: Floats, step: Floats) -> Floats:
     """The point to which a step leads that keeps its angle to the direction of z."""
-    z, dz = complex(here[0], here[1]), complex(step[0], step[1])
+    z, dz = complex(origin[0], origin[1]), complex(step[0], step[1])
     if abs(dz) <= abs(z):
         dz = z * (cmath.exp(dz / z) - 1.0)
-    return np.asarray(here + np.array([dz.real, dz.imag, step[2]]))
+    return np.asarray(origin + np.array([dz.real, dz.imag, step[2]]))
 
 
-def _leaps(here: Floats, guess: Floats, point: Floats) -> bool:
-    """Whether a step may have gone to another branch, or past a = 0."""
-    off, change = _distance(point, guess), math.hypot(point[0] - here[0], point[1] - here[1])
-    return off > OFF * _distance(guess, here) or change > RELATIVE * _size(here)
+def _leaps(origin: Floats, guess: Floats, point: Floats) -> bool:
+    """True for a step that may have gone to another branch, or past a = 0."""
+    off, change = _distance(point, guess), math.hypot(point[0] - origin[0], point[1] - origin[1])
+    return off > TANGENT_DEVIATION * _distance(guess, origin) or change > AMPLITUDE_CHANGE * _size(origin)
 
 
-def _meets(curve: Curve, start: Floats, first: Floats, here: Floats, point: Floats) -> bool:
-    """Whether the step from `here` to `point` passes the start of the walk in the direction in which it began."""
-    left, travelled = float((here - start) @ first), float((point - start) @ first)
-    if not left < 0.0 <= travelled or _distance(point, start) > 2.0 * _distance(point, here):
+def _meets(curve: Curve, start: Floats, first: Floats, origin: Floats, point: Floats) -> bool:
+    """True if the step from `origin` to `point` passes the start of the walk in the direction in which it began."""
+    left, travelled = float((origin - start) @ first), float((point - start) @ first)
+    if not left < 0.0 <= travelled or _distance(point, start) > 2.0 * _distance(point, origin):
         return False
-    guess = _between(here, point, left / (left - travelled))
-    found = curve.correct(guess + first * float((start - guess) @ first), first)
-    return found is not None and _are_one(found, start)
+    guess = _between(origin, point, left / (left - travelled))
+    solution = curve.correct(guess + first * float((start - guess) @ first), first)
+    return solution is not None and _are_one(solution, start)
 
 
 def _clipped(curve: Curve, inside: Floats, outside: Floats, bound: float) -> list[Floats]:
@@ -239,8 +239,8 @@ def _clipped(curve: Curve, inside: Floats, outside: Floats, bound: float) -> lis
     def excess(point: Floats, _: Floats) -> float:
         return float(point[2]) - bound
 
-    found = special(curve, inside, outside, excess)
-    return [] if found is None else [np.array([found[0], found[1], bound])]
+    edge = special(curve, inside, outside, excess)
+    return [] if edge is None else [np.array([edge[0], edge[1], bound])]
 
 
 def special(curve: Curve, a: Floats, b: Floats, measure: Any) -> Floats | None:
@@ -251,7 +251,7 @@ def special(curve: Curve, a: Floats, b: Floats, measure: Any) -> Floats | None:
         return None
     chord, offset = chord / length, np.zeros(3)
 
-    def at(share: float) -> Floats:
+    def solved(share: float) -> Floats:
         nonlocal offset  # the way from the chord to the last point, which is nearly that of the next
         guess = _between(a, b, share)
         point = curve.correct(guess + offset, chord)
@@ -261,12 +261,12 @@ def special(curve: Curve, a: Floats, b: Floats, measure: Any) -> Floats | None:
         return point
 
     def value(share: float) -> float:
-        point = at(share)
+        point = solved(share)
         return float(measure(point, curve.tangent(point, chord)))
 
     if value(0.0) * value(1.0) >= 0.0:
         return None
-    return at(bracketed_root(value, 0.0, 1.0, xtol=1e-13))
+    return solved(bracketed_root(value, 0.0, 1.0, xtol=1e-13))
 
 
 def _size(point: Floats) -> float:
@@ -278,7 +278,7 @@ def _distance(a: Floats, b: Floats) -> float:
 
 
 SEEDS = 33
-CLOSE = 1e-9  # relative difference of amplitudes at one crest
+SAME_CREST = 1e-9  # relative difference of amplitudes at one crest
 PER_CYCLE = 64  # samples of the fastest component: a peak between them is right to 1e-3
 
 
@@ -286,9 +286,9 @@ PER_CYCLE = 64  # samples of the fastest component: a peak between them is right
 def response(flow: Flow, lo: float, hi: float) -> SlowResponse:
     """Trace every branch of nontrivial steady states between two speeds [rad/s]."""
     speeds = np.array([omega for omega in np.linspace(lo, hi, SEEDS) if not flow.setting.sits_on(float(omega))])
-    found = states(flow, speeds)
-    at, row = np.nonzero(np.isfinite(found.z.T))
-    listed = list(zip(found.z[row, at].tolist(), speeds[at].tolist(), found.stable[row, at].tolist(), strict=True))
+    table = states(flow, speeds)
+    i, row = np.nonzero(np.isfinite(table.z.T))
+    listed = list(zip(table.z[row, i].tolist(), speeds[i].tolist(), table.stable[row, i].tolist(), strict=True))
     seeds = [(z, omega) for z, omega, _ in listed if z != 0.0]
     trivial = [(omega, stable) for z, omega, stable in listed if z == 0.0]
     curve = Curve(flow, max((abs(z) for z, _ in seeds), default=1.0), hi - lo)
@@ -335,7 +335,7 @@ def _assembled(curve: Curve, arcs: list[Arc], trivial: tuple[tuple[float, bool],
     folds.sort()
     counts = f"{len(branches)} branch(es), {len(folds)} fold(s)"
     message = f"{counts}, largest amplitude {peak[1]:.6g} rad at omega = {peak[0]:.6g} rad/s"
-    if all(abs(size - peak[1]) > CLOSE * peak[1] for _, size in crests):
+    if all(abs(size - peak[1]) > SAME_CREST * peak[1] for _, size in crests):
         message += ", an end of a branch and no peak: it may rise further outside the range"
     born = ", ".join(f"{curve.split(point)[1]:.6g}" for arc in arcs for point in arc.born)
     stops = ", ".join(f"{curve.split(point)[1]:.6g}" for arc in arcs for point in arc.stops)

@@ -1,4 +1,4 @@
-"""What the slow flow answers with: steady states, transients, response curves and the certificate, all frozen."""
+"""Results of the slow flow: steady states, transients, response curves and the certificate, all frozen."""
 
 import cmath
 from dataclasses import dataclass, field
@@ -23,7 +23,7 @@ class SteadyState:
     phase : float
         Lag [rad] of that component, in (-pi, pi]; 0 where the amplitude is 0.
     stable : bool
-        Whether it attracts its neighbours (both eigenvalues of the slow flow's Jacobian have negative real parts), so
+        True if it attracts its neighbours (both eigenvalues of the slow flow's Jacobian have negative real parts), so
         never without damping.
     """
 
@@ -50,7 +50,7 @@ class StatesAtSpeeds(Result):
     amplitude, phase : (n,) arrays
         a [rad, 0-to-peak] and its lag [rad, in (-pi, pi]].
     stable : (n,) array of bool
-        Whether it attracts its neighbours.
+        True if it attracts its neighbours.
     """
 
     omega: Floats
@@ -86,7 +86,7 @@ class Evolution:
         Estimated relative error of the instantaneous frequency and decay, at its largest: of x that times the number
         of radians passed. It is what the slow flow's rates miss in the equation averaged over the fast angle.
     valid : bool
-        Whether `error` is at most 10 % and the small harmonics stay smaller than the motion.
+        True if `error` is at most 10 % and the small harmonics stay smaller than the motion.
     message : str
         The verdict in one sentence.
     """
@@ -125,7 +125,7 @@ class SlowBranch:
     stable : (n,) array of bool
         Stability of each state.
     closed : bool
-        Whether the arc is a closed loop (the last point equals the first). Otherwise it ends where it leaves the range,
+        True if the arc is a closed loop (the last point equals the first). Otherwise it ends where it leaves the range,
         or at a = 0 where that is a steady state too.
     """
 
@@ -168,7 +168,7 @@ class SlowResponse(Result):
     peak : (float, float)
         Speed [rad/s] and amplitude [rad] of the highest point; where that is an end of a branch, `message` says it.
     trivial : tuple of (float, bool)
-        Where a = 0 is a steady state too: the speeds [rad/s] of the seeding grid and whether it is stable there.
+        Steady state a = 0: speeds [rad/s] of the seeding grid at which it exists, and true where it is stable.
     message : str
         One sentence on what was found, with the speeds inside the range at which a branch begins at a = 0, and those at
         which one could not be followed further.
@@ -216,7 +216,7 @@ class SlowResponse(Result):
 
 @dataclass(frozen=True)
 class Certificate:
-    """How far a result of first or second order can be trusted.
+    """Estimated errors of a result of first or second order, and the verdict on it.
 
     At a peak and at a fold the speed of the curve stands still in the phase: `speed` there is the relative error of the
     peak's and of the jump's speed.
@@ -228,7 +228,7 @@ class Certificate:
     order : int
         Order of the expansion.
     valid : bool
-        Whether every error is at most 10 %: in amplitude, in speed, and in amplitude at equal speed. Where no true
+        True if every error is at most 10 %: in amplitude, in speed, and in amplitude at equal speed. Where no true
         state is near at equal speed, only a point of a curve can be valid. A stable state is not valid where the true
         motion grows by a real Floquet multiplier, as where a spring doubles its period.
     amplitude : float

@@ -65,7 +65,7 @@ class Forms:
         return list(zip(speeds, small, strict=True)), first + back
 
     def primary(self, s: Setting) -> tuple[Any, Any] | None:
-        """What stands at |z|^2 z and at |z|^4 z in 2 <n conj(E)> of a line on E alone; None of other lines."""
+        """Factors of |z|^2 z and |z|^4 z in 2 <n conj(E)> of a line on E alone; None of other lines."""
         if not s.orders or s.resonance.ratio != s.orders[0]:
             return None
         form, k, w = FORMS[s.resonance.ratio / s.orders[0]], s.omega_0**2, s.fast
@@ -86,7 +86,7 @@ class Samples:
     points : tuple of int
         Samples over the turn of each angle, that of chi last.
     places : tuple of int
-        Which of `numbers` each forcing line has; -1 for the soft one.
+        Index in `numbers` of each forcing line; -1 for the soft one.
     """
 
     numbers: Any
@@ -102,23 +102,23 @@ class Samples:
         """Small harmonics, and 2 <n conj(E)> [rad/s^2]."""
         c, pull = np.zeros((*np.shape(z), len(self.numbers)), complex), s.omega_0**2
         c[..., -1] = z
-        for line, place in enumerate(self.places):
-            c[..., place] += s.hard[..., line]  # the last axis of z is that of the speeds
+        for line, index in enumerate(self.places):
+            c[..., index] += s.hard[..., line]  # the last axis of z is that of the speeds
         n = self._torque(s, c, slice(-1))
         n[..., np.all(self.numbers[:-1] == 0, axis=1)] *= 0.5
         m, k = self.numbers[:-1].T
         speed = np.multiply.outer(s.fast / self.numbers[-1, 0], m) + np.multiply.outer(s.base * s.omega, k)
-        near = np.asarray(pull)[..., None]
-        small = ((near - 1j * s.mu * speed) * c[..., :-1] - n) / (near - speed**2 + 1j * s.mu * speed)
+        stiff = np.asarray(pull)[..., None]
+        small = ((stiff - 1j * s.mu * speed) * c[..., :-1] - n) / (stiff - speed**2 + 1j * s.mu * speed)
         c[..., :-1] += small
         back = self._torque(s, c, slice(-1, None))[..., 0] - pull * z
         return [(speed[..., i], small[..., i]) for i in range(len(m))], back
 
     def _torque(self, s: Setting, c: Complexes, some: slice) -> Complexes:
         """Twice the means [rad/s^2] of the torque beyond the one at rest, over J, along motions about u0."""
-        law, onto = s.system.law, tuple(place[some] for place in self.waves)
-        rest = s.u0, float(law.torque(s.u0))
-        means = harmonics(torques, law, c.reshape(-1, c.shape[-1]), self.waves, onto, self.points, rest)
+        law, onto = s.system.law, tuple(wave[some] for wave in self.waves)
+        origin = s.u0, float(law.torque(s.u0))
+        means = harmonics(torques, law, c.reshape(-1, c.shape[-1]), self.waves, onto, self.points, origin)
         return np.asarray(2.0 / s.system.J * means.reshape(*c.shape[:-1], len(onto[0])))
 
 
@@ -131,7 +131,7 @@ class SecondOrderFlow:
     setting : Setting
         The linear problem about the operating point.
     force, rough : Forms, Samples or LoopAverages
-        How the harmonics of the torque are found, and where steady states are first looked for: fewer samples.
+        Harmonics of the torque, and those of fewer samples with which steady states are first looked for.
     error : float
         Relative error of the means on E, from half as many samples: 0 where they are right to rounding.
     """
@@ -152,7 +152,7 @@ class SecondOrderFlow:
 
     @cached_property
     def push(self) -> Any:
-        """What the soft line takes off the rate [rad/s], before z'' is counted."""
+        """Part of the rate [rad/s] that the soft line takes off, before z'' is counted."""
         return -self.setting.soft / self._carrier
 
     @cached_property
@@ -173,8 +173,8 @@ class SecondOrderFlow:
         """Rate z' [rad/s] for an array of z [rad]."""
         rate, by_re, by_im = self._slopes(z)
         push, other = self._carrier * rate, 0.5 * (by_re + 1j * by_im)
-        whole = self._carrier + 0.5 * (by_re - 1j * by_im)  # whole z' + other conj(z') = push
-        return (whole.conjugate() * push - other * push.conjugate()) / (np.abs(whole) ** 2 - np.abs(other) ** 2)
+        direct = self._carrier + 0.5 * (by_re - 1j * by_im)  # direct z' + other conj(z') = push
+        return (direct.conjugate() * push - other * push.conjugate()) / (np.abs(direct) ** 2 - np.abs(other) ** 2)
 
     def jacobian(self, z: complex) -> Floats:
         """Derivative [1/s] of (Re z', Im z') to (Re z, Im z), exact at steady states: shape (..., 2, 2)."""
@@ -189,23 +189,23 @@ class SecondOrderFlow:
         if remembers(self.setting.system.law):
             return self._slow(slope)
         carrier, scale = self._matrix, np.asarray(self.setting.fast)[..., None, None]
-        whole = np.zeros((*slope.shape[:-2], 4, 4))
-        whole[..., :2, 2:] = scale * np.eye(2)
-        whole[..., 2:, :2] = carrier @ slope / scale
-        whole[..., 2:, 2:] = -carrier
-        return self.setting.held(whole, z)
+        matrix = np.zeros((*slope.shape[:-2], 4, 4))
+        matrix[..., :2, 2:] = scale * np.eye(2)
+        matrix[..., 2:, :2] = carrier @ slope / scale
+        matrix[..., 2:, 2:] = -carrier
+        return self.setting.held(matrix, z)
 
     def linearized(self, z: complex) -> tuple[complex, Floats, complex]:
         """The rate before z'' is counted, which vanishes where z' does, and its derivatives to z and to omega."""
         step, d = STEP * (abs(z) + self._least), STEP * self.setting.omega
-        there = self.at(self.setting.omega + np.array([0.0, 0.0, 0.0, 0.0, 0.0, d, -d]))
+        moved = self.at(self.setting.omega + np.array([0.0, 0.0, 0.0, 0.0, 0.0, d, -d]))
         places = z + np.array([0.0, step, -step, 1j * step, -1j * step, 0.0, 0.0])
-        rate, *ends = (there.unforced(places) - there.push).tolist()
+        rate, *ends = (moved.unforced(places) - moved.push).tolist()
         by_re, by_im, by_omega = np.subtract(ends[::2], ends[1::2]).tolist()
         return rate, real_matrix(by_re / (2.0 * step), by_im / (2.0 * step)), by_omega / (2.0 * d)
 
     def sound(self, z: Complexes) -> Any:
-        """Whether the small harmonics of states are smaller than their motions: beyond that no state is one."""
+        """True for states whose small harmonics are smaller than their motions: beyond that no state is one."""
         s = self.setting
         small = sum(np.abs(amplitude) ** 2 for _, amplitude in self.small(z))
         return small <= np.abs(z) ** 2 + np.sum(np.abs(s.hard) ** 2, axis=-1)
@@ -215,7 +215,7 @@ class SecondOrderFlow:
         return self.force.values(self.setting, z)[0]
 
     def phase_matters(self) -> bool:
-        """Whether the flow depends on the phase, that is, whether the resonance appears up to second order."""
+        """True for a flow that depends on the phase, that is, for a resonance that appears up to second order."""
         if self.setting.soft != 0.0:
             return True
         return turns_with_phase(lambda z: self.force.values(self.setting, z)[1], self.setting, self.error)
@@ -245,7 +245,7 @@ class SecondOrderFlow:
         return real_matrix(carrier, 1j * carrier)
 
     def _slow(self, slope: Floats) -> Floats:
-        """What z'' makes of the derivative of R/(2 i Omega + mu)."""
+        """Derivative of R/(2 i Omega + mu) with the share of z''."""
         return np.asarray(np.linalg.solve(self._matrix + slope, self._matrix @ slope))
 
 

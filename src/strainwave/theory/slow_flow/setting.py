@@ -31,7 +31,7 @@ from .varying import mean_damping, pulling_lines, varied_orders, varies
 
 LARGEST, SMALLEST = 1e30, 1e-30  # of what the slow flow takes powers of
 HIGHEST = 2000  # harmonic of the common period: the averages sample it 16 times and more
-NEAR = 1e-6  # of omega_0: a hard line that is nearer sits on it
+NEAR_RESONANCE = 1e-6  # of omega_0: a hard line that is nearer sits on it
 SMALLEST_LINE = 1e-13  # relative to the largest: what sampling and rounding leave behind
 
 
@@ -104,7 +104,7 @@ class Setting:
     torque_lines, error_lines : (lines,) complex arrays
         Amplitudes times exp(i phase) of the torque [N*m] and of the kinematic error [rad].
     on_fast : (lines,) bool array
-        Which line is the soft one, at Omega.
+        True for the soft line, at Omega.
     omega, fast : float
         Speed of the base angle and Omega (omega_0 without resonance) [rad/s].
     hard : (lines,) complex array
@@ -145,9 +145,9 @@ class Setting:
         fast = p / q * omega if q else self.omega_0
         omega_0 = self.omega_0 if self.gap is None else fast
         square = np.asarray(omega_0)[..., None] ** 2
-        gap, least = square - k**2, 2.0 * NEAR * square
-        if (near := np.abs(gap) < least).any():
-            gap = np.where(near, np.copysign(least, gap), gap)  # see `sits_on`
+        gap, least = square - k**2, 2.0 * NEAR_RESONANCE * square
+        if (close := np.abs(gap) < least).any():
+            gap = np.where(close, np.copysign(least, gap), gap)  # see `sits_on`
         hard, soft = forcing / gap, forcing[..., self.on_fast].sum(axis=-1)
         hard[..., self.on_fast] = 0.0
         system, soft = self.system._replace(omega=omega), complex(soft) if np.ndim(soft) == 0 else soft
@@ -164,7 +164,7 @@ class Setting:
         return self.fast - self.omega_0 if self.gap is None else 0.5 * self.fast
 
     def inside(self, z: Any) -> Any:
-        """Whether motions stay inside the gap, where nothing holds their mean."""
+        """True for motions that stay inside the gap, where nothing holds their mean."""
         return np.abs(z) + np.sum(np.abs(self.hard), axis=-1) <= (-1.0 if self.gap is None else self.gap)
 
     def held(self, matrix: Floats, z: Any) -> Floats:
@@ -174,7 +174,7 @@ class Setting:
         return np.where((self.inside(z) | self.beyond(z))[..., None, None], 0.0, matrix)
 
     def beyond(self, z: Any) -> Any:
-        """Whether motions pass a saddle of the law, from where they do not come back."""
+        """True for motions that pass a saddle of the law, from where they do not come back."""
         return np.abs(z) + np.sum(np.abs(self.hard), axis=-1) >= self.reach
 
     def unforced(self) -> "Setting":
@@ -198,9 +198,9 @@ class Setting:
         """Order of a hard line on omega_0 at a speed [rad/s], where its forced amplitude is infinite at first order."""
         if self.gap is not None:
             return None
-        near = (abs(self.omega_0 - k * omega) < NEAR * self.omega_0 for k in self.orders)
+        close = (abs(self.omega_0 - k * omega) < NEAR_RESONANCE * self.omega_0 for k in self.orders)
         hard = ~self.on_fast & ((self.torque_lines != 0.0) | (self.error_lines != 0.0))
-        return next((k for k, hot, counts in zip(self.orders, near, hard, strict=True) if hot and counts), None)
+        return next((k for k, hot, counts in zip(self.orders, close, hard, strict=True) if hot and counts), None)
 
     def refuse_on_resonance(self, omega: float) -> None:
         """Refuse a speed [rad/s] at which a hard line sits on omega_0 (ValueError)."""

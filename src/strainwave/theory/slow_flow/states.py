@@ -24,7 +24,7 @@ from .second_order import Forms, SecondOrderFlow
 from .varying import varies
 
 TOGETHER = 2000  # speeds at once: what they take fits the memory, and a user can interrupt between
-AT_ONCE = 8  # speeds of one polar grid
+GRID_SPEEDS = 8  # speeds of one polar grid
 NODES = 33  # speeds at which g is tabulated
 ROUNDS, IDLE = 40, 8  # steps of Newton's method, and those in a row that get no shorter
 MET, SAME = 1e-7, 1e-7  # last relative step of a state, and distance of two that are one
@@ -55,7 +55,7 @@ class States:
 
 @dataclass(frozen=True, eq=False)
 class Table:
-    """What the law adds to `linear` in g [1/s], (amplitudes, speeds), over amplitudes [rad] and speeds [rad/s]."""
+    """Part of the law in g [1/s] beside `linear`, (amplitudes, speeds), over amplitudes [rad] and speeds [rad/s]."""
 
     amplitude: Floats
     omega: Floats
@@ -132,12 +132,12 @@ def _alone(flow: Flow) -> tuple[Complexes, Any]:
     """Nontrivial states of a flow at its one speed, and whether they attract."""
     if flow.setting.resonance.ratio is None:
         return np.zeros(0, complex), np.zeros(0, bool)
-    how = _search(flow, np.array([flow.setting.omega]))
-    return _together(flow, _by_scan if how in (None, _by_grid) else how)[1:]
+    search = _search(flow, np.array([flow.setting.omega]))
+    return _together(flow, _by_scan if search in (None, _by_grid) else search)[1:]
 
 
 def _search(flow: Flow, omega: Floats) -> Callable[[Any], Found] | None:
-    """How states are first looked for at many speeds at once; None where each speed is searched by itself."""
+    """First search for states at many speeds at once; None where each speed is searched by itself."""
     s = flow.setting
     if _is_polynomial(flow):
         return _by_polynomial
@@ -189,23 +189,23 @@ def _one_by_one(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
 
 
 def _at_rest(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
-    """Where a = 0 is a state."""
+    """States with a = 0."""
     if flow.setting.at(float(omega[0])).soft != 0.0:
         return _columns([])
     each = (flow.at(w) for w in omega.tolist())
     return _columns([(i, 0j, is_stable(one, 0j)) for i, one in enumerate(each) if is_trivial(one)])
 
 
-def _columns(found: list[tuple[int, complex, bool]]) -> tuple[Any, Complexes, Any]:
-    which, z, stable = zip(*found, strict=True) if found else ((), (), ())
-    return np.array(which, int), np.array(z, complex), np.array(stable, bool)
+def _columns(rows: list[tuple[int, complex, bool]]) -> tuple[Any, Complexes, Any]:
+    index, z, stable = zip(*rows, strict=True) if rows else ((), (), ())
+    return np.array(index, int), np.array(z, complex), np.array(stable, bool)
 
 
-def _padded(which: Any, count: int, values: Any, filler: Any) -> Any:
-    """Table (rows, count) of values whose places, rising, are `which`."""
-    row = np.arange(len(which)) - np.searchsorted(which, which)
+def _padded(index: Any, count: int, values: Any, filler: Any) -> Any:
+    """Table (rows, count) of values whose places, rising, are `index`."""
+    row = np.arange(len(index)) - np.searchsorted(index, index)
     table = np.full((int(np.max(row, initial=-1)) + 1 or 1, count), filler, values.dtype)
-    table[row, which] = values
+    table[row, index] = values
     return table
 
 
@@ -282,7 +282,7 @@ def _by_grid(flow: SecondOrderFlow) -> Found:
     linear = np.flatnonzero(np.isfinite(weak) & (flow.setting.soft != 0.0))
     places, z = [linear], [weak[linear]]
     order = np.argsort(np.abs(flow.setting.hard).sum(axis=-1), kind="stable")  # alike in the amplitudes that matter
-    for chunk in np.array_split(order, -(-len(order) // AT_ONCE)):
+    for chunk in np.array_split(order, -(-len(order) // GRID_SPEEDS)):
         local_flows = (replace(rough, setting=rough.setting.of(int(i))) for i in chunk)
         ends = [a[[0, -1]] for a in (amplitudes(local, ROWS_PER_DECADE) for local in local_flows)]
         low, high = np.min(ends), np.max(ends)
@@ -330,6 +330,6 @@ def _near_zero(value: Floats) -> tuple[Any, Any]:
 def _between(pull: Complexes, row: Any, column: Any, share: Floats) -> Complexes:
     """Cubic through four rows (Catmull & Rom), at shares of the way from a row to the next."""
     rows = np.clip(row + np.array([[-1], [0], [1], [2]]), 0, len(pull) - 1)
-    before, here, there, after = pull[rows, column]
-    bend, turn = 2.0 * before - 5.0 * here + 4.0 * there - after, 3.0 * (here - there) + after - before
-    return np.asarray(here + 0.5 * share * (there - before + share * (bend + share * turn)))
+    before, left, right, after = pull[rows, column]
+    bend, turn = 2.0 * before - 5.0 * left + 4.0 * right - after, 3.0 * (left - right) + after - before
+    return np.asarray(left + 0.5 * share * (right - before + share * (bend + share * turn)))

@@ -44,10 +44,10 @@ def evolve(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
             )
         )
     with np.errstate(all="ignore"):  # what is not finite is refused in a sentence
-        found = _evolved(flow, y0, t)
-        if not (np.all(np.isfinite(found.x)) and np.all(np.isfinite(found.rate))):
+        evolution = _evolved(flow, y0, t)
+        if not (np.all(np.isfinite(evolution.x)) and np.all(np.isfinite(evolution.rate))):
             raise _lost(y0)
-        return found
+        return evolution
 
 
 def _lost(y0: tuple[float, float]) -> SolveError:
@@ -108,11 +108,11 @@ def _verdict(flow: Flow, z: Any, rate: Any) -> tuple[float, bool, str]:
     error = float(np.max(np.divide(missed, 2.0 * speed**2, out=np.zeros(len(z)), where=speed > 0.0)))
     sound, lost = bool(np.all(flow.sound(z))), bool(np.any(s.beyond(z)))
     valid = error <= ACCEPTED and sound and not lost
-    told = f"the estimated error of its frequency is {100.0 * error:.2g} % (limit {100.0 * ACCEPTED:.0f} %)"
-    told += "" if sound else ", and its small harmonics are larger than the motion"
-    told += f", and it passes a saddle of the law, {s.reach:.6g} rad from rest" if lost else ""
+    text = f"the estimated error of its frequency is {100.0 * error:.2g} % (limit {100.0 * ACCEPTED:.0f} %)"
+    text += "" if sound else ", and its small harmonics are larger than the motion"
+    text += f", and it passes a saddle of the law, {s.reach:.6g} rad from rest" if lost else ""
     remedy = "" if valid else "; start closer to equilibrium, or integrate"
-    return error, valid, f"the transient is {'valid' if valid else 'not valid'}: {told}{remedy}"
+    return error, valid, f"the transient is {'valid' if valid else 'not valid'}: {text}{remedy}"
 
 
 def motion(flow: Flow, z: Any, t: Floats) -> Floats:
@@ -160,13 +160,13 @@ def _decay(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     nodes = np.linspace(t[0], t[-1], 2 * DECAY + 1)
     a = a0 * np.exp(-0.5 * mu * (nodes - t[0]))
     shift = _batched(flow, a.astype(complex)).imag / a
-    whole, half = np.diff(nodes[::2]), shift[1::2]
-    angle = np.concatenate([[0.0], np.cumsum(whole * (shift[:-2:2] + 4.0 * half + shift[2::2]) / 6.0)])
+    widths, half = np.diff(nodes[::2]), shift[1::2]
+    angle = np.concatenate([[0.0], np.cumsum(widths * (shift[:-2:2] + 4.0 * half + shift[2::2]) / 6.0)])
     # on each piece the rate is the parabola through three nodes, the angle its integral from the left
     piece = np.minimum(np.searchsorted(nodes[::2], t, side="right") - 1, DECAY - 1)
-    s, left, right = (t - nodes[2 * piece]) / whole[piece], shift[2 * piece], shift[2 * piece + 2]
+    s, left, right = (t - nodes[2 * piece]) / widths[piece], shift[2 * piece], shift[2 * piece + 2]
     bend, slope = 2.0 * (left - 2.0 * half[piece] + right), 4.0 * half[piece] - 3.0 * left - right
-    turned = angle[piece] + whole[piece] * s * (left + s * (slope / 2.0 + s * bend / 3.0))
+    turned = angle[piece] + widths[piece] * s * (left + s * (slope / 2.0 + s * bend / 3.0))
     z = z0 * np.exp(-0.5 * mu * (t - t[0]) + 1j * turned)
     return z, (-0.5 * mu + 1j * (left + s * (slope + s * bend))) * z
 
@@ -187,11 +187,11 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     rtol = max(RTOL, 10.0 * flow.error)
     atol = 0.01 * rtol * max(abs(z0), max(flow.setting.scales()) * 1e-3)
     system, time, w, end = _Slow(flow), float(t[0]), workspace((z0.real, z0.imag)), float(t[-1])
-    most = 0 if _is_hopeless(flow, z0, end - time, rtol) else MOST_STEPS
+    max_steps = 0 if _is_hopeless(flow, z0, end - time, rtol) else MOST_STEPS
     w[K] = system.rhs(0.0, w[Y])
     h = min(first_step(5, system, 1.0, time, w, rtol, atol), end - time)
     z, filled = np.full(len(t), z0, complex), 1
-    for _ in range(most):
+    for _ in range(max_steps):
         e = math.sqrt(abs(attempt(system, time, h, h, rtol, atol, w)))
         if not time + h > time:
             break
@@ -217,7 +217,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
 
 
 def _is_hopeless(flow: Flow, z0: complex, span: float, rtol: float) -> bool:
-    """Whether a span [s] takes more than `MOST_STEPS`: a step is stable up to 3.3 of h mu/2, and 19 turn by 1 rad.
+    """True if a span [s] takes more than `MOST_STEPS`: a step is stable up to 3.3 of h mu/2, and 19 turn by 1 rad.
 
     That is of the fastest disturbance at the start, which turns as long as the damping lets the start last.
     """
@@ -231,7 +231,7 @@ def _is_hopeless(flow: Flow, z0: complex, span: float, rtol: float) -> bool:
 
 def _batched(flow: Flow, z: Any) -> Any:
     """Rates at many points, in pieces that fit the memory whatever the number of quadrature points."""
-    points = flow.means.rest.size if isinstance(flow, AveragedFlow) and isinstance(flow.means, Sampled) else 64
+    points = flow.means.forced.size if isinstance(flow, AveragedFlow) and isinstance(flow.means, Sampled) else 64
     pieces = math.ceil(len(z) * points / 500_000)
     return np.concatenate([flow.rates(part) for part in np.array_split(z, pieces)])
 

@@ -21,7 +21,7 @@ POINTS = 64  # of a turn, beside eight per period of the highest order
 
 
 def varies(system: Any) -> bool:
-    """Whether a system has a stiffness and a damping of its own objects, as a `VaryingOscillator`."""
+    """True for a system with a stiffness and a damping of its own objects, as a `VaryingOscillator`."""
     return bool(lacking(system, "B")) and not lacking(system, "damping", "variation")
 
 
@@ -61,9 +61,9 @@ def _turn(orders: tuple[int, ...]) -> Floats:
 
 def torques(s: Any, theta: Floats, u: Floats, v: Floats) -> Floats:
     """Torque [N*m] of spring and damping at angles, torsions and rates, but for B v and what counts as a line."""
-    system, rest = s.system, s.system.law.torque(s.u0)
-    pull = system.variation.value(theta) * (system.law.torque(u) - rest)
-    return np.asarray(rest + pull + (system.damping.value(theta, v) - s.B) * v)
+    system, offset = s.system, s.system.law.torque(s.u0)
+    pull = system.variation.value(theta) * (system.law.torque(u) - offset)
+    return np.asarray(offset + pull + (system.damping.value(theta, v) - s.B) * v)
 
 
 def stiffnesses(s: Any, theta: Floats, u: Floats, _: Floats) -> Floats:

@@ -102,8 +102,8 @@ class Gear(NamedTuple):
             add(factor, self.error, x)
             x[0] += (1.0 - factor) * self.error[0]
             return
-        at = len(z) - 1 - size
-        row_times(z[at : at + size], tables[0], samples[TORQUE])
+        start = len(z) - 1 - size
+        row_times(z[start : start + size], tables[0], samples[TORQUE])
         sample_error(self.lines, factor, tables[2], samples[TORQUE], samples[VALUE], samples[SLOPE], samples[BEND])
         row_times(samples[VALUE], tables[1], x)
         add(1.0, z[:size], x)
@@ -125,9 +125,9 @@ class Gear(NamedTuple):
         multiply(self.samples[SLOPE], self.samples[MIXED])
         row_times(self.samples[MIXED], tables[1], self.series)
         size = len(self.series)
-        at = (blocks.shape[0] - 1) * size
+        start = (blocks.shape[0] - 1) * size
         for i in range(size):
-            r[at + i] -= self.series[i]
+            r[start + i] -= self.series[i]
 
     def multiply_by(self, samples: Floats, product: Floats) -> None:
         """Write the matrix that multiplies a series by what has these samples."""

@@ -80,11 +80,11 @@ class Disturbances(NamedTuple):
         places = LOOKED * (h + 1)
         d = (self.twists @ synthesis(h, places))[:, twist] - breaks[:, None]
         d = np.concatenate([d, d[..., :1]], axis=2)
-        orbit, kink, at = np.nonzero(d[..., 1:] * d[..., :-1] < 0.0)
+        orbit, kink, m = np.nonzero(d[..., 1:] * d[..., :-1] < 0.0)
         step = 2.0 * np.pi / places
-        ends = at * step, (at + 1) * step, d[orbit, kink, at], d[orbit, kink, at + 1]
-        found = _refined(self.twists[orbit, twist[kink]], breaks[kink], *ends)
-        return [np.sort(found[orbit == i]) for i in range(len(self.twists))]
+        ends = m * step, (m + 1) * step, d[orbit, kink, m], d[orbit, kink, m + 1]
+        crossed = _refined(self.twists[orbit, twist[kink]], breaks[kink], *ends)
+        return [np.sort(crossed[orbit == i]) for i in range(len(self.twists))]
 
 
 def disturbances(problem: Any, points: Floats) -> Disturbances | None:
@@ -213,9 +213,9 @@ def linear_response(problem: Any, value: float) -> Floats:
     p[1:] = (np.linalg.pinv(matrix[1:], rcond=1e-14) @ force[1:, :, None])[..., 0]
     p[0, : len(laws)] = means
     if count > len(laws):
-        rest = s[0, -1 + count, n] - s[0, count - 1, : len(laws)] @ p[0, : len(laws)]
+        remainder = s[0, -1 + count, n] - s[0, count - 1, : len(laws)] @ p[0, : len(laws)]
         holds = s[0, count - 1, count - 1]
-        p[0, -1] = rest / holds if holds else 0.0
+        p[0, -1] = remainder / holds if holds else 0.0
     return np.append(to_real(p.T).ravel(), value)
 
 
@@ -223,20 +223,20 @@ def left_out(problem: Any, points: Floats) -> tuple[Floats, Floats]:
     """Parameter at some points of a curve, and the shares (values, 1 + blocks) left out there, of x and blocks."""
     selected = points[few_of(points)]
     blocks, h = problem.series(selected), problem.harmonics()
-    most, count = 3 * h + 8, len(problem.blocks)
-    samples = 3 * most
-    n, k = problem.pencil.matrices.shape[1], np.arange(h + 1, most + 1)
-    s = np.empty((len(selected), most + 1, n, n + 1), complex)
+    top, count = 3 * h + 8, len(problem.blocks)
+    samples = 3 * top
+    n, k = problem.pencil.matrices.shape[1], np.arange(h + 1, top + 1)
+    s = np.empty((len(selected), top + 1, n, n + 1), complex)
     omega = base_speed(problem, selected[:, -1])
-    quiet = problem.pencil._replace(forces=np.zeros((n, most + 1), complex), per_speed=np.zeros(n))
+    quiet = problem.pencil._replace(forces=np.zeros((n, top + 1), complex), per_speed=np.zeros(n))
     with np.errstate(all="ignore"):
         condense(quiet, omega, 1.0, s, None)
-        matrix, force = s[:, :, :count, :count].copy(), np.zeros((len(selected), most + 1, count), complex)
+        matrix, force = s[:, :, :count, :count].copy(), np.zeros((len(selected), top + 1, count), complex)
         for i, law in enumerate(problem.part.laws):
             u = blocks[:, i] @ synthesis(h, samples)
-            force[..., i] = -to_complex((law.torque(u) + 0.0 * u) @ analysis(most, samples))
+            force[..., i] = -to_complex((law.torque(u) + 0.0 * u) @ analysis(top, samples))
             matrix[..., i, i] += np.mean(law.stiffness(u) + 0.0 * u, axis=1)[:, None]
-        matrix[..., 0, 0] += 1j * problem.gear_damping * problem.pencil.rate * omega[:, None] * np.arange(most + 1)
+        matrix[..., 0, 0] += 1j * problem.gear_damping * problem.pencil.rate * omega[:, None] * np.arange(top + 1)
         p = np.zeros_like(force)
         p[:, k] = np.linalg.solve(matrix[:, k], force[:, k, :, None])[..., 0]
         x = eliminated(quiet, s, p) @ problem.part.values[0]

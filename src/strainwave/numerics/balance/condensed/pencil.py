@@ -107,8 +107,8 @@ def eliminated(pencil: Any, s: Any, kept: Any) -> Any:
     for out in range(pencil.kept, n):
         first = 1 if pencil.loose < out <= pencil.loose + pencil.controls else 0
         row = s[..., first:, out, :]
-        known = np.sum(row[..., :out] * p[..., first:, :out], axis=-1)
-        p[..., first:, out] = (row[..., n] - known) / row[..., out]
+        coupled = np.sum(row[..., :out] * p[..., first:, :out], axis=-1)
+        p[..., first:, out] = (row[..., n] - coupled) / row[..., out]
     return p
 
 

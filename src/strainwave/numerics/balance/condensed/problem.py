@@ -4,7 +4,7 @@ D(k omega) P_k + T_k = F_k with the torques T of the laws, exact where they are 
 dynamic stiffness D of all that is linear around them. Where a kinematic error follows the motor, its deviation is one
 more block of unknowns. What repeats g times a turn has unknowns at every g-th harmonic alone.
 
-Whether other orbits may exist beside those of a condensed problem, from what one harmonic allows.
+The orbits that may exist beside those of a condensed problem, from what one harmonic allows.
 """
 
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ from ....compile.tree import with_leaf
 from ...addressed import EquationsAt, equations_at
 from ..first_order import FirstOrder
 from ..fourier import analysis, from_blocks, gathered, orders, spread, synthesis, to_blocks
-from ..harmonics import ENOUGH, highest_order
+from ..harmonics import SEARCH_PER_TURN, highest_order
 from ..linear_algebra import copy, extremes, fill, padded
 from ..linear_part import STRENGTH, Around, clean_mean, floating, several_at, strongest
 from ..piecewise import is_piecewise_linear
@@ -175,7 +175,7 @@ class Condensed(NamedTuple):
     def table(self, point: Floats) -> Floats:
         return from_blocks(spread(self.series(point[None])[0], self.every).T)
 
-    def whole(self, table: Floats) -> Floats:
+    def state_table(self, table: Floats) -> Floats:
         """Table of the states at the system's own base frequency."""
         point = self.fitted(table, self.omega)
         return from_blocks(spread(self.states(point[None])[0], self.every).T)
@@ -186,8 +186,8 @@ class Condensed(NamedTuple):
 
     def point(self, table: Floats, value: float) -> Floats:
         """Point of a table (2H+1, states), cut or filled up."""
-        own = gathered(to_blocks(table).T, self.every, self.harmonics())
-        p = np.linalg.pinv(self.part.values) @ own
+        states = gathered(to_blocks(table).T, self.every, self.harmonics())
+        p = np.linalg.pinv(self.part.values) @ states
         blocks = p[: len(self.blocks)].copy()
         blocks[0] -= motions.errors(self, blocks[None])[0]
         return np.append(blocks.ravel(), value)
@@ -226,11 +226,11 @@ class Condensed(NamedTuple):
         return None
 
     def floating(self, points: Floats) -> Booleans:
-        """Whether the gear's law gives no torque anywhere on an orbit that moves, for every point."""
+        """True for a point whose orbit moves without any torque of the gear's law."""
         return floating(self.part.laws[0], self.series(points)[:, 0], self.synthesis)
 
     def around(self, omega: Floats) -> Around | None:
-        """What is linear around the gear at base frequencies [rad/s]; None where there are more laws."""
+        """Linear part around the gear at base frequencies [rad/s]; None where there are more laws."""
         law, *more = self.part.laws
         if more:
             return None
@@ -248,7 +248,7 @@ class Condensed(NamedTuple):
     def to_search(self, value: float) -> "Condensed":
         """The problem at a base frequency, with as many harmonics as the search for other orbits takes."""
         system = with_leaf(self.system, self.omega_leaf, value)
-        wanted = max(ENOUGH, 3 * highest_order(system)) * self.turns // self.every
+        wanted = max(SEARCH_PER_TURN, 3 * highest_order(system)) * self.turns // self.every
         changed = self._replace(system=system, leaf=self.omega_leaf)
         return changed.with_harmonics(min(self.harmonics(), wanted))
 

@@ -52,13 +52,13 @@ class SecondOrderFormula(NamedTuple):
         w, v = speeds(self, drive, omega)
         c = hard(drive, drive.lines[0], omega, amplitude)
         step = STEP * (abs(z.real) + abs(z.imag) + 1e-3 * drive.size)
-        here = ahead = aside = 0j
+        centre = ahead = aside = 0j
         for i in range(3):
-            there = z + complex(step if i == 1 else 0.0, step if i == 0 else 0.0)
-            found, first, back = self.formula.values(self.square, self.cube, pull, drive.mu, w, v, there, c)
-            here, ahead, aside = -(linear * there + first + back), here, ahead
-        rate, by_re, by_im = here + soft(drive, omega, amplitude), (ahead - here) / step, (aside - here) / step
-        return with_inertia(rate / carrier, by_re / carrier, by_im / carrier, carrier), (found[0] + 0j, *found[1:])
+            point = z + complex(step if i == 1 else 0.0, step if i == 0 else 0.0)
+            small, first, back = self.formula.values(self.square, self.cube, pull, drive.mu, w, v, point, c)
+            centre, ahead, aside = -(linear * point + first + back), centre, ahead
+        rate, by_re, by_im = centre + soft(drive, omega, amplitude), (ahead - centre) / step, (aside - centre) / step
+        return with_inertia(rate / carrier, by_re / carrier, by_im / carrier, carrier), (small[0] + 0j, *small[1:])
 
     def motion(self, drive: Any, small: Any, omega: Any, angle: Any, free: Any) -> Any:
         """Sum of the small harmonics [rad] of a formula, and its derivative [rad/s]."""
@@ -93,24 +93,24 @@ def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: Stat
     low, high = interval(
         "the range of speeds [rad/s]", (0.5 * s.omega, 1.5 * s.omega) if speeds is None else speeds, positive=True
     )
-    least, most = _amplitudes(amplitudes)
+    least, largest = _amplitudes(amplitudes)
     fastest = max(s.fast / s.omega * high if s.resonance.ratio else s.fast, high * max(s.orders, default=1))
     time = 2.0 * math.pi / (PER_PERIOD * fastest) if sample is None else number("sample [s]", sample, positive=True)
-    at_most = scaled(flow, most)
+    at_most = scaled(flow, largest)
     drive = _linear_drive(s)
     p, q = s.resonance if s.resonance.ratio else (0, 1)
-    reach = _reach(scaled(flow, OVERSHOOT * most, OVERSHOOT), order, (low, high))
-    force = _force(at_most, drive, order, _probes((low, high), min(reach, 10.0 * drive.size)), most)
-    made = Predictor(time, 1, (low, high), (least, most), reach, _mean(s), p, q, drive, force)
+    reach = _reach(scaled(flow, OVERSHOOT * largest, OVERSHOOT), order, (low, high))
+    force = _force(at_most, drive, order, _probes((low, high), min(reach, 10.0 * drive.size)), largest)
+    made = Predictor(time, 1, (low, high), (least, largest), reach, _mean(s), p, q, drive, force)
     return Predictor(*floated(made._replace(steps=_steps(at_most, made))))
 
 
 def _amplitudes(amplitudes: States) -> tuple[float, float]:
     """The range of the factor on the torque lines."""
-    least, most = interval("amplitudes", amplitudes)
+    least, largest = interval("amplitudes", amplitudes)
     if least < 0.0:
-        raise ValueError(f"amplitudes are ({least:.6g}, {most:.6g}); they must be (lowest, highest) from 0 up")
-    return least, most
+        raise ValueError(f"amplitudes are ({least:.6g}, {largest:.6g}); they must be (lowest, highest) from 0 up")
+    return least, largest
 
 
 def scaled(flow: Flow, torque: float, error: float = 1.0) -> Flow:
@@ -125,8 +125,8 @@ def scaled(flow: Flow, torque: float, error: float = 1.0) -> Flow:
 def _linear_drive(s: Setting) -> LinearDrive:
     """The linear drive, with at least one line."""
     lines = tuple(
-        samples.ForcedLine(k, place, float(soft), t.real / s.system.J, t.imag / s.system.J, e.real, e.imag)
-        for k, place, soft, t, e in zip(s.orders, s.places, s.on_fast, s.torque_lines, s.error_lines, strict=True)
+        samples.ForcedLine(k, harmonic, float(soft), t.real / s.system.J, t.imag / s.system.J, e.real, e.imag)
+        for k, harmonic, soft, t, e in zip(s.orders, s.places, s.on_fast, s.torque_lines, s.error_lines, strict=True)
     )
     ratio = 0.0 if s.resonance.ratio is None else float(s.resonance.ratio)
     return LinearDrive(
@@ -162,7 +162,7 @@ def _sampled(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitu
     """As few sample points as give the rates of the flow."""
     s = flow.setting
     best, error, points = None, math.inf, FEWEST * s.top
-    most = s.top * (max(KINKED, MOST_POINTS[order]) if breakpoints_of(s.system.law) else MOST_POINTS[order])
+    cap = s.top * (max(KINKED, MOST_POINTS[order]) if breakpoints_of(s.system.law) else MOST_POINTS[order])
     while True:
         angle, share = 2.0 * math.pi / points, s.base / s.resonance.q
         common = (floated(s.system.law), s.system.J, points, math.cos(angle), math.sin(angle), s.fast_place, share)
@@ -174,12 +174,12 @@ def _sampled(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitu
         off = _worst(flow, drive, force, probes, amplitude)
         if off < 0.8 * error:
             best, error = force, off
-        if error <= ACCURATE or points == most:
+        if error <= ACCURATE or points == cap:
             break
-        points = min(2 * points, most)
+        points = min(2 * points, cap)
     if best is None or not error <= ACCEPTED:
         raise ValueError(
-            f"{most} samples of the law give the rates to {100.0 * error:.2g} % only; use the other order, or integrate"
+            f"{cap} samples of the law give the rates to {100.0 * error:.2g} % only; use the other order, or integrate"
         )
     return best
 
@@ -195,11 +195,11 @@ def _worst(flow: Flow, drive: LinearDrive, force: Any, probes: Probes, amplitude
     """Largest error of the rates relative to the linear part of the slow flow."""
     worst = 0.0
     for omega, z in probes:
-        here = flow.at(omega)
-        if here.setting.sits_on(omega):
+        local = flow.at(omega)
+        if local.setting.sits_on(omega):
             continue
-        s = here.setting
-        rate, size = complex(here.rates(z)), (s.mu + abs(s.fast - s.omega_0)) * abs(z)
+        s = local.setting
+        rate, size = complex(local.rates(z)), (s.mu + abs(s.fast - s.omega_0)) * abs(z)
         worst = max(worst, abs(force.rate(drive, omega, amplitude, z)[0] - rate) / (size + abs(rate)))
     return worst
 
@@ -221,15 +221,15 @@ def _slots(flow: Flow, probes: Probes) -> tuple[tuple[int, ...], tuple[float, ..
 
 def _reach(flow: Flow, order: int, speeds: tuple[float, float]) -> float:
     """Torsion [rad] about its mean up to which the certificate holds the steady states under an excitation valid."""
-    found = response_curve.response(flow, *speeds)
+    curves = response_curve.response(flow, *speeds)
     states = [
         (float(omega), complex(a * np.exp(-1j * phase)))
-        for branch in found.branches
+        for branch in curves.branches
         for omega, a, phase in zip(branch.omega, branch.amplitude, branch.phase, strict=True)
     ]
     for omega in np.linspace(*speeds, SPEEDS):
-        here = flow.at(float(omega))
-        if not here.setting.sits_on(float(omega)) and (here.setting.resonance.ratio is None or is_trivial(here)):
+        local = flow.at(float(omega))
+        if not local.setting.sits_on(float(omega)) and (local.setting.resonance.ratio is None or is_trivial(local)):
             states.append((float(omega), 0j))
     ranked = sorted((abs(z) + float(np.sum(np.abs(flow.at(omega).setting.hard))), omega, z) for omega, z in states)
     if not ranked or ranked[-1][0] == 0.0:

@@ -43,7 +43,7 @@ REFUSED_START = (
 
 
 class PredictorState(NamedTuple):
-    """What a predictor carries from one sample to the next.
+    """State of a predictor, carried from one sample to the next.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class PredictorState(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """What a predictor answers.
+    """Answer of a predictor.
 
     Attributes
     ----------
@@ -98,13 +98,13 @@ class Prediction(NamedTuple):
 
 @kernel
 def is_finite(value: Reals) -> Any:
-    """Whether a number is finite."""
+    """True for a finite number."""
     return value - value == 0.0
 
 
 @kernel
 def is_sound(state: PredictorState, largest: Any) -> Any:
-    """Whether all numbers of a state are finite, and z is not above `largest` [rad]."""
+    """True for a state of finite numbers whose z is not above `largest` [rad]."""
     total = state.re_rate + state.im_rate + state.re_rate_1 + state.im_rate_1 + state.re_rate_2 + state.im_rate_2
     total += state.re + state.im + state.omega + state.amplitude
     bounded = abs(state.angle) <= LARGEST_ANGLE and abs(state.free) <= LARGEST_ANGLE

@@ -1,6 +1,6 @@
 """Forces of a predictor by samples of the law along the motion over the common period: any law torque(x), any lines.
 
-What drives the slow flow of a predictor, in scalar code: by formula, or by samples of the law along the motion.
+Force on the slow flow of a predictor, in scalar code: by formula, or by samples of the law along the motion.
 """
 
 from typing import Any, NamedTuple
@@ -9,7 +9,7 @@ from ....base.quantities import Reals, States
 from ....compile.jit import kernel
 from ....compile.maths import cos, sin
 from ..closed_forms import answer
-from ..setting import NEAR
+from ..setting import NEAR_RESONANCE
 
 SLOTS = 6  # small harmonics
 
@@ -66,7 +66,7 @@ def forcing(line: ForcedLine, omega: Reals, amplitude: Reals) -> Any:
 def hard(drive: Any, line: Any, omega: Any, amplitude: Any) -> Any:
     """Forced amplitude [rad] of a line; 0 of the soft one."""
     speed, pull = line.order * omega, drive.omega_0 * drive.omega_0
-    gap, least = pull - speed * speed, 2.0 * NEAR * pull
+    gap, least = pull - speed * speed, 2.0 * NEAR_RESONANCE * pull
     if abs(gap) < least:
         gap = least if gap >= 0.0 else -least
     force, per_gap = forcing(line, omega, amplitude), (1.0 - line.soft) / gap
@@ -149,8 +149,8 @@ def first_motion(drive: Any, omega: Reals, amplitude: Reals, fast: Any, z: compl
     w = z.real * turn.real - z.imag * turn.imag
     for i in range(len(drive.lines)):
         line = drive.lines[i]
-        c, at = hard(drive, line, omega, amplitude), power(b, line.harmonic)
-        w += c.real * at.real - c.imag * at.imag
+        c, turned = hard(drive, line, omega, amplitude), power(b, line.harmonic)
+        w += c.real * turned.real - c.imag * turned.imag
     return turn, w
 
 
@@ -170,11 +170,11 @@ class FirstOrderSamples(NamedTuple):
 
     def rate(self, drive: LinearDrive, omega: Reals, amplitude: Reals, z: complex) -> Any:
         """Rate z' [rad/s], and the small harmonics [rad]."""
-        rest, stiffness = self.law.torque(drive.u0), self.J * drive.omega_0 * drive.omega_0
+        offset, stiffness = self.law.torque(drive.u0), self.J * drive.omega_0 * drive.omega_0
         b, step, total = 1.0 + 0j, complex(self.cosine, self.sine), 0j
         for _ in range(self.points):
             turn, w = first_motion(drive, omega, amplitude, self.fast, z, b)
-            n = self.law.torque(drive.u0 + w) - rest - stiffness * w
+            n = self.law.torque(drive.u0 + w) - offset - stiffness * w
             total += complex(n * turn.real, -n * turn.imag)
             b *= step
         mean = total * (1.0 / (drive.omega_0 * self.J * self.points))
