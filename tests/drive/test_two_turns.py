@@ -310,8 +310,7 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     found = project.response()
     answers = facts(project, found)
     told = {fact.key: fact.value for fact in answers}
-    left_out = f"{len(told['harmonics'])} waves of two turns; each one left out carries at most 0.01 % of the motion"
-    assert left_out in [f.value for f in answers]
+    assert told["left_out_relative"] == 1e-4
     assert found.message == "reached both ends; motions apart from the curve are not looked for"
     assert told["beat.turns"] == found.curve.beat == 25.0
     assert not told["passes"]

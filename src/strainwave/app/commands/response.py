@@ -32,7 +32,8 @@ from .options import file_type, json_option, limit_option, output_option, projec
 FIGURES = (".svg", ".png")
 CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
 UNCOVERED = "of the stable motions that are known; at some speeds the drive leaves them, and there"
-NOT_BISTABLE = ("no bistable range: a run-up and a run-down meet the same motions",)
+LEFT_OUT = 1e-3  # share of the motion in the harmonics that are left out, from which on it is told
+NO_JUMPS = ("no jumps",)
 
 
 @click.command()
@@ -112,16 +113,16 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         Fact("limits", tuple(one.data() for one in judged.findings)),
         Fact("", _torques(project, judged), "torque {}"),
         Fact("fold_speeds", tuple(folds)),
-        Fact("", f"{_speeds(folds)} {unit}" if folds else "none", "folds, where the curve turns: {}"),
+        Fact("", f"{_speeds(folds)} {unit}" if folds else (), "folds, where the curve turns: {}"),
         Fact("jump_up_speed", speeds.own(sweep.jump_up) if sweep else None),
         Fact("jump_down_speed", speeds.own(sweep.jump_down) if sweep else None),
         Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands), "{}"),
-        Fact("", NOT_BISTABLE if judged.whole and not bands else (), "{}"),
+        Fact("", NO_JUMPS if judged.whole and not bands else (), "{}"),
         *(Fact(key, value) for key, value in plain.items()),
-        Fact("", left_out, "{}"),
+        Fact("", left_out if plain["left_out_relative"] > LEFT_OUT else (), "{}"),
         *(() if sure is None else sure.facts(project.limit)),
         *(project.loop.facts() if project.loop else ()),
-        Fact("sources", source_facts(project)), Fact("", sources_said(project), "{}"), Fact("", WHAT_X_IS, "{}"),
+        Fact("sources", source_facts(project)), Fact("", sources_said(project), "{}"),
         *(() if resting is None else resting.facts()),
         Fact("beyond_limits", tuple(judged.remarks), "note: {}"),
         Fact("conventions", CONVENTIONS),

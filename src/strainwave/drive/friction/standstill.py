@@ -97,8 +97,9 @@ class Standstill(Result):
         place = f"the motor sags by {_range(self.sag)} (output), the load points off by {_range(self.error)}"
         low, high = map(number, self.loads)
         under = "" if low == high else f" under {low} to {high} N·m on the load"
+        level = not dry and max(map(abs, (*self.sag, *self.error))) < LEVEL
         return (
-            f"At standstill{under} {place}{dry}.",
+            *([] if level else [f"At standstill{under} {place}{dry}."]),
             *([self.hunting()] if self.integrates and self.motor_friction else []),
             *(said.format(w / HERTZ) for said, w in zip(STUCK, self.stuck, strict=True) if not isnan(w)),
         )
@@ -116,6 +117,7 @@ class Standstill(Result):
         return f"It hunts: the integrator makes the motor stick and slip by up to {size}, with {period}."
 
 
+LEVEL = 0.001 * ARCSEC  # of an angle at rest that is not told
 STUCK = (
     "While the motor sticks, the load vibrates on the gear at {:.4g} Hz.",
     "While the load sticks, the motor with its loop vibrates on the gear at {:.4g} Hz.",
