@@ -29,7 +29,7 @@ import strainwave as sw
 from strainwave.base.law import energy_of, losses_of, share, torque_of, z_rate_of
 from strainwave.base.quantities import checked, floated, parameters
 from strainwave.compile import jit
-from strainwave.files.fields.kinds import Place
+from strainwave.files.fields.kinds import Entry
 from strainwave.files.fields.rows import LAW
 from strainwave.files.yaml_text import read
 
@@ -270,7 +270,7 @@ def test_law_survives_a_project_file(law):
         return
     written = read(f"law: {sw.project_entry(law)}")
     assert not written.problems
-    again = LAW.read(written.content["law"], Place((), []))
+    again = LAW.read(written.content["law"], Entry((), []))
     assert again == law
     assert classes_of(again) == classes_of(law)
 
@@ -278,7 +278,7 @@ def test_law_survives_a_project_file(law):
 def test_a_polynomial_of_high_degree_is_written_and_read_back():
     law = sw.Polynomial(tuple(0.1 * i for i in range(1, 17)))
     content = read(f"law: {sw.project_entry(law)}").content["law"]
-    assert LAW.read(content, Place((), [])) == law
+    assert LAW.read(content, Entry((), [])) == law
 
 
 @pytest.mark.parametrize("law", [sw.Cubic(-1.0, -1.0), sw.Linear(1e40), sw.Polynomial((1.0,))])

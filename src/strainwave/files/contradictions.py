@@ -1,4 +1,4 @@
-"""What is wrong in a project whose fields are right by themselves: contradictions."""
+"""Contradictions in a project whose fields are right by themselves."""
 
 from collections.abc import Iterator
 from functools import reduce
@@ -22,7 +22,7 @@ NOTHING_DRIVES = (
 
 
 def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]) -> Iterator[tuple[Keys, str]]:
-    """Fields that do not go together; groups of the spec that are None have problems of their own, told elsewhere."""
+    """Fields that do not go together; groups of the spec that are None have problems of their own."""
     if spec.gear is not None and spec.motor is not None:
         yield from _inertia(spec, gear)
     if spec.gear is not None:
@@ -30,7 +30,7 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
         yield from _law(spec, gear)
     if spec.excitation is not None:
         yield from _excitation(spec, gear)
-    yield from _whole_train(spec)
+    yield from _drive_train(spec)
     if spec.gear is not None and spec.load_friction == CATALOGUE:
         yield from _friction(gear)
     if spec.gear is not None and spec.scatter:
@@ -41,11 +41,11 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
     for name in spec.sources or ():
         try:
             keys = keys_of(content, name)
-            known = row_at(ProjectSpec, content, keys) or keys[0] == "gear" or reduce(inside, keys, content) is not None
+            valid = row_at(ProjectSpec, content, keys) or keys[0] == "gear" or reduce(inside, keys, content) is not None
         except ValueError as error:
             yield ("sources", name), str(error)
         else:
-            if not known:
+            if not valid:
                 yield ("sources", name), "is no field of a project file; name a number or a group as the file has it"
 
 
@@ -70,7 +70,7 @@ def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]
 
 
 def _friction(gear: Gear | None) -> Iterator[tuple[Keys, str]]:
-    """What keeps the friction of the meshing from following from the gear's record."""
+    """Reasons why the friction of the meshing does not follow from the gear's record."""
     example = "write it as a share of the torque, for example 8 %"
     try:
         if gear is None:
@@ -94,7 +94,7 @@ def _arrangement(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, s
 
 
 def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
-    """What the law of the gear, with what stands beside it, does not go together with."""
+    """Contradictions to the law of the gear, hysteresis and backlash included."""
     if spec.hysteresis == CATALOGUE and (gear is None or None in (gear.hysteresis_loss, gear.rated_torque)):
         whose = "an explicit gear" if gear is None else gear.name
         fact = f"is catalogue, and no source gives hysteresis loss and rated torque of {whose}"
@@ -114,9 +114,9 @@ def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     if spec.damping is None:
         return
     if spec.damping.B is None and not float(spring_stiffness(law, 0.0)) > 0.0:
-        way, held = "ratio" if spec.damping.ratio is not None else "quality", float(law.stiffness(0.0)) > 0.0
+        field, held = "ratio" if spec.damping.ratio is not None else "quality", float(law.stiffness(0.0)) > 0.0
         what = "whose friction or hysteresis alone holds it at rest" if held else "without stiffness at rest (backlash)"
-        yield ("damping", way), f"has no meaning for a law {what}; write B: 10 N*m*s/rad"
+        yield ("damping", field), f"has no meaning for a law {what}; write B: 10 N*m*s/rad"
     if depends(law) > 1:
         for group, varies in (("stiffness", spec.stiffness is not None), ("damping", spec.damping.varies)):
             if varies:
@@ -146,7 +146,7 @@ def _excitation(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, st
 
 
 def _forced(spec: ProjectSpec) -> bool:
-    """Whether the speeds are those of the forcing."""
+    """True for speeds of the forcing."""
     return spec.speed is not None and spec.speed.shaft == "forcing"
 
 
@@ -157,8 +157,8 @@ def _pairs(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     if ratio is None or not any(isinstance(line.order, OrderPair) for line in lines):
         return
     if _forced(spec):
-        said = "has a line of the output's turn, and the speeds are the forcing's; write 'shaft: motor' under speed"
-        yield field, said
+        sentence = "has a line of the output's turn, and the speeds are the forcing's; write 'shaft: motor' under speed"
+        yield field, sentence
     orders = [round(ratio * line.line(ratio).order, 6) for line in lines]
     for i, order in enumerate(orders):
         if order == 0.0:
@@ -171,7 +171,7 @@ def _pairs(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
 
 
 def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
-    """What an accuracy class does not go together with."""
+    """Contradictions to an accuracy class."""
     accuracy, field = spec.excitation.accuracy, ("excitation", "accuracy")
     if accuracy is None:
         return
@@ -186,14 +186,14 @@ def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]
 
 
 def train_fields(spec: ProjectSpec) -> list[Keys]:
-    """Fields of the file that only the whole drive train has."""
+    """Fields of the file that the drive train has and the error equation lacks."""
     fields = [("motor", "loop"), ("motor", "drag"), ("load", "drag"), ("load", "coupling"), ("load", "couplings")]
     given: list[Keys] = [(g, name) for g, name in fields if getattr(getattr(spec, g), name, None) is not None]
     return [*given, ("load_friction",)] if spec.load_friction else given
 
 
-def _whole_train(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
-    """What the whole drive train does not go together with."""
+def _drive_train(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
+    """Contradictions to the drive train."""
     if spec.motor is not None and spec.motor.loop is not None and spec.motor.mode == "free":
         yield ("motor", "loop"), "keeps the motor's speed, and 'mode: free' gives it up; write 'mode: held' or no loop"
     curves = [name for name in CURVE_COLUMNS if spec.motor is not None and getattr(spec.motor, name) is not None]

@@ -29,9 +29,9 @@ INERTIAS = Items(schema.INERTIA, 1, LONGEST)
 
 
 def _series(value: str) -> str:
-    known = sorted({gear.series for gear in catalogue.select()})
-    if value.upper() not in known:
-        raise ValueError(f"{value!r} is no series of the catalogue; write one of {', '.join(known)}")
+    names = sorted({gear.series for gear in catalogue.select()})
+    if value.upper() not in names:
+        raise ValueError(f"{value!r} is no series of the catalogue; write one of {', '.join(names)}")
     return value.upper()
 
 
@@ -127,7 +127,7 @@ class SpecificationSpec(Group):
     limit: schema.LimitSpec = needed(schema.LimitSpec, "{oscillation: 60 arcsec}")
     motor: MotorsSpec = needed(MotorsSpec, "{rotor_inertias: [0.5 kg*cm^2, 2 kg*cm^2]}")
     damping: RatioSpec = needed(RatioSpec, "{ratio: 3 %}")
-    duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), most=LONGEST), f"[{SEGMENT}]", "Duty cycle.", ())
+    duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), high=LONGEST), f"[{SEGMENT}]", "Duty cycle.", ())
     torque: TorquesSpec = field(TorquesSpec, "{mean: 40 N*m, peak: 90 N*m}", default=TorquesSpec())
     life: float | None = field(Quantity("h", "positive"), "10000 h", "Life of the gear.")
     largest: LargestSpec = field(LargestSpec, "{size: 40, mass: 3 kg}", default=LargestSpec())
@@ -158,7 +158,7 @@ def read_specification(path: str | Path) -> Specification:
     located = read(text_of(path, KIND, error=ProjectError))
     spec, problems = read_file(located.content, SpecificationSpec, located)
     if not problems:
-        problems = [Problem(*located.place(keys), name(keys), said) for keys, said in _contradictions(spec)]
+        problems = [Problem(*located.position(keys), name(keys), sentence) for keys, sentence in _contradictions(spec)]
     refuse(path, problems, ProjectError)
     return _resolved(spec, path)
 
@@ -211,7 +211,7 @@ def design_text(
     Parameters
     ----------
     specification : Specification
-        What was asked.
+        The specification.
     candidate : Candidate
         A design of the answer.
     own : dict of str to Gear, optional
@@ -233,7 +233,7 @@ def design_text(
     low, high = spec.speeds
     record = own[c.gear] if own and c.gear in own else catalogue.gear(c.gear)
     usual = spec.accuracy_of(record) if spec.accuracy or record.accuracy is None else CATALOGUE
-    error, most, tuned = spec.kinematic_error, spec.torques[-1], spec.tuned(c.load_inertia)
+    error, peak, tuned = spec.kinematic_error, spec.torques[-1], spec.tuned(c.load_inertia)
     loop = spec.loop if tuned == c.load_inertia else spec.control(c.motor_inertia + tuned / c.ratio**2)
     written = schema.ProjectSpec(
         title=f"{spec.title}: {c.gear}" if spec.title else c.gear,
@@ -244,7 +244,7 @@ def design_text(
         speed=schema.SpeedSpec(**{"from": low, "to": high, "shaft": "load"}),
         excitation=groups.ExcitationSpec(
             **({"accuracy": usual} if error is None else {"kinematic_error": list(map(ErrorLine.of, error.lines))}),
-            load_torque=groups.LoadTorqueSpec(mean=groups.TorqueRange(**{"from": -most, "to": most})) if most else None,
+            load_torque=groups.LoadTorqueSpec(mean=groups.TorqueRange(**{"from": -peak, "to": peak})) if peak else None,
         ),
         limit=schema.LimitSpec(oscillation=spec.limit),
     )

@@ -8,7 +8,7 @@ from ..base.quantities import is_model
 from ..model.train.filters import apart
 from .fields import groups
 from .fields.entries import FILTERED, Loop
-from .fields.kinds import Place
+from .fields.kinds import Entry
 from .fields.rows import rows_of
 from .variants.names import quantity
 
@@ -40,7 +40,7 @@ def with_loop(text: str, control: Any) -> str | None:
     else:
         for key, value in loop.value:
             gain = getattr(core, key.value, None)
-            if gain is not None and kinds[key.value].read(value.value, Place((), [])) != gain:
+            if gain is not None and kinds[key.value].read(value.value, Entry((), [])) != gain:
                 changes.append((_span(text, value), _in_unit(kinds[key.value], gain, value.value)))
     changes += _more_filters(text, loop, about.get("filters", ()))
     for (begin, end), new in sorted(changes, reverse=True):
@@ -49,7 +49,7 @@ def with_loop(text: str, control: Any) -> str | None:
 
 
 def by_bandwidth(name: str) -> bool:
-    """Whether a number of the file is the bandwidth of a loop, or its damping."""
+    """True for the bandwidth of a loop and its damping, by the name of the number."""
     return name.rpartition("loop.")[1:] in [("loop.", key) for key in BY_BANDWIDTH]
 
 
@@ -67,16 +67,16 @@ def _gains(text: str, loop: Any, core: Any, kinds: dict[str, Any]) -> list[Chang
 
 def _more_filters(text: str, loop: Any, filters: tuple[Any, ...]) -> Iterator[Change]:
     """The change that puts those of the filters that the file does not have behind the last of them, or of all."""
-    there = _of(loop, "filters")
-    more = [FILTERED.text((one,))[1:-1] for one in filters[len(there.value) if there else 0 :]]
+    present = _of(loop, "filters")
+    more = [FILTERED.text((one,))[1:-1] for one in filters[len(present.value) if present else 0 :]]
     if not more:
         return
-    beside, items = (there, more) if there else (loop, [f"filters: [{', '.join(more)}]"])
-    at, before = _span(text, *_items(beside)[-1])[1], ", "
+    beside, items = (present, more) if present else (loop, [f"filters: [{', '.join(more)}]"])
+    end, before = _span(text, *_items(beside)[-1])[1], ", "
     if not beside.flow_style:
-        at = re.compile(r"[^\r\n]*").match(text, at).end()  # type: ignore[union-attr]
-        before = _newline(text) + " " * beside.start_mark.column + "- " * bool(there)
-    yield (at, at), "".join(before + item for item in items)
+        end = re.compile(r"[^\r\n]*").match(text, end).end()  # type: ignore[union-attr]
+        before = _newline(text) + " " * beside.start_mark.column + "- " * bool(present)
+    yield (end, end), "".join(before + item for item in items)
 
 
 def _without_scatter(text: str, root: Any) -> Iterator[Change]:
@@ -107,7 +107,7 @@ def _without(text: str, node: Any, gone: Collection[int]) -> Iterator[Change]:
 def _in_unit(kind: Any, value: float, given: str) -> str:
     """A number in the unit that a text has: to ten digits, and as it is where this unit is that of SI."""
     unit = quantity(given)[1]
-    scale = kind.read(f"1 {unit}", Place((), []))
+    scale = kind.read(f"1 {unit}", Entry((), []))
     written = f"{value / scale:.10g}"
     return f"{written if scale != 1.0 or float(written) == value else repr(value)} {unit}"
 
@@ -127,7 +127,7 @@ def _items(node: Any) -> list[Any]:
 
 
 def _span(text: str, *nodes: Any) -> tuple[int, int]:
-    """Where nodes that follow each other begin, and where the last line of the last has its last letter."""
+    """Begin of the first of consecutive nodes, and end of the last letter of the last one, as indices of the text."""
     last = nodes[-1]
     while last.id != "scalar" and not last.flow_style:
         last = _items(last)[-1][-1]

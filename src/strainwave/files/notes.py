@@ -1,4 +1,4 @@
-"""What a reader of the results should know about the input of a project, and where each of its numbers comes from.
+"""Notes on the input of a project, for a reader of its results.
 
 Most of it are numbers that are legal and most likely wrong: a unit, a shaft or a factor taken for another. Thresholds
 are a factor away from what gears have, so that no sound drive meets one. What gears have, over the 183 records of the
@@ -45,7 +45,7 @@ OF_CURVE = "of this curve; separate motions not searched"
 
 
 def notes(project: Project, by_bandwidth: bool) -> Iterator[str]:
-    """Sentences on what a reader of the results should know about the input; whether the loop has a bandwidth there."""
+    """Sentences on the input for a reader of the results; `by_bandwidth` is true for a loop given by its bandwidth."""
     yield from _arranged(project)
     yield from _balance(project)
     yield from _doubts(project)
@@ -78,7 +78,7 @@ def of_hysteresis(project: Project) -> Iterator[str]:
 
 
 def of_damping(ratio: float) -> str:
-    """That a damping ratio is none of a gear; empty where it may be."""
+    """Sentence on a damping ratio that no gear has; empty for a usual one."""
     usual = "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
     return f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); {usual}" if ratio > DAMPED else ""
 
@@ -108,7 +108,7 @@ def unsaid(notes: Iterable[str], sentences: Iterable[str]) -> list[str]:
 
 
 def posture_note(project: Project) -> Iterator[str]:
-    """Which answers are about the postures of a project, where it has any."""
+    """Note on the answers that are about the postures of a project, where it has any."""
     if project.postures:
         yield (
             f"The {len(project.postures)} postures are those of `analyze`, speed map, `move --postures` and `tune`; "
@@ -117,13 +117,13 @@ def posture_note(project: Project) -> Iterator[str]:
 
 
 def move_note(project: Project) -> tuple[str, ...]:
-    """Which answers are about the move of a project, where it has one."""
+    """Note on the answers that are about the move of a project, where it has one."""
     asked = project.move is not None and bool(project.move.profile)
     return ("The move of the file is judged by `analyze` and `move`; this is about steady motions.",) * asked
 
 
 def load_remark(project: Project) -> tuple[str, ...]:
-    """Which torque of the load one curve is for, where the load has a range of them."""
+    """Note on the torque of the load that one curve is for, where the load has a range of them."""
     low, high = project.other_loads
     if low == high:
         return ()
@@ -134,7 +134,7 @@ def load_remark(project: Project) -> tuple[str, ...]:
 
 
 def _gap(project: Project) -> Iterator[str]:
-    """Where the damping of a drive with backlash acts."""
+    """Note on the damping of a drive with backlash, which acts in the gap too."""
     law = project.drive.law
     law = law.first if isinstance(law, Parallel) else law
     if breakpoints_of(law) and spring_stiffness(law, 0.0) == 0.0 and project.drive.B > 0.0:
@@ -160,9 +160,9 @@ def _balance(project: Project) -> Iterator[str]:
     drive, given = project.drive, mean_of(project.motor_torque)
     means = project.mean_range or (project.mean_load_torque,)
     at_load = max(means, key=lambda mean: abs(drive.N * given + mean))
-    whole = drive.N * given + at_load
-    if project.motor == "free" and abs(whole) > 1e-9 * (abs(drive.N * given) + abs(at_load)):
-        rate = drive.N * whole / (drive.N * drive.N * drive.J_m + drive.J_l)
+    total = drive.N * given + at_load
+    if project.motor == "free" and abs(total) > 1e-9 * (abs(drive.N * given) + abs(at_load)):
+        rate = drive.N * total / (drive.N * drive.N * drive.J_m + drive.J_l)
         under = f" with {at_load:g} N*m on the load" if len(means) > 1 else ""
         remedy = "" if len(means) > 1 else f"give the free motor a mean torque of {-at_load / drive.N:.4g} N*m, or "
         yield (
@@ -223,8 +223,8 @@ def _loop(project: Project, by_bandwidth: bool) -> Iterator[str]:
 
 def _notches(project: Project, crossover: float) -> Iterator[str]:
     """Notches whose band holds the crossover [rad/s] of the speed loop, by |K_p F(j w)/(J w)| = 1 on a rigid gear."""
-    whole: Any = project.whole
-    for filter_ in apart(whole.motor.control)[1].get("filters", ()):
+    train: Any = project.whole
+    for filter_ in apart(train.motor.control)[1].get("filters", ()):
         if not isinstance(filter_, NotchFilter) or abs(filter_.frequency - crossover) > 0.5 * filter_.width:
             continue
         w, a, b, _ = filter_.shape()
@@ -297,9 +297,9 @@ def _speeds(project: Project, omega_0: float) -> Iterator[str]:
         return
     (low, high), N = (speeds.given[0], speeds.given[-1]), project.drive.N
     gear = project.gear
-    most = FASTEST[1] if gear is None or gear.max_rpm is None else gear.max_rpm
+    largest = FASTEST[1] if gear is None or gear.max_rpm is None else gear.max_rpm
     below = orders[-1] * high < omega_0
-    if speeds.by_motor and speeds.ratio == 1.0 and below and high / RPM <= most / N:
+    if speeds.by_motor and speeds.ratio == 1.0 and below and high / RPM <= largest / N:
         yield (
             f"The motor turns at up to {high / RPM:.4g} rpm, which the output reaches too, and no order meets the "
             "natural frequency; if these are speeds of the output, write 'shaft: load'."

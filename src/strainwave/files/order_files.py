@@ -85,12 +85,12 @@ def to_c(table: Mapping[str, Any], sides: Mapping[str, Any], prefix: str) -> str
     rows = [*_remarks("//", table), f"#ifndef {guard}", f"#define {guard}", "#include <math.h>", ""]
     rows += [f"#define {prefix}_count {len(sides['forward'][2])}"]
     rows += [f"static const double {prefix}_{name} = {table[name]!r};" for name in ("delay", "zero")]
-    for way, (mean, lines, points) in sides.items():
-        names = [f"{prefix}_{way}_{kind}" for kind in Line._fields]
+    for direction, (mean, lines, points) in sides.items():
+        names = [f"{prefix}_{direction}_{kind}" for kind in Line._fields]
         rows += [_array(name, [line[i] for line in lines]) for i, name in enumerate(names)]
-        rows += [_array(f"{prefix}_points_{way}", points)]
+        rows += [_array(f"{prefix}_points_{direction}", points)]
         total = f"{prefix}_sum({mean!r}, {', '.join(names)}, {len(lines)}, led)"
-        functions = functions.replace(f"@{way.upper()}@", total)
+        functions = functions.replace(f"@{direction.upper()}@", total)
     return "\n".join([*rows, functions.rstrip("\n"), "", f"#endif /* {guard} */"]) + "\n"
 
 
@@ -115,9 +115,9 @@ def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _remarks(mark: str, table: Mapping[str, Any]) -> list[str]:
-    told = {name: value for name, value in table.items() if value is not None and value != ""}
-    plain = _plain({"lines": None, "backward": None} | told)
-    return [f"{mark} {MARK}", *(f"{mark} {name} = {json.dumps(plain[name])}" for name in told)]
+    given = {name: value for name, value in table.items() if value is not None and value != ""}
+    plain = _plain({"lines": None, "backward": None} | given)
+    return [f"{mark} {MARK}", *(f"{mark} {name} = {json.dumps(plain[name])}" for name in given)]
 
 
 def _array(name: str, values: Sequence[float]) -> str:
@@ -130,11 +130,11 @@ def _from_json(text: str, names: Sequence[str]) -> dict[str, Any]:
     try:
         table: dict[str, Any] = json.loads(text)
     except (ValueError, RecursionError) as error:
-        said, line = " ".join(str(error).split())[:100], getattr(error, "lineno", 1)
-        raise Unfit(line, "file", f"is no whole JSON ({said}); save the table again") from None
+        reason, line = " ".join(str(error).split())[:100], getattr(error, "lineno", 1)
+        raise Unfit(line, "file", f"is no whole JSON ({reason}); save the table again") from None
     for name, expected in (("format", MARK), ("version", VERSION)):
-        if (found := table.pop(name, None)) != expected:
-            raise Unfit(1, name, f"is {shown(found)} and must be {expected!r}; save the table again")
+        if (value := table.pop(name, None)) != expected:
+            raise Unfit(1, name, f"is {shown(value)} and must be {expected!r}; save the table again")
     if strange := sorted(set(table) - set(names)):
         raise Unfit(1, strange[0][:40], f"is not a field of an order table; it has {', '.join(sorted(names))}")
     return {"lines": None} | table
@@ -155,8 +155,8 @@ def _from_points(text: str, table: Mapping[str, Any]) -> dict[str, Any]:
     """Constant and lines of each direction of motion."""
     rows = [(i, row.strip()) for i, row in enumerate(text.splitlines(), 1) if row.strip() and row.lstrip()[0] != "#"]
     if not rows or rows[0][1] not in HEADS:
-        said = f"is no order table: neither JSON of lines, nor a C header, nor CSV with the columns {HEADS[0]}"
-        raise Unfit(rows[0][0] if rows else 1, "file", said)
+        sentence = f"is no order table: neither JSON of lines, nor a C header, nor CSV with the columns {HEADS[0]}"
+        raise Unfit(rows[0][0] if rows else 1, "file", sentence)
     width, body = rows[0][1].count(",") + 1, [(i, row.split(",")) for i, row in rows[1:]]
     for i, cells in body:
         if len(cells) != width:
@@ -168,8 +168,8 @@ def _from_points(text: str, table: Mapping[str, Any]) -> dict[str, Any]:
     angles, *values = np.array([cells for _, cells in body], float).T
     step = 2.0 * math.pi / len(body)
     if np.max(np.abs(angles - step * np.arange(len(body)))) > EVEN * step:
-        said = f"the {len(body)} angles are not equidistant from 0 over one turn; some may be missing"
-        raise Unfit(1, "angle_rad", said)
+        sentence = f"the {len(body)} angles are not equidistant from 0 over one turn; some may be missing"
+        raise Unfit(1, "angle_rad", sentence)
     if table.get("direction", "both") != "both":
         values = values[-1:] if table["direction"] == "backward" else values[:1]
     zero = number("zero of an order table", table.get("zero", 0.0))

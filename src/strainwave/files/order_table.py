@@ -26,7 +26,7 @@ CHOICES = {
     "unit": ("rad", "N*m"), "turn": ("motor", "output"), "sign": ("correction", "error"),
     "direction": ("both", "forward", "backward"),
 }  # fmt: skip
-WAYS = ("forward", "backward")
+DIRECTIONS = ("forward", "backward")
 LARGEST = 16 * 1024 * 1024  # bytes of a file
 MOST_SOURCE = 2000  # letters
 NEARLY = 1e-9  # how far an order may be from a whole number
@@ -34,7 +34,7 @@ FEWEST, PER_PERIOD = 64, 32  # points a turn, and a period of the highest order,
 
 
 def format_of(path: str | os.PathLike[str], format: str | None) -> str:
-    """Format of a file to be written, by its ending where it is not told (ValueError)."""
+    """Format of a file to be written, by its ending where none is given (ValueError)."""
     ending = Path(path).suffix
     form = format or next((name for name, usual in FORMATS.items() if usual == ending), ending)
     if form not in FORMATS:
@@ -76,7 +76,7 @@ class OrderTable:
     load : float or None
         Torque on the load [N*m] for which it holds.
     source : str
-        Where the numbers come from.
+        Source of the numbers.
     """
 
     lines: tuple[Line, ...]
@@ -123,7 +123,7 @@ class OrderTable:
         Parameters
         ----------
         error, backward : KinematicError, ErrorScan, Harmonic, Harmonics, or sequence of Line
-            What has `lines` with order, amplitude and phase, such lines, or a torque; `backward` where backward motion
+            Object with `lines` of order, amplitude and phase, such lines, or a torque; `backward` where backward motion
             differs. Negative amplitudes become half a turn of phase, lines of one order are added. A delay that a fit
             has found is that of its measurement and is not taken over. Where one is of the output's turn, of order j +
             k/N, the table counts on that turn, where its order is j N + k: it needs the ratio N.
@@ -140,7 +140,7 @@ class OrderTable:
         TypeError, ValueError
             If there are no lines, or a field is wrong.
         """
-        told: dict[str, Any] = {"unit": "N*m" if isinstance(error, Harmonic | Harmonics) else "rad"}
+        given: dict[str, Any] = {"unit": "N*m" if isinstance(error, Harmonic | Harmonics) else "rad"}
         sets = {"lines": _terms(error)} | ({} if backward is None else {"backward": _terms(backward)})
         broken = [line.order for lines in sets.values() for line in lines if line.order % 1]
         turns = 1.0
@@ -149,9 +149,9 @@ class OrderTable:
                 raise ValueError(
                     f"order {broken[0]:.6g} is a line of the output's turn; give the ratio, and the table counts there"
                 )
-            turns, told["turn"] = number("ratio of an order table", fields["ratio"], positive=True), "output"
-        told |= {name: _merged(lines, turns) for name, lines in sets.items()}
-        return cls(**told | {"mean": _mean(error), "mean_backward": _mean(backward)} | fields)
+            turns, given["turn"] = number("ratio of an order table", fields["ratio"], positive=True), "output"
+        given |= {name: _merged(lines, turns) for name, lines in sets.items()}
+        return cls(**given | {"mean": _mean(error), "mean_backward": _mean(backward)} | fields)
 
     @property
     def orders(self) -> tuple[int, ...]:
@@ -195,17 +195,17 @@ class OrderTable:
         held = np.where(v < 0.0, self._one_way(led, "backward"), self._one_way(led, "forward"))
         return float(held) if held.ndim == 0 else held
 
-    def _acting(self, way: str) -> tuple[float, tuple[Line, ...]]:
+    def _acting(self, direction: str) -> tuple[float, tuple[Line, ...]]:
         """Constant and lines in a direction of motion."""
-        if self.direction not in ("both", way):
+        if self.direction not in ("both", direction):
             return 0.0, ()
-        if way == "backward" and self.backward is not None:
+        if direction == "backward" and self.backward is not None:
             return self.mean_backward, self.backward
         return self.mean, self.lines
 
-    def _one_way(self, angle: Floats, way: str) -> Floats:
+    def _one_way(self, angle: Floats, direction: str) -> Floats:
         """Values in one direction of motion at angles of the shaft [rad], without the delay."""
-        mean, lines = self._acting(way)
+        mean, lines = self._acting(direction)
         total = np.full(np.shape(angle), mean)
         for line in lines:
             total = total + line.amplitude * np.cos(line.order * angle + line.phase)
@@ -226,8 +226,8 @@ class OrderTable:
             one = _shifted(self.lines, -ahead if self.direction == "backward" else ahead)
             return replace(self, lines=one, delay=0.0)
         mean, lines = self._acting("backward")
-        ways = _shifted(self.lines, ahead), _shifted(lines, -ahead)
-        return replace(self, lines=ways[0], backward=ways[1], mean_backward=mean, delay=0.0)
+        sides = _shifted(self.lines, ahead), _shifted(lines, -ahead)
+        return replace(self, lines=sides[0], backward=sides[1], mean_backward=mean, delay=0.0)
 
     def write(
         self, path: str | os.PathLike[str], format: str | None = None, *, points: int | None = None,
@@ -265,14 +265,14 @@ class OrderTable:
         if form == "json":
             text = to_json(table)
         elif form == "csv":
-            text = to_csv(table, [self._points(way, points) for way in WAYS[: len(set(map(self._acting, WAYS)))]])
+            columns = len(set(map(self._acting, DIRECTIONS)))
+            text = to_csv(table, [self._points(d, points) for d in DIRECTIONS[:columns]])
         else:
-            sides = {way: (*self._acting(way), self._points(way, points)) for way in WAYS}
-            text = to_c(table, sides, prefix)
+            text = to_c(table, {d: (*self._acting(d), self._points(d, points)) for d in DIRECTIONS}, prefix)
         with atomic(path) as part:
             Path(part).write_text(text, encoding="utf-8", newline="\n")
 
-    def _points(self, way: str, points: int | None) -> list[float]:
+    def _points(self, direction: str, points: int | None) -> list[float]:
         """Values at equidistant angles of the encoder in a direction of motion."""
         highest = max(self.orders, default=1)
         count = positive_count("points", points or min(MOST_POINTS, max(FEWEST, PER_PERIOD * highest)), MOST_POINTS)
@@ -280,7 +280,7 @@ class OrderTable:
             raise ValueError(
                 f"{count} points a turn hold no order {highest}, which takes more than two a period; give more points"
             )
-        return list(self._one_way(self.zero + 2.0 * math.pi * np.arange(count) / count, way).tolist())
+        return list(self._one_way(self.zero + 2.0 * math.pi * np.arange(count) / count, direction).tolist())
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Self:

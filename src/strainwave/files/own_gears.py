@@ -49,7 +49,7 @@ class OwnGear(Group):
             **numbers | rpm,
         )  # fmt: skip
         doubts = () if any(gear.contradictions()) else tuple(gear.slips())
-        return replace(gear, doubts=doubts, notes=tuple(said for _, said in doubts))
+        return replace(gear, doubts=doubts, notes=tuple(sentence for _, sentence in doubts))
 
     def check(self) -> Iterator[Wrong]:
         """Refuse numbers that contradict each other."""
@@ -108,15 +108,15 @@ def _twice(gears: tuple[OwnGear, ...], located: Located) -> Iterator[Problem]:
     first: dict[str, int] = {}
     for i, gear in enumerate(gears):
         keys: Keys = "gears", i, "name"
-        line, column = located.place(keys)
+        line, column = located.position(keys)
         if gear.name in first:
-            said = f"{gear.name!r} appears twice, first in line {first[gear.name]}; remove one or rename it"
-            yield Problem(line, column, name(keys), said)
+            sentence = f"{gear.name!r} appears twice, first in line {first[gear.name]}; remove one or rename it"
+            yield Problem(line, column, name(keys), sentence)
         first.setdefault(gear.name, line)
 
 
 def _of_table(text: str) -> Located:
-    """Content of a CSV file, as YAML would have it; what is wrong with its lines is among the problems."""
+    """Content of a CSV file, as YAML would have it; faults of its lines are among the problems."""
     tree = Located()
     rows = list(_rows(text, tree.problems))
     if tree.problems:
@@ -165,6 +165,6 @@ def _rows(text: str, problems: list[Problem]) -> Iterator[tuple[int, list[str]]]
 
 
 def _has_unit(cell: str) -> bool:
-    """Whether letters or a sign of an angle follow a number."""
+    """True where letters or a sign of an angle follow a number."""
     number = NUMBER.match(cell)
     return bool(number and re.match(r"\s*[^\W\d_]|\s*[°%′″]", cell[number.end() :]))

@@ -118,16 +118,16 @@ def _written_scatter(project: Project) -> Project:
 
 
 def _reads_as(project: Project, text: str) -> bool:
-    """Whether a text reads as this project but for its notes, which follow from the file; gains to 1e-9."""
+    """True for a text that reads as this project but for its notes, which follow from the file; gains to 1e-9."""
     try:
-        found = from_text(text, project.path)
+        reread = from_text(text, project.path)
     except ProjectError:
         return False
-    loops = [(one.whole and one.whole.motor.control) or () for one in (project, found)]
-    own, other = map(leaves, loops)
-    if own != other and len(own) == len(other) and all(map(math.isclose, own, other)):
-        found = having(found, loops[0])
-    return replace(found, text=project.text, notes=project.notes, gear=project.gear) == project
+    loops = [(one.whole and one.whole.motor.control) or () for one in (project, reread)]
+    gains, other_gains = map(leaves, loops)
+    if gains != other_gains and len(gains) == len(other_gains) and all(map(math.isclose, gains, other_gains)):
+        reread = having(reread, loops[0])
+    return replace(reread, text=project.text, notes=project.notes, gear=project.gear) == project
 
 
 def _file(**groups: Any) -> str:
@@ -190,23 +190,23 @@ def _kept(project: Project) -> Iterator[tuple[str, str]]:
 
 
 def _damping(project: Project) -> schema.DampingSpec:
-    own = ({} if project.damping is None else project.damping._asdict()) | {"B": project.drive.B}
-    ripples = own.pop("variation", None)
-    return schema.DampingSpec(ripples=None if isinstance(ripples, NoVariation) else ripples, **own)
+    numbers = ({} if project.damping is None else project.damping._asdict()) | {"B": project.drive.B}
+    ripples = numbers.pop("variation", None)
+    return schema.DampingSpec(ripples=None if isinstance(ripples, NoVariation) else ripples, **numbers)
 
 
 def _speeds(speeds: Speeds) -> schema.SpeedSpec:
     """Speeds of the shaft that they were given for: the numbers that times the ratio give those of the base angle."""
-    own = tuple(_share(omega, speeds.ratio) for omega in speeds.given)
+    given = tuple(_share(omega, speeds.ratio) for omega in speeds.given)
     if speeds.single:
-        return schema.SpeedSpec(at=own, shaft=speeds.shaft)
-    return schema.SpeedSpec(**{"from": own[0], "to": own[1], "shaft": speeds.shaft})
+        return schema.SpeedSpec(at=given, shaft=speeds.shaft)
+    return schema.SpeedSpec(**{"from": given[0], "to": given[1], "shaft": speeds.shaft})
 
 
 def _share(omega: float, ratio: float) -> float:
     """Number that times the ratio is omega, to the bit where there is one."""
-    near = [math.nextafter(omega / ratio, omega / ratio + way) for way in (0.0, -math.inf, math.inf)]
-    return next((value for value in near if value * ratio == omega), near[0])
+    neighbours = [math.nextafter(omega / ratio, omega / ratio + direction) for direction in (0.0, -math.inf, math.inf)]
+    return next((value for value in neighbours if value * ratio == omega), neighbours[0])
 
 
 def _drag(law: Law) -> Any:
@@ -262,8 +262,8 @@ def _torque(where: str, torque: object, means: tuple[float, float] | None = None
     lines = [groups.TorqueLine.of(term) for term in terms if term.amplitude]
     span = means and groups.TorqueRange(**{"from": means[0], "to": means[1]})
     mean = span or sum(term.mean for term in terms) or None
-    found = groups.LoadTorqueSpec(mean=mean, lines=lines or None)
-    return found if found.given else None
+    group = groups.LoadTorqueSpec(mean=mean, lines=lines or None)
+    return group if group.given else None
 
 
 def _error(error: object, ratio: float) -> list[groups.ErrorLine] | None:

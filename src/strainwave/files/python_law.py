@@ -19,7 +19,7 @@ import numpy as np
 from ..base.law import check_law, states_of, torque_of
 from ..base.protocols import Law
 from ..base.quantities import checked
-from .fields.kinds import Place, Wrong
+from .fields.kinds import Entry, Wrong
 from .fields.rows import problems_of, read_group
 from .yaml_text import Located, Problem, read_text, shown
 
@@ -33,37 +33,37 @@ LARGEST, LONGEST = 256 * 1024, 100  # bytes of a file, and letters of its name
 def with_python_laws(located: Located, folder: Path) -> tuple[Any, list[Problem]]:
     """Content of a project file with the laws of Python files in place of their entries, and what is wrong with them.
 
-    Where something is wrong there is None, which has been told of.
+    A law with a fault is None.
     """
-    found: list[Wrong] = []
-    content = _replaced(located.content, Place((), found), folder)
-    return content, list(problems_of(found, located))
+    faults: list[Wrong] = []
+    content = _replaced(located.content, Entry((), faults), folder)
+    return content, list(problems_of(faults, located))
 
 
-def _replaced(value: object, place: Place, folder: Path) -> Any:
+def _replaced(value: object, entry: Entry, folder: Path) -> Any:
     if isinstance(value, list):
-        return [_replaced(item, place.at(i), folder) for i, item in enumerate(value)]
+        return [_replaced(item, entry.inside(i), folder) for i, item in enumerate(value)]
     if isinstance(value, dict):
-        inside = {key: _replaced(item, place.at(key), folder) for key, item in value.items()}
-        return _law(inside, place, folder) if "python" in inside else inside
-    if isinstance(value, str) and place.keys and place.keys[-1] in PLACES and NAMED.fullmatch(value.strip()):
-        return _law({"python": value}, place, folder)
+        inside = {key: _replaced(item, entry.inside(key), folder) for key, item in value.items()}
+        return _law(inside, entry, folder) if "python" in inside else inside
+    if isinstance(value, str) and entry.keys and entry.keys[-1] in PLACES and NAMED.fullmatch(value.strip()):
+        return _law({"python": value}, entry, folder)
     return value
 
 
-def _law(entry: dict[str, Any], place: Place, folder: Path) -> Any:
-    """Law of an entry with the field `python`; None with what is wrong at its place."""
-    source = entry["python"]
-    source_place = place.at("python") if len(entry) > 1 else place
+def _law(group: dict[str, Any], entry: Entry, folder: Path) -> Any:
+    """Law of a group with the field `python`; None with a fault of its entry."""
+    source = group["python"]
+    source_entry = entry.inside("python") if len(group) > 1 else entry
     try:
         cls = _class(source, folder)
         _fields(cls)
-        law = read_group({key: item for key, item in entry.items() if key != "python"}, cls, place, ("python",))
+        law = read_group({key: item for key, item in group.items() if key != "python"}, cls, entry, ("python",))
         if law is not None:
             _try(law)
         return law
     except (TypeError, ValueError) as error:
-        return source_place.wrong("" if source is None else str(error))
+        return source_entry.wrong("" if source is None else str(error))
 
 
 def _class(given: object, folder: Path) -> Any:
@@ -77,10 +77,10 @@ def _class(given: object, folder: Path) -> Any:
     if not (folder / file).exists():
         raise ValueError(f"{file} is not beside the project file; put it there, or check its name")
     module = _module(folder / file)
-    own = [word for word, thing in vars(module).items() if _is_law(thing) and thing.__module__ == module.__name__]
-    if cls not in own:
-        known = f"its NamedTuples with a torque are {', '.join(own)}" if own else "no NamedTuple there has a torque"
-        raise ValueError(f"{file} has no law {cls!r}; {known}")
+    laws = [word for word, thing in vars(module).items() if _is_law(thing) and thing.__module__ == module.__name__]
+    if cls not in laws:
+        choices = f"its NamedTuples with a torque are {', '.join(laws)}" if laws else "no NamedTuple there has a torque"
+        raise ValueError(f"{file} has no law {cls!r}; {choices}")
     return vars(module)[cls]
 
 
@@ -134,7 +134,7 @@ def _said(error: BaseException) -> str:
 
 
 def _line(error: BaseException, path: Path) -> str:
-    """Where in a file an error comes from, in words; empty where that is not known."""
+    """Line of a file from which an error comes, in words; empty for an unknown one."""
     line = error.lineno if isinstance(error, SyntaxError) else None
     step = error.__traceback__
     while step is not None:

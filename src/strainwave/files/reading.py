@@ -1,6 +1,6 @@
-"""Reading a project file: YAML with units, resolved to a `Project` in SI, or every problem with its place.
+"""Reading a project file: YAML with units, resolved to a `Project` in SI, or every problem with its line and column.
 
-From the fields of a project file to the project in SI: speeds, excitation, damping, the whole train.
+From the fields of a project file to the project in SI: speeds, excitation, damping, the drive train.
 """
 
 from collections.abc import Callable
@@ -175,8 +175,8 @@ def whole_train(
         return train
     for coupling in reversed(spec.load.chain):
         train = train._replace(load=Elastic(coupling.inertia, coupling.B, coupling.law, train.load))
-    whole: DriveTrain = checked(train)
-    return whole
+    complete: DriveTrain = checked(train)
+    return complete
 
 
 class ProjectError(FileError):
@@ -229,15 +229,15 @@ def from_located(located: Located, text: str, path: Path) -> Project:
             return None
 
     def problem(keys: Keys, sentence: str) -> Problem:
-        return Problem(*located.place(keys), name(keys), sentence)
+        return Problem(*located.position(keys), name(keys), sentence)
 
     task = None if spec.move is None else of_files(spec.move.task)
     sheet = None if spec.motor is None else of_files(spec.motor.limits)
     try:
         (sheet or MotorLimits()).check()
     except ValueError as error:
-        field, said = str(error).removeprefix("MotorLimits.").split(" ", 1)
-        problems.append(problem(("motor", SHEET.get(field, field)), said))
+        field, fault = str(error).removeprefix("MotorLimits.").split(" ", 1)
+        problems.append(problem(("motor", SHEET.get(field, field)), fault))
     rows = of_files(lambda folder: postures_of(spec.postures, folder)) or ()
     try:
         gear = _gear(spec, path)

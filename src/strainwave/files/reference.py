@@ -1,4 +1,4 @@
-"""What a project file may hold, from its table: a JSON Schema for editors, the reference page, a commented template."""
+"""Contents of a project file, from its table: a JSON Schema for editors, the reference page, a commented template."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -21,27 +21,27 @@ PAGE = """# Fields of the project file
 [](../project-file.md) explains them. A unit stands for every unit of its kind, a unit of 1 for a plain number or %.
 """
 COLUMNS = "| field | what | unit or values | range | without it |\n|---|---|---|---|---|\n"
-PLACES = {"ripple": "Of `damping.ripples` and `stiffness.ripples`.", "payload": "Of `move.payload`."}
+SHARED = {"ripple": "Of `damping.ripples` and `stiffness.ripples`.", "payload": "Of `move.payload`."}
 HEAD = """\
 # A drive with a strain wave gear. Every quantity is a number with its unit; other units of the same kind do as well.
 # What a line with '#' before a field shows may be written too.
 """
 WIDTH = 110
-WAYS = {"motor.loop": "loop", "motor.loop.filters": "filter", "move.profile": "part"}  # written in one of several ways
+FORMS = {"motor.loop": "loop", "motor.loop.filters": "filter", "move.profile": "part"}  # each of several forms
 
 
 def _definitions() -> dict[str, Schema]:
-    """Entries that stand in more than one place, by name."""
+    """Entries that more than one field takes, by name."""
     laws = {name: schema_of(cls, name) for name, cls in law_types().items()}
-    own = {"python": {"type": "string", "pattern": f"^{NAMED.pattern}$", "description": "Law of a Python file."}}
-    ways = [
+    python = {"python": {"type": "string", "pattern": f"^{NAMED.pattern}$", "description": "Law of a Python file."}}
+    forms = [
         *({"$ref": f"#/$defs/law_{name}"} for name in laws),
-        {"type": "object", "properties": own, "required": ["python"]},
+        {"type": "object", "properties": python, "required": ["python"]},
         {"type": "string", "pattern": f"^{NAMED.pattern}$"},
     ]
     return {
         **{f"law_{name}": law for name, law in laws.items()},
-        "law": {"anyOf": ways},
+        "law": {"anyOf": forms},
         "ripple": schema_of(Ripple),
         "payload": schema_of(Payload),
         "loop": {"anyOf": Loop().schemas()},
@@ -70,40 +70,40 @@ def project_schema() -> Schema:
 
 def reference() -> str:
     """The page with every table and field: unit, values, range, and what holds without it."""
-    whole = project_schema()
-    defs, fields = whole["$defs"], whole["properties"]
-    top = [_row(name, item, whole["required"]) for name, item in fields.items()]
+    schema = project_schema()
+    defs, fields = schema["$defs"], schema["properties"]
+    top = [_row(name, item, schema["required"]) for name, item in fields.items()]
     parts = [PAGE, f"## Top level\n\n{COLUMNS}" + "".join(top)]
     for name, item in fields.items():
         for i, group in enumerate(_groups(item)):
             by = ("", " by its law", " by its record")[i + 1 if name == "gear" else 0]
             parts.append(_table(f"`{name}`{by}", item["description"], group, name))
-    parts += [_table(f"`{name}`", place, defs[name]) for name, place in PLACES.items()]
-    for place, ways in WAYS.items():
-        for way in next(iter(defs[ways].values())):
-            kind = way["properties"]["type"]
-            word = kind.get("const") or ("bandwidth" if "bandwidth" in way["properties"] else kind["enum"][0])
-            parts.append(_table(f"`{place}`: {word.replace('_', ' ')}", way["description"], way))
+    parts += [_table(f"`{name}`", text, defs[name]) for name, text in SHARED.items()]
+    for field, forms in FORMS.items():
+        for form in next(iter(defs[forms].values())):
+            kind = form["properties"]["type"]
+            word = kind.get("const") or ("bandwidth" if "bandwidth" in form["properties"] else kind["enum"][0])
+            parts.append(_table(f"`{field}`: {word.replace('_', ' ')}", form["description"], form))
     laws = {name.removeprefix("law_"): law for name, law in defs.items() if name.startswith("law_")}
     parts += [_table(f"Law `{name}`", law["description"], law) for name, law in laws.items()]
     return "\n".join(parts)
 
 
-def _table(title: str, text: str, group: Schema, place: str = "") -> str:
-    said = f"{text if text.startswith('Of `') else _plain(text)}\n\n" if text else ""
-    return f"## {title}\n\n{said}{COLUMNS}" + "".join(_rows(group, place))
+def _table(title: str, text: str, group: Schema, path: str = "") -> str:
+    intro = f"{text if text.startswith('Of `') else _plain(text)}\n\n" if text else ""
+    return f"## {title}\n\n{intro}{COLUMNS}" + "".join(_rows(group, path))
 
 
 def _groups(item: Schema) -> list[Schema]:
     """Groups of fields that a value may be."""
-    ways = item.get("anyOf", [item])
-    return [way for way in ways if "properties" in way]
+    forms = item.get("anyOf", [item])
+    return [form for form in forms if "properties" in form]
 
 
-def _rows(group: Schema, place: str) -> Iterator[str]:
+def _rows(group: Schema, parent: str) -> Iterator[str]:
     for name, item in group["properties"].items():
-        path = f"{place}.{name}".removeprefix(".")
-        yield _row(path, item, [f"{place}.{field}".removeprefix(".") for field in group.get("required", [])])
+        path = f"{parent}.{name}".removeprefix(".")
+        yield _row(path, item, [f"{parent}.{field}".removeprefix(".") for field in group.get("required", [])])
         for inner in (*_groups(item), *_groups(item.get("items", {}))):
             yield from _rows(inner, path)
 
@@ -138,16 +138,16 @@ def _kind(item: Schema) -> str:
         return f"list of {_kind(item['items'])}"
     if "anyOf" in item and "properties" not in item:
         return ", ".join(
-            sorted({"name" if "enum" in way and len(way["enum"]) > 9 else _kind(way) for way in item["anyOf"]})
+            sorted({"name" if "enum" in form and len(form["enum"]) > 9 else _kind(form) for form in item["anyOf"]})
         )
     return {"object": "group", "string": "text"}.get(item.get("type", ""), "")
 
 
 def _extent(item: Schema) -> str:
     lengths = [item.get(f"{end}{what}") for what in ("Items", "Properties") for end in ("min", "max")]
-    least, most = (lengths[0] or lengths[2], lengths[1] or lengths[3])
-    if most:
-        return f"{least or 0} to {most} items"
+    least, largest = (lengths[0] or lengths[2], lengths[1] or lengths[3])
+    if largest:
+        return f"{least or 0} to {largest} items"
     if least:
         return f"{least} or more items"
     return f"{item['maxLength']} letters" if "maxLength" in item else str(item.get("x-range", ""))

@@ -77,12 +77,12 @@ def read_scan(
         Names of the columns, with their units where the file does not give them: "Winkel [deg]". Default: `angle`,
         `error` (theta_m/N - theta_l) or `ate` (vendors' theta_l - theta_m/N), and `backward` if there is one.
     ate : bool
-        Whether the named columns hold the vendors' error; a column called `ate` does.
+        True where the named columns hold the vendors' error; a column called `ate` does.
     delimiter, decimal : str, optional
         Column separator and decimal sign. Default: those with which the text is a table; where this is so in two ways,
         the file is refused.
     reverse : bool
-        Whether the file is a run in the backward direction, whose angles may descend throughout.
+        True for a run in the backward direction, whose angles may descend throughout.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def read_scan(
 
 
 def is_scan(path: Path, delimiter: str | None, decimal: str | None) -> bool:
-    """Whether a file is a table with an error and without a time."""
+    """True for a file that is a table with an error and without a time."""
     try:
         names = {named(column.name).name for column in read_table(path, delimiter, decimal)[0]}
     except FileError:
@@ -174,8 +174,8 @@ def read_torque_curve(path: str | os.PathLike[str], column: str) -> Curve:
     fields = {"speed": ("speed", "rad/s"), column: (column if named_so else "torque", "N*m")}
     speeds, torques = rising_columns(path, file, lines, fields, form, "give speeds that ascend: sort the lines")
     curve = tuple(zip(speeds.tolist(), torques.tolist(), strict=True))
-    if said := curve_fault(curve):
-        raise refuse(path, said)
+    if fault := curve_fault(curve):
+        raise refuse(path, fault)
     return curve
 
 
@@ -196,15 +196,15 @@ def read_postures(path: str | os.PathLike[str]) -> tuple[Posture, ...]:
     """
     path = Path(path)
     file, _, lines = read_table(path, None, None, kind="table of postures")
-    there = {named(column.name).name for column in file} | {"inertia"}
-    if other := sorted(there - POSTURE_UNITS.keys()):
+    present = {named(column.name).name for column in file} | {"inertia"}
+    if other := sorted(present - POSTURE_UNITS.keys()):
         raise refuse(path, f"has the column {shown(other[0])}, which no posture has; {POSTURE_FORM}")
-    fields = {name: (name, unit) for name, unit in POSTURE_UNITS.items() if name in there}
-    columns, places = columns_in_si(path, file, lines, fields, POSTURE_FORM)
-    for name, values, place in zip(fields, columns, places, strict=True):
+    fields = {name: (name, unit) for name, unit in POSTURE_UNITS.items() if name in present}
+    columns, indices = columns_in_si(path, file, lines, fields, POSTURE_FORM)
+    for name, values, index in zip(fields, columns, indices, strict=True):
         if name != "torque" and np.any(values <= 0.0):
             i = int(np.argmax(values <= 0.0))
-            raise refuse(path, f"is {values[i]:g}; write a value above zero", lines[i], place + 1, name)
+            raise refuse(path, f"is {values[i]:g}; write a value above zero", lines[i], index + 1, name)
     rows = zip(*(values.tolist() for values in columns), strict=True)
     return tuple(Posture(**dict(zip(fields, row, strict=True))) for row in rows)
 

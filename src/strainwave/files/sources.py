@@ -1,4 +1,4 @@
-"""Where each number of a project file comes from."""
+"""Source of each number of a project file."""
 
 from collections.abc import Iterator
 from functools import reduce
@@ -27,14 +27,14 @@ def sources_of(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) ->
     given = list[Source]()
     for name in numbers_of(content):
         if not name.startswith(NO_NUMBERS):
-            keys = tuple(name.split("."))  # what is said of the narrowest group; a number of the file is its writer's
+            keys = tuple(name.split("."))  # the source of the narrowest group; a number of the file is its writer's
             word = next((declared[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in declared), YOURS)
             given.append(Source(name, str(reduce(inside, keys, content)), word))
     return *_implied(content, spec, gear), *given
 
 
 def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> Iterator[Source]:
-    """What follows from a name of the catalogue or from a default."""
+    """Sources of the numbers that follow from a name of the catalogue or from a default."""
     motor, loop = spec.motor, inside(content.get("motor"), "loop")
     if gear is not None:
         yield Source("gear", gear.name, CATALOGUE, gear.source)
@@ -56,7 +56,7 @@ def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> I
 
 
 def class_assumed(spec: ProjectSpec) -> bool:
-    """Whether the file calls its accuracy assumed: one that no record gives."""
+    """True where the file calls its accuracy assumed: one that no record gives."""
     words, given = spec.sources or {}, spec.excitation.accuracy
     named = ASSUMED in (words.get("excitation.accuracy"), words.get("excitation"))
     return named and given is not None and given != CATALOGUE
@@ -69,9 +69,9 @@ def source_facts(project: Project) -> tuple[tuple[Fact, ...], ...]:
 
 
 def sources_said(project: Project) -> str:
-    """Numbers by where they come from; of the catalogue and of measurements, and what is assumed."""
+    """Numbers by their source: of the catalogue, of measurements, and assumed ones."""
     words = {ASSUMED: "assumed", MEASURED: "measured", CATALOGUE: "from the catalogue"}
-    told = [one for one in project.sources if not one.name.endswith(".order")]
-    some = {word: [f"{one.name} {one.value}".strip() for one in told if one.word == word] for word in words}
+    numbers = [one for one in project.sources if not one.name.endswith(".order")]
+    some = {word: [f"{one.name} {one.value}".strip() for one in numbers if one.word == word] for word in words}
     parts = [f"{words[word]}: {', '.join(names)}" for word, names in some.items() if names]
     return "; ".join([*parts, "the other numbers are yours" if parts else "all numbers are yours"])

@@ -31,7 +31,7 @@ Keys = tuple[str | int, ...]
 
 
 class Problem(NamedTuple):
-    """One thing that is wrong with a file: where (1-based), which field, and a sentence with the remedy."""
+    """One thing that is wrong with a file: line and column (1-based), field, and a sentence with the remedy."""
 
     line: int
     column: int
@@ -66,14 +66,14 @@ class Unreadable(Exception):
 
 @dataclass
 class Located:
-    """Content of a file (mappings, lists, strings, None) with the places of its values and keys."""
+    """Content of a file (mappings, lists, strings, None) with the positions of its values and keys."""
 
     content: Any = None
     values: dict[Keys, tuple[int, int]] = field(default_factory=dict)
     keys: dict[Keys, tuple[int, int]] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
-    def place(self, keys: Keys) -> tuple[int, int]:
+    def position(self, keys: Keys) -> tuple[int, int]:
         """Line and column of a value, or of the nearest group around it."""
         while keys and keys not in self.values:
             keys = keys[:-1]
@@ -144,7 +144,7 @@ def read_text(
                 notes.append("the file is not UTF-8 and was read as Windows-1252 (Latin-1)")
                 return western
         before = data[: error.start].decode("utf-8", "replace")
-        line, column = _place(before, len(before))
+        line, column = _position(before, len(before))
         return Problem(line, column, "file", f"has the byte {data[error.start]:#04x}, not UTF-8; save it as UTF-8 text")
 
 
@@ -167,16 +167,16 @@ def _wide(data: bytes) -> str | Problem:
         return Problem(1, 1, "file", "begins as UTF-16 text and does not go on so; save it as UTF-8 text")
 
 
-def _place(text: str, index: int) -> tuple[int, int]:
+def _position(text: str, index: int) -> tuple[int, int]:
     lines = re.split(r"\r\n|\r|\n", text[:index])
     return len(lines), len(lines[-1]) + 1
 
 
 @lru_cache(maxsize=4)
 def read(text: str) -> Located:
-    """Read YAML text; what is wrong is in `.problems`, and `.content` holds what could be read.
+    """Read YAML text; `.problems` holds the faults, and `.content` the readable rest.
 
-    What is returned is kept for the next who reads the same text: change a copy.
+    The result is kept for the next call with the same text: change a copy.
     """
     # ruamel is imported here: only a project file needs it.
     from ruamel.yaml import YAML
@@ -201,7 +201,7 @@ def read(text: str) -> Located:
 
 
 def read_again(text: str) -> Located:
-    """Read JSON text of strings that was written from the content of a file; places tell the order alone."""
+    """Read JSON text of strings that was written from the content of a file; positions give the order alone."""
     out = Located(problems=_strange(text))
     if not out.problems:
         out.content = json.loads(text)
@@ -221,14 +221,14 @@ def _strange(text: str) -> list[Problem]:
     if strange is None:
         return []
     sentence = f"has the control character U+{ord(strange.group()):04X}; remove it"
-    return [Problem(*_place(text, strange.start()), "file", sentence)]
+    return [Problem(*_position(text, strange.start()), "file", sentence)]
 
 
 def _syntax(reason: str, text: str, line: int) -> str:
     """Sentence for a syntax error, with the usual cause in front of the parser's own words."""
     lines = text.splitlines()
-    here = lines[line - 1] if line <= len(lines) else ""
-    if re.match(r" *\t", here):
+    faulty = lines[line - 1] if line <= len(lines) else ""
+    if re.match(r" *\t", faulty):
         return "the line is indented with a tab; indent with spaces"
     if "mapping values are not allowed" in reason:
         return "a second ': ' in one line; put text with a colon in quotes, and each field on its own line"
@@ -262,17 +262,17 @@ def _document(events: Iterator[Any], tree: Located) -> None:
 
 
 def _value(event: Any, events: Iterator[Any], keys: Keys, tree: Located) -> Any:
-    place = _mark(event)
-    tree.values[keys] = place
+    start = _mark(event)
+    tree.values[keys] = start
     if len(keys) > DEEPEST:
-        raise Unreadable(Problem(*place, "file", f"is nested more than {DEEPEST} levels deep; no project needs that"))
+        raise Unreadable(Problem(*start, "file", f"is nested more than {DEEPEST} levels deep; no project needs that"))
     kind = type(event).__name__
     if kind == "AliasEvent":
-        tree.problems.append(Problem(*place, name(keys), f"'*{event.anchor}' is an alias; write the value out"))
+        tree.problems.append(Problem(*start, name(keys), f"'*{event.anchor}' is an alias; write the value out"))
         return None
     if event.tag not in (None, "!"):
         tag = str(event.tag).removeprefix("tag:yaml.org,2002:")
-        tree.problems.append(Problem(*place, name(keys), f"has the tag {tag[:40]!r}; leave the tag out"))
+        tree.problems.append(Problem(*start, name(keys), f"has the tag {tag[:40]!r}; leave the tag out"))
     if kind == "SequenceStartEvent":
         items = takewhile(lambda item: type(item).__name__ != "SequenceEndEvent", events)
         return [_value(item, events, (*keys, i), tree) for i, item in enumerate(items)]
@@ -280,8 +280,8 @@ def _value(event: Any, events: Iterator[Any], keys: Keys, tree: Located) -> Any:
         return _mapping(events, keys, tree)
     if event.style is None and event.value in NULL:
         # The parser places a value that is not there at the next word, perhaps lines below.
-        place = place if event.value else tree.keys.get(keys, place)
-        tree.problems.append(Problem(*place, name(keys), "is empty; write a value or remove the field"))
+        start = start if event.value else tree.keys.get(keys, start)
+        tree.problems.append(Problem(*start, name(keys), "is empty; write a value or remove the field"))
         return None
     return event.value
 

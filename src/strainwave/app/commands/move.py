@@ -8,7 +8,7 @@ import click
 from ...base.facts import Fact
 from ...drive.asked import MotorLimits
 from ...drive.project import Project
-from ...files.fields.kinds import Kind, Place, Wrong
+from ...files.fields.kinds import Entry, Kind, Wrong
 from ...files.fields.kinds import read as read_value
 from ...files.fields.schema import PART, PAYLOAD
 from ...files.reading import read_project
@@ -97,7 +97,7 @@ def _read(text: str, fields: str, kind: Kind, subject: str) -> Any:
     located, errors = read(f"{subject}: {fields}"), list[Wrong]()
     problems = [(problem.field, problem.sentence) for problem in located.problems]
     if not problems and located.content is not None:
-        value = read_value(kind, located.content[subject], Place((), errors))
+        value = read_value(kind, located.content[subject], Entry((), errors))
         if not errors:
             return value
         problems = [(name(wrong.keys), wrong.sentence) for wrong in errors if wrong.sentence]

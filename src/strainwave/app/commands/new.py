@@ -13,7 +13,7 @@ import click
 from ...base.archive import atomic
 from ...base.units import ARCSEC
 from ...files.fields.groups import ACCURACY, ASSUMED, UNPRINTED
-from ...files.fields.kinds import BANDWIDTH, Place
+from ...files.fields.kinds import BANDWIDTH, Entry
 from ...files.fields.kinds import number as number_in
 from ...files.fields.schema import TITLE
 from ...files.own_gears import read_gears
@@ -40,9 +40,9 @@ class Question(NamedTuple):
     name, prompt, unit : str
         Name of the option and the question, and the unit in which it is answered.
     default : str
-        What Enter takes; "" where an answer is needed. Only a terminal asks for one with a default.
+        Answer of an empty input; "" where an answer is needed. Only a terminal asks for one with a default.
     sentence : str
-        What it means.
+        Meaning of the answer.
     """
 
     name: str
@@ -185,7 +185,7 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
     if name == "gear":
         return _gear(text)
     if name == "title":
-        return TITLE.read("" if text == NONE else text, Place((), []))
+        return TITLE.read("" if text == NONE else text, Entry((), []))
     if text == NONE and (question.default == NONE or name in ("loop", "budget")):
         return ""
     if text == "catalogue" and question.default == "catalogue":
@@ -196,16 +196,16 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
     if name == "kinematic_error" and answers["accuracy"]:
         raise ValueError(f"{text!r} and --accuracy both give the size of the error; give one of them")
     if name in KINDS:
-        KINDS[name].read(text, Place((), []))
+        KINDS[name].read(text, Entry((), []))
         if text == SPECIAL and gear(answers["gear"]).special_accuracy is None:
             raise ValueError(f"the catalogue has no special accuracy of {answers['gear']}; write it in arcsec")
     else:
         unit = {"load_inertia": "kg*m**2", "motor_inertia": "kg*m**2", "gravity": "N*m", "damping": ""}.get(name, "rad")
         unit = "rad/s" if name.startswith("speed") else unit
         value = number_in(text, unit, "not negative" if name == "speed_from" else "positive")
-        own = gear(answers["gear"]).input_inertia if name == "motor_inertia" else None
-        if own is not None and value < (1.0 - 1e-6) * own:
-            of = f"the wave generator of {answers['gear']} alone, {1e4 * own:g} kg*cm^2"
+        least = gear(answers["gear"]).input_inertia if name == "motor_inertia" else None
+        if least is not None and value < (1.0 - 1e-6) * least:
+            of = f"the wave generator of {answers['gear']} alone, {1e4 * least:g} kg*cm^2"
             raise ValueError(f"{text!r} is less than that of {of}; write that of motor and wave generator together")
         if name == "speed_to" and value <= number_in(answers["speed_from"], "rad/s"):
             raise ValueError(f"{text!r} is not above the lowest speed, {answers['speed_from']}; write a larger speed")
@@ -320,9 +320,9 @@ def catalogue(
     gears = select() if library is None else list(library.values())
     chosen = select(gears, series=series, size=size, ratio=ratio, **bounds)
     if not chosen:
-        known = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
+        listed = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
         where = "the catalogue" if file is None else str(file)
-        raise ValueError(f"no gear of {where} meets all conditions; it has {len(gears)} gears of the series {known}")
+        raise ValueError(f"no gear of {where} meets all conditions; it has {len(gears)} gears of the series {listed}")
     if as_json:
         click.echo(to_json({"units": NUMBERS, "gears": [asdict(g) for g in chosen]}))
         return

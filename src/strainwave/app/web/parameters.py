@@ -7,11 +7,11 @@ from functools import reduce
 from typing import Any
 
 from ...drive.project import Project
-from ...files.fields.kinds import Place, Row
+from ...files.fields.kinds import Entry, Row
 from ...files.fields.kinds import read as read_kind
 from ...files.fields.rows import inside, row_at
 from ...files.fields.schema import ProjectSpec
-from ...files.variants.names import keys_of, known, label_of, numbers_of, of_record, quantity
+from ...files.variants.names import keys_of, label_of, number_of, numbers_of, of_record, quantity
 from ...files.variants.replaced import OF_RECORD, slopes
 from ...files.yaml_text import read
 from ..view import sign
@@ -61,10 +61,10 @@ def about(state: State) -> dict[str, Any]:
 
 
 def _refusal(content: dict[str, Any], name: str, text: str) -> str:
-    """Why a number of a file may not have this text; empty where it may. Where numbers come from is read with them."""
+    """Reason why a number of a file may not have this text; empty where it may. Sources are read with the numbers."""
     if name.startswith("sources."):
         return ""
-    place = Place((), [])
+    entry = Entry((), [])
     try:
         keys = keys_of(content, name)
     except ValueError as error:
@@ -72,18 +72,18 @@ def _refusal(content: dict[str, Any], name: str, text: str) -> str:
     row = row_of(content, ".".join(keys))
     if row is None:
         return "" if reduce(inside, keys, content) else f"the project has no {name!r}"
-    read_kind(row.kind, text, place)
-    return place.found[0].sentence if place.found else ""
+    read_kind(row.kind, text, entry)
+    return entry.faults[0].sentence if entry.faults else ""
 
 
 def _in_unit(content: dict[str, Any], name: str, text: str, before: float, unit: str) -> float | None:
     """Number of a text in the unit of the number that the file has; a field takes both."""
-    value, own = quantity(text)
+    value, typed = quantity(text)
     row = row_of(content, name)
-    if own == unit or row is None or value is None:
+    if typed == unit or row is None or value is None:
         return value
-    known = before or SMALL
-    return known * float(row.kind.read(text, Place((), [])) / row.kind.read(f"{known!r} {unit}".strip(), Place((), [])))
+    size = before or SMALL
+    return size * float(row.kind.read(text, Entry((), [])) / row.kind.read(f"{size!r} {unit}".strip(), Entry((), [])))
 
 
 def parameters(project: Project) -> list[dict[str, Any]]:
@@ -95,13 +95,13 @@ def parameters(project: Project) -> list[dict[str, Any]]:
     if project.gear is not None and isinstance(content.get("gear"), str):
         names += [f"gear.{name}" for name in OF_RECORD if name in project.gear.law._fields]
     names += of_record(content, project.gear)
-    found = (_described(project, content, name) for name in names)
-    return [one for one in found if one is not None]
+    rows = (_described(project, content, name) for name in names)
+    return [one for one in rows if one is not None]
 
 
 def _described(project: Project, content: dict[str, Any], name: str) -> dict[str, Any] | None:
     """One number with its unit, as the file writes it, and its range; None where it is no plain quantity."""
-    value, unit = known(content, project.gear, name) or quantity(MORE.get(name, ""))
+    value, unit = number_of(content, project.gear, name) or quantity(MORE.get(name, ""))
     if value is None:
         return None
     if name.startswith("gear.") and project.gear is not None and name[5:] in OF_RECORD:

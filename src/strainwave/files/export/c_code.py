@@ -90,8 +90,8 @@ def opening(name: str, first: str, facts: list[str], model: Any) -> list[str]:
 
 def struct(name: str, fields: Iterable[str], comments: Iterable[str] = ()) -> list[str]:
     """Type of a struct of doubles, with comments on them; a field may have a length, as y[3]."""
-    said = zip_longest(fields, [f" /* {comment} */" for comment in comments], fillvalue="")
-    return ["typedef struct {", *(f"    double {field};{comment}" for field, comment in said), f"}} {name};"]
+    members = zip_longest(fields, [f" /* {comment} */" for comment in comments], fillvalue="")
+    return ["typedef struct {", *(f"    double {field};{comment}" for field, comment in members), f"}} {name};"]
 
 
 def function(signature: str, body: list[str]) -> list[str]:
@@ -144,7 +144,7 @@ class Parameters:
         """Type of the struct and its instance with the exported values, of those that bodies of functions use."""
         used = set(re.findall(r"p->(\w+)", "\n".join(bodies)))
         floats = [(path, value, unit) for path, value, unit in parameters(self.model) if isinstance(value, float)]
-        kept = [(field, *rest) for field, rest in zip(_names(self.model), floats, strict=True) if field in used]
+        kept = [(field, *about) for field, about in zip(_names(self.model), floats, strict=True) if field in used]
         kept = kept or [("none", "no number can change", 0.0, "")]
         declared = struct(
             f"{name}_parameters", [k[0] for k in kept], [f"{path} [{u or '-'}]" for _, path, _, u in kept]
@@ -154,13 +154,13 @@ class Parameters:
 
 
 def with_parameters(model: Any, record: Callable[[Parameters], T]) -> T:
-    """What a function records of the parameters of a model, with those fixed that decide a branch."""
-    known = Parameters(model)
+    """Record a model by a function of its parameters, with those fixed that decide a branch."""
+    floats = Parameters(model)
     while True:
         try:
-            return record(known)
+            return record(floats)
         except Decided as decided:
-            known = Parameters(model, known.fixed | decided.names)
+            floats = Parameters(model, floats.fixed | decided.names)
 
 
 def _names(model: Any) -> list[str]:
@@ -169,6 +169,6 @@ def _names(model: Any) -> list[str]:
     for i, (path, value, _) in enumerate(parameters(model)):
         if isinstance(value, float):
             name = path.replace(".", "_")
-            known = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and name not in RESERVED and name not in names
-            names[name if known else f"parameter_{i}"] = None
+            usable = re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) and name not in RESERVED and name not in names
+            names[name if usable else f"parameter_{i}"] = None
     return list(names)

@@ -28,14 +28,14 @@ from .plant import creep_of, plant_code, plant_of
 from .traced import Recording, literal
 
 
-def _outside(train: DriveTrain) -> list[str]:
-    """What a plant in C or an FMU leaves to its surroundings, a sentence each."""
+def _left_out(train: DriveTrain) -> list[str]:
+    """Parts that a plant in C or an FMU leaves to its surroundings, a sentence each."""
     held = "the motor, which the file holds, is free" if train.motor.held else "the motor's control loop is left out"
-    own = [shaft.excitation for shaft in (train.motor, train.load.end())]
+    terms = [term for shaft in (train.motor, train.load.end()) for term in terms_of(shaft.excitation)]
     parts = {
         f"{held}: its torque is the input motor_torque": not train.motor.free,
         "torques of the file on the shafts are left out: give them as motor_torque and load_torque": any(
-            getattr(term, size, 1.0) for torque in own for term in terms_of(torque) for size in ("mean", "amplitude")
+            getattr(term, size, 1.0) for term in terms for size in ("mean", "amplitude")
         ),
     }
     return [part for part, lost in parts.items() if lost]
@@ -49,7 +49,7 @@ FORWARD = "its kinematic error is that of forward motion under the mean torque o
 SOURCES_ALONE = "there is no compiler cc here: the unit holds the sources alone, build them where it runs"
 
 HELD = ("hold_torque", "hold_count")
-SAID = f"""/* Torque [N*m] for a measurement; changes the state.
+UPDATE_COMMENT = f"""/* Torque [N*m] for a measurement; changes the state.
  * Where a number would not be finite, the state stays, the last torque is given again, and hold_count counts;
  * after {LOST:g} of them in a row the torque is 0. */"""
 
@@ -95,7 +95,7 @@ def controller_code(controller: Any, measurement: Any, name: str) -> CCode:
     header = guarded(
         name, top, declared, [f"extern const {name}_parameters {name}_default;"],
         struct(f"{name}_state", [*start, *HELD]), struct(f"{name}_inputs", measurement._fields),
-        ["/* Start. */", f"{init};"], [SAID, f"{update};"],
+        ["/* Start. */", f"{init};"], [UPDATE_COMMENT, f"{update};"],
     )  # fmt: skip
     opened = [f'#include "{name}.h"', "#include <math.h>"]
     return CCode(name, header, text_of(top, opened, default, function(init, begun), function(update, updated)))
@@ -155,14 +155,14 @@ def _updated(numbers: Parameters, measurement: Any, fields: tuple[str, ...]) -> 
 
 @dataclass(frozen=True)
 class Exported:
-    """What an export wrote.
+    """Result of an export.
 
     Attributes
     ----------
     path : Path
         The file; the header of C code stands beside it.
     notes : tuple of str
-        Sentences on the step that was chosen, and on what is not in it.
+        Sentences on the step that was chosen, and on the parts that are left out.
     """
 
     path: Path
@@ -235,7 +235,7 @@ def export(
             Path(part).write_text(text, encoding="utf-8")
         return Exported(path, notes)
     plant = plant_of(train, step, method, start)
-    remarks = _outside(train)
+    remarks = _left_out(train)
     if step is None:
         remarks += [f"it takes steps of {plant.step:.6g} s, chosen for the fastest motion of this train", STIFFER]
     if getattr(source, "loaded_error", None) is not None:

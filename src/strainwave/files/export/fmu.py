@@ -2,7 +2,7 @@
 
 The same plant gives the same file to the byte, on one machine with one compiler.
 
-What a functional mock-up unit says of itself: modelDescription.xml of FMI 2.0 and 3.0, and how it is built. XML in few
+Description of a unit: modelDescription.xml of FMI 2.0 and 3.0, and how it is built. XML in few
 words.
 """
 
@@ -53,8 +53,8 @@ def child(parent: Element, tag: str, text: str = "", **attributes: str) -> Eleme
 def written(root: Element, comment: str = "") -> str:
     """Text of a file, with a comment at its top."""
     Xml.indent(root)
-    said = "<!--\n" + comment.replace("--", "- -") + "\n-->\n" if comment else ""
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{said}{Xml.tostring(root, encoding="unicode")}\n'
+    head = "<!--\n" + comment.replace("--", "- -") + "\n-->\n" if comment else ""
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{head}{Xml.tostring(root, encoding="unicode")}\n'
 
 
 class Variable(NamedTuple):
@@ -96,16 +96,16 @@ def variables(plant: Plant) -> Variables:
     ]
     states, rates = [], []
     for i, (name, unit) in enumerate(plant.states()):
-        state, own, begin = f"state {name}", str(FIRST_STATE + i), repr(plant.start[i])
-        states.append(Variable(state, own, initial="exact", unit=unit, start=begin))
+        state, reference, begin = f"state {name}", str(FIRST_STATE + i), repr(plant.start[i])
+        states.append(Variable(state, reference, initial="exact", unit=unit, start=begin))
         rate = {"rad": "rad/s", "rad/s": "rad/s2"}.get(unit, "")
-        rates.append(Variable(f"der({state})", str(FIRST_RATE + i), unit=rate, derivative=own))
+        rates.append(Variable(f"der({state})", str(FIRST_RATE + i), unit=rate, derivative=reference))
     return Variables(inputs, outputs, states, rates)
 
 
-def _root(name: str, number: int, own: dict[str, str]) -> Element:
+def _root(name: str, number: int, attributes: dict[str, str]) -> Element:
     """Element of the whole file."""
-    about = {"fmiVersion": f"{number}.0", "modelName": name, "description": WHAT} | own
+    about = {"fmiVersion": f"{number}.0", "modelName": name, "description": WHAT} | attributes
     return element(
         "fmiModelDescription",
         about | {"generationTool": f"strainwave {version()}", "variableNamingConvention": "flat"},
@@ -139,11 +139,11 @@ def description_2(plant: Plant, name: str, token: str, sources: tuple[str, ...])
         child(scalar, "Real", unit=v.unit, start=v.start, derivative=places.get(v.derivative, ""))
     structure, initial = child(root, "ModelStructure"), Element("InitialUnknowns")
     states = " ".join(places[v.valueReference] for v in groups.states)  # no output depends on an input at once
-    for kind, unknowns, known in (("Outputs", groups.outputs, states), ("Derivatives", groups.rates, "")):
+    for kind, unknowns, dependencies in (("Outputs", groups.outputs, states), ("Derivatives", groups.rates, "")):
         inside = child(structure, kind)
         for v in unknowns:
-            child(inside, "Unknown", index=places[v.valueReference], dependencies=known)
-            child(initial, "Unknown", index=places[v.valueReference], dependencies=known)
+            child(inside, "Unknown", index=places[v.valueReference], dependencies=dependencies)
+            child(initial, "Unknown", index=places[v.valueReference], dependencies=dependencies)
     structure.append(initial)
     return written(root)
 
@@ -160,11 +160,11 @@ def description_3(plant: Plant, name: str, token: str) -> str:
     for v in (time, *groups.all()):
         child(listed, "Float64", **v._asdict())
     tree, states = child(root, "ModelStructure"), " ".join(v.valueReference for v in groups.states)
-    known = [(v, states) for v in groups.outputs] + [(v, "") for v in groups.rates]
-    for v, needs in known:
+    unknowns = [(v, states) for v in groups.outputs] + [(v, "") for v in groups.rates]
+    for v, needs in unknowns:
         kind = "Output" if needs else "ContinuousStateDerivative"
         child(tree, kind, valueReference=v.valueReference, dependencies=needs)
-    for v, needs in known:
+    for v, needs in unknowns:
         child(tree, "InitialUnknown", valueReference=v.valueReference, dependencies=needs)
     return written(root)
 
@@ -190,8 +190,8 @@ def write_fmu(plant: Plant, path: Path, name: str, number: int) -> bool:
     """
     code = plant_code(plant, "plant")
     compiled = ("plant.c", f"fmi{number}.c")
-    own = Path(__file__).with_name("sources")
-    sources = {n: (own / n).read_text(encoding="utf-8") for n in ("instance.h", compiled[1])}
+    templates = Path(__file__).with_name("sources")
+    sources = {n: (templates / n).read_text(encoding="utf-8") for n in ("instance.h", compiled[1])}
     sources |= {"plant.c": code.source, "plant.h": code.header}
     token = f"{{{UUID(hashlib.sha256(''.join(sources.values()).encode()).hexdigest()[:32])}}}"
     sources["token.h"] = f'#define TOKEN "{token}"\n'
@@ -203,7 +203,7 @@ def write_fmu(plant: Plant, path: Path, name: str, number: int) -> bool:
         files["sources/buildDescription.xml"] = build_description(name, compiled).encode()
     binary = _built(sources, compiled)
     if binary is not None:
-        folder, ending = _place(number)
+        folder, ending = _binary_name(number)
         files[f"binaries/{folder}/{name}{ending}"] = binary
     with atomic(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as unit:
         for n, content in files.items():
@@ -211,7 +211,7 @@ def write_fmu(plant: Plant, path: Path, name: str, number: int) -> bool:
     return binary is not None
 
 
-def _place(number: int) -> tuple[str, str]:
+def _binary_name(number: int) -> tuple[str, str]:
     """Folder of the binaries for this machine, and their ending."""
     machine = MACHINES.get(platform.machine().lower(), platform.machine().lower())
     folder = f"{machine}-{SYSTEMS.get(sys.platform, sys.platform)}"
@@ -231,6 +231,6 @@ def _built(sources: dict[str, str], compiled: tuple[str, ...]) -> bytes | None:
         command = [compiler, *FLAGS, *compiled, "-lm", "-o", "unit"]
         run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if run.returncode != 0:
-            said = (run.stderr.strip().splitlines() or ["no reason given"])[0]
-            raise RuntimeError(f"the compiler {compiler} could not build the unit: {said}; export to C and build it")
+            reason = (run.stderr.strip().splitlines() or ["no reason given"])[0]
+            raise RuntimeError(f"the compiler {compiler} could not build the unit: {reason}; export to C and build it")
         return (Path(folder) / "unit").read_bytes()

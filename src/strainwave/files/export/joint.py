@@ -104,8 +104,8 @@ def mjcf(train: DriveTrain, name: str, torque: float = 0.0) -> tuple[str, tuple[
     ):
         body = child(world, "body", name=f"{name}_{shaft}")
         child(body, "inertial", pos="0 0 0", mass=mass, diaginertia=" ".join([inertia] * 3))
-        own = {"armature": repr(armature), "damping": repr(viscous), "frictionloss": repr(dry)}
-        child(body, "joint", name=f"{name}_{shaft}", type="hinge", axis="0 0 1", **own)
+        attributes = {"armature": repr(armature), "damping": repr(viscous), "frictionloss": repr(dry)}
+        child(body, "joint", name=f"{name}_{shaft}", type="hinge", axis="0 0 1", **attributes)
     slope, plastic = float(spring_stiffness(train.law, _twist(train.law, torque))), _yielding(train.law)
     springs = [{"stiffness": repr(slope), "damping": repr(train.B)}]
     springs += [{"stiffness": repr(K), "springyield": repr(twist)} for K, twist in plastic]
@@ -117,15 +117,15 @@ def mjcf(train: DriveTrain, name: str, torque: float = 0.0) -> tuple[str, tuple[
     child(child(root, "actuator"), "motor", name=f"{name}_torque", joint=f"{name}_motor", gear=repr(N))
     of_shafts = [f"{what} of the {shaft}" for shaft, drag in (("motor", motor), ("load", load)) for what in drag[2]]
     lost = [*_left_out(train, torque), *of_shafts]
-    said = [PLASTIC] if plastic else []
+    remarks = [PLASTIC] if plastic else []
     text = written(root, "\n".join(f"  {line}" for line in [
         f"Written by strainwave {version()}; SI units.",
         f"Angles and torques are on the output side: {name}_motor is the motor's angle over {N:g}.",
         f"The control of {name}_torque is the torque of the motor [N*m]; gear multiplies it by the ratio.",
         "A flexible gear takes two joints. For a rigid one put armature, damping and frictionloss on the load's joint.",
         "Masses are placeholders, and so is the shape of the load: its inertia about the axis counts.",
-        *said,
+        *remarks,
         "Left out, as the format does not have it:",
         *([f"- {what}" for what in lost] or ["- nothing"]),
     ]))  # fmt: skip
-    return text, (*said, f"left out, as the format does not have it: {'; '.join(lost) or 'nothing'}")
+    return text, (*remarks, f"left out, as the format does not have it: {'; '.join(lost) or 'nothing'}")

@@ -67,7 +67,7 @@ class Plant:
     step : float
         Length of a step [s].
     method : Rk4 or Dop8
-        What takes the steps.
+        Scheme of the steps.
     start : tuple of float
         State to begin with.
     fastest : float
@@ -143,21 +143,21 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
 
 def _fastest(train: DriveTrain) -> float:
     """Size [1/s] of the fastest pole of the train, at rest and where its laws are stiffest."""
-    rest = np.zeros(len(train.state_names()))
-    stiff = rest.copy()
-    for at, law in ((0, train.law), *zip(train.twists(), train.load.couplings(), strict=True)):
-        stiff[at] = _stiffest(law)
-    return max(float(np.max(np.abs(state_space(train, at=state).poles))) for state in (rest, stiff))
+    standstill = np.zeros(len(train.state_names()))
+    stiff = standstill.copy()
+    for index, law in ((0, train.law), *zip(train.twists(), train.load.couplings(), strict=True)):
+        stiff[index] = _stiffest(law)
+    return max(float(np.max(np.abs(state_space(train, at=state).poles))) for state in (standstill, stiff))
 
 
 def _stiffest(law: Law) -> float:
     """Twist [rad] behind a breakpoint of a law where it is stiffest; 0 where that is none."""
-    places: list[float] = [0.0, *(BEYOND * place for place in breakpoints_of(law))]
-    return max(places, key=lambda place: float(law.stiffness(place)) if len(places) > 1 else 0.0)
+    twists: list[float] = [0.0, *(BEYOND * twist for twist in breakpoints_of(law))]
+    return max(twists, key=lambda twist: float(law.stiffness(twist)) if len(twists) > 1 else 0.0)
 
 
 class Stepped:
-    """What a scheme takes steps of, while they are recorded: its rates are those of the C function."""
+    """System for a scheme whose steps are recorded: its rates are those of the C function."""
 
     def __init__(self, recording: Recording, count: int) -> None:
         self.recording, self.count = recording, count

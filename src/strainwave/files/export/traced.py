@@ -126,9 +126,9 @@ class Recording:
         return {name: line for name, line in self.lines.items() if name in needed}
 
     @staticmethod
-    def stored(places: list[str], values: tuple[Any, ...]) -> list[str]:
-        """Lines of C that store values in places."""
-        return [f"{place} = {literal(value)};" for place, value in zip(places, values, strict=True)]
+    def stored(targets: list[str], values: tuple[Any, ...]) -> list[str]:
+        """Lines of C that store values in variables."""
+        return [f"{target} = {literal(value)};" for target, value in zip(targets, values, strict=True)]
 
 
 class Traced(NDArrayOperatorsMixin):
@@ -145,8 +145,8 @@ class Traced(NDArrayOperatorsMixin):
             _refuse("puts a value into an array", *arguments)
         if not all(isinstance(argument, Traced | Real | np.bool_) for argument in arguments):
             return NotImplemented
-        known = _known(name, arguments)
-        return self.recording.value(FORMS[name], *arguments) if known is None else known
+        simple = _simplified(name, arguments)
+        return self.recording.value(FORMS[name], *arguments) if simple is None else simple
 
     def __array_ufunc__(self, ufunc: Any, method: str, *arguments: Any, **options: Any) -> Any:
         """Record a function of NumPy."""
@@ -209,7 +209,7 @@ def _refuse(action: str, *values: Any) -> NoReturn:
     raise Unrecordable(f"{frame.f_code.co_qualname} {action} in line {frame.f_lineno}: {REMEDY}")
 
 
-def _known(name: str, arguments: tuple[Any, ...]) -> Any:
+def _simplified(name: str, arguments: tuple[Any, ...]) -> Any:
     """Result of an operation with 0 or 1 that leaves nothing to compute, or None."""
     a, b = arguments[0], arguments[-1]
     zeros, by_one = [not isinstance(n, Traced) and n == 0.0 for n in (a, b)], not isinstance(b, Traced) and b == 1.0
@@ -228,8 +228,8 @@ def _known(name: str, arguments: tuple[Any, ...]) -> Any:
 
 def _alone(values: tuple[Any, ...]) -> frozenset[str]:
     """Parameters that alone decide values; none if something else does too, or nothing recorded."""
-    found = [value.parameters for value in _recorded_in(values)]
-    return frozenset().union(*found) if all(found) else frozenset()
+    deciding = [value.parameters for value in _recorded_in(values)]
+    return frozenset().union(*deciding) if all(deciding) else frozenset()
 
 
 def _recorded_in(values: tuple[Any, ...]) -> list[Traced]:

@@ -1,4 +1,4 @@
-"""What one of a drive's own parameters is, so that gains can be said as the drive has them."""
+"""Sizes of a drive's own parameters, so that gains can be written as the drive has them."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ UNITS = {"K_v": "1/s", "K_p": "N*m*s/rad", "K_i": "N*m/rad", "T_n": "s", "T_p": 
 
 
 def _one(gain: str, size: str, what: str) -> Any:
-    """Row of a gain: what 1 of the drive's parameter is."""
+    """Row of a gain: its size for 1 of the drive's parameter."""
     unit, check = UNITS[gain], no_frequency if gain == "K_v" else None
     return field(
         Quantity(unit, "positive", check=check), f"{size} {unit}", f"{what} that 1 of the drive's parameter is."
@@ -18,7 +18,7 @@ def _one(gain: str, size: str, what: str) -> Any:
 
 
 class DriveUnitsSpec(Group):
-    """What 1 of each of the drive's own parameters is; `tune` says its gains in them."""
+    """Size of 1 of each of the drive's own parameters; `tune` writes its gains in them."""
 
     K_v: float | None = _one("K_v", "0.1", "Gain of the position loop")
     K_p: float | None = _one("K_p", "3e-4", "Gain of the speed loop")

@@ -23,7 +23,7 @@ from ...study.gear.hysteresis import fit_hysteresis
 from ..yaml_text import Keys, shown
 from ..yaml_text import read as read_yaml
 from .groups import CATALOGUE
-from .kinds import BANDWIDTH, Items, Kind, Place, Quantity, Row, Schema, Word, Wrong, near, read
+from .kinds import BANDWIDTH, Entry, Items, Kind, Quantity, Row, Schema, Word, Wrong, read, suggestion
 from .rows import LAW, TYPE, Fields, Group, Typed, field, group_text, name_of, needed, read_group, rows_of, schema_of
 
 EXAMPLE_HYSTERESIS = "{type: bouc_wen, K: 6e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}"
@@ -49,7 +49,7 @@ def _not_of_a_shaft(law: Law) -> Iterator[Wrong]:
 
 
 def _drag(law: Law) -> Iterator[Wrong]:
-    """What does not oppose a shaft: a spring, and dry friction that creeps."""
+    """Parts of a drag that do not oppose a shaft: a spring, and dry friction that creeps."""
     for keys, part in _parts(law):
         if getattr(part, "width", 0.0):
             yield Wrong((*keys, "width"), "is no field here: dry friction of a shaft sticks; leave it out")
@@ -62,19 +62,19 @@ def _drag(law: Law) -> Iterator[Wrong]:
 
 
 def _gear_law(law: Law) -> Iterator[Wrong]:
-    """What does not hold a gear together."""
+    """Faults of a law that does not hold a gear together."""
     yield from (wrong := list(_not_of_a_shaft(law)))
-    rest = float(law.stiffness(0.0))
-    if not wrong and not rest > 0.0 and not (hasattr(law, "breakpoints") and law.breakpoints()):
+    stiffness = float(law.stiffness(0.0))
+    if not wrong and not stiffness > 0.0 and not (hasattr(law, "breakpoints") and law.breakpoints()):
         remedy = "; write {type: parallel, first: a spring, second: the friction}" if depends(law) > 1 else ""
-        yield Wrong((), f"the stiffness at rest is {rest:g} N*m/rad; it must be positive{remedy}")
+        yield Wrong((), f"the stiffness at rest is {stiffness:g} N*m/rad; it must be positive{remedy}")
 
 
 def _hysteresis(law: Law) -> Iterator[Wrong]:
-    """What does not lose energy beside a gear's law."""
+    """Faults of a law that loses no energy beside a gear's law."""
     if depends(law) == 1:
-        said = f"is a spring, which loses no energy; write for example {EXAMPLE_HYSTERESIS}, and a spring as gear.law"
-        return iter((Wrong((), f"{type(law).__name__} {said}"),))
+        fault = f"is a spring, which loses no energy; write for example {EXAMPLE_HYSTERESIS}, and a spring as gear.law"
+        return iter((Wrong((), f"{type(law).__name__} {fault}"),))
     return _not_of_a_shaft(law)
 
 
@@ -88,8 +88,8 @@ def _of_loss(law: PiecewiseLinear, loss: float, rated: float) -> Any:
 class HysteresisKind(Typed):
     """Hysteresis by its numbers, or that of the gear's record."""
 
-    def read(self, value: object, place: Place) -> Any:
-        return value if value == CATALOGUE else super().read(value, place)
+    def read(self, value: object, entry: Entry) -> Any:
+        return value if value == CATALOGUE else super().read(value, entry)
 
     def schema(self) -> Schema:
         return {"anyOf": [{"const": CATALOGUE}, super().schema()]}
@@ -129,10 +129,10 @@ EXAMPLE_FILTERS = "[{type: notch, frequency: 120 Hz, width: 40 Hz}]"
 class LoopKind(Word):
     """Kind of a loop, with or without the word "loop"."""
 
-    def read(self, value: object, place: Place) -> str:
+    def read(self, value: object, entry: Entry) -> str:
         word = value.removesuffix("_loop") if isinstance(value, str) else ""
         if word not in KINDS:
-            raise ValueError(f"{shown(value)} is not known{near(value, list(KINDS))}")
+            raise ValueError(f"{shown(value)} is not known{suggestion(value, list(KINDS))}")
         return word
 
 
@@ -176,10 +176,10 @@ class LoopSpec(Group):
 
 
 def encoder_wrong(is_cascade: bool, encoder: str | None, mixing: float | None) -> Iterator[Wrong]:
-    """What is wrong with the encoder of a loop."""
+    """Faults of the encoder of a loop."""
     if encoder in ENCODERS[1:] and not is_cascade:
-        said = f"{encoder!r} needs a position loop around a speed loop; write 'type: cascade', or leave encoder out"
-        yield Wrong(("encoder",), said)
+        sentence = f"{encoder!r} needs a position loop around a speed loop; write 'type: cascade', or leave encoder out"
+        yield Wrong(("encoder",), sentence)
     if encoder == "both" and not mixing:
         yield Wrong(("mixing_frequency",), "is missing; with both encoders write for example 'mixing_frequency: 8 Hz'")
     if mixing and encoder != "both":
@@ -190,26 +190,26 @@ def encoder_wrong(is_cascade: bool, encoder: str | None, mixing: float | None) -
 class Loop(Kind):
     """The loop of a motor: a `Tuning`, or a control with gains, with the lag of a current loop."""
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if isinstance(value, dict) and {"bandwidth", "damping"} & set(value):
-            known = {key for cls in loop_types().values() for key in rows_of(cls)}
-            gains = {key: item for key, item in value.items() if key in known}
+            names = {key for cls in loop_types().values() for key in rows_of(cls)}
+            gains = {key: item for key, item in value.items() if key in names}
             for gain in gains:
-                said = "is a gain, and bandwidth and damping give the gains already; remove one or the other"
-                place.at(gain).wrong(said, on_key=True)
-            spec = read_group({key: item for key, item in value.items() if key not in gains}, LoopSpec, place)
+                sentence = "is a gain, and bandwidth and damping give the gains already; remove one or the other"
+                entry.inside(gain).wrong(sentence, on_key=True)
+            spec = read_group({key: item for key, item in value.items() if key not in gains}, LoopSpec, entry)
             return spec and spec.tuning
         parts: dict[str, Any] = {}
         if isinstance(value, dict):
             rows = {key: rows_of(LoopSpec)[key] for key in AROUND if key in value}
-            parts = {key: read(row.kind, value[key], place.at(key, row.example)) for key, row in rows.items()}
+            parts = {key: read(row.kind, value[key], entry.inside(key, row.example)) for key, row in rows.items()}
             value = {key: item for key, item in _whole_name(value).items() if key not in AROUND}
-        loop = LOOPS.read(value, place)
+        loop = LOOPS.read(value, entry)
         if loop is None or None in parts.values():
             return None
         wrong = encoder_wrong(isinstance(loop, CascadeLoop), parts.get("encoder"), parts.get("mixing_frequency"))
         for one in wrong:
-            return place.at(one.keys[0]).wrong(one.sentence)
+            return entry.inside(one.keys[0]).wrong(one.sentence)
         return around(loop, **parts)
 
     def schema(self) -> Schema:
@@ -218,14 +218,14 @@ class Loop(Kind):
     def schemas(self) -> list[Schema]:
         """JSON Schemas of a loop by its bandwidth, and by its gains."""
         more = {key: rows_of(LoopSpec)[key].schema() for key in AROUND}
-        ways = [schema_of(LoopSpec), *(schema_of(cls, name, more) for name, cls in loop_types().items())]
-        ways[0]["description"] = LoopSpec.__doc__
-        for way, name in zip(ways[1:], loop_types(), strict=True):
-            way["properties"]["type"] = {
+        schemas = [schema_of(LoopSpec), *(schema_of(cls, name, more) for name, cls in loop_types().items())]
+        schemas[0]["description"] = LoopSpec.__doc__
+        for schema, name in zip(schemas[1:], loop_types(), strict=True):
+            schema["properties"]["type"] = {
                 "enum": [name, name.removesuffix("_loop")],
                 "description": "Kind of the entry.",
             }
-        return ways
+        return schemas
 
     def text(self, value: object) -> str:
         if isinstance(value, Tuning):
@@ -251,9 +251,9 @@ def _whole_name(value: dict[str, Any]) -> dict[str, Any]:
 class Ripples(Items):
     """Lines of what varies with the base angle."""
 
-    def read(self, value: object, place: Place) -> Any:
-        before, ripples = len(place.found), Items.read(self, value, place)
-        return None if len(place.found) > before else checked(Variation(ripples))
+    def read(self, value: object, entry: Entry) -> Any:
+        before, ripples = len(entry.faults), Items.read(self, value, entry)
+        return None if len(entry.faults) > before else checked(Variation(ripples))
 
     def schema(self) -> Schema:
         return Items.schema(self) | {"minItems": 1}
@@ -290,9 +290,9 @@ def project_entry(model: Any) -> str:
         If it is not a model object.
     """
     kind = Loop() if isinstance(core_of(model), tuple(loop_types().values())) else LAW
-    text, found = kind.text(checked(model)), list[Wrong]()
-    read(kind, read_yaml(f"law: {text}").content["law"], Place((), found))
-    if found:
-        place = " ".join([type(model).__name__, *map(str, found[0].keys)])
-        raise ValueError(f"a project file does not take this law: {place} {found[0].sentence}")
+    text, faults = kind.text(checked(model)), list[Wrong]()
+    read(kind, read_yaml(f"law: {text}").content["law"], Entry((), faults))
+    if faults:
+        path = " ".join([type(model).__name__, *map(str, faults[0].keys)])
+        raise ValueError(f"a project file does not take this law: {path} {faults[0].sentence}")
     return text

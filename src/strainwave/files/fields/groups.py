@@ -15,7 +15,7 @@ from ...model.excitation import Line
 from ...model.orders import order_pair
 from ..yaml_text import shown
 from . import kinds
-from .kinds import Either, Items, Kind, Place, Quantity, Schema, Whole, Wrong
+from .kinds import Either, Entry, Items, Kind, Quantity, Schema, Whole, Wrong
 from .rows import Fields, Group, Points, field, needed
 
 MOST_LINES = 64
@@ -83,7 +83,7 @@ class ErrorLine(Group):
 
     @property
     def alike(self) -> bool:
-        """Whether the line is the same in both directions of motion."""
+        """True for a line that is the same in both directions of motion."""
         return not isinstance(self.amplitude, LineAmplitude) or self.amplitude.backward is None
 
     @property
@@ -132,7 +132,7 @@ class TorqueSpec(Group):
     """Torque on a free motor, on the motor side."""
 
     mean: float | TorqueRange = field(TORQUE, "5 N*m", "Mean of the torque.", 0.0)
-    lines: tuple[TorqueLine, ...] = field(Items(Fields(TorqueLine), most=MOST_LINES), f"[{TORQUE_LINE}]",
+    lines: tuple[TorqueLine, ...] = field(Items(Fields(TorqueLine), high=MOST_LINES), f"[{TORQUE_LINE}]",
         "Lines of the torque.", ())  # fmt: skip
 
     @property
@@ -157,12 +157,12 @@ ACCURACY = kinds.Accuracy("rad", "positive", CATALOGUE, _accuracy)
 
 
 class ExcitationSpec(Group):
-    """What drives the error; something periodic must be there."""
+    """Excitation of the error; something periodic must be there."""
 
     accuracy: float | str | None = field(ACCURACY, "1 arcmin",
         "Accuracy of the gear, peak-to-peak, in place of lines; at most 1 deg, or catalogue or special of its record."
     )  # fmt: skip
-    kinematic_error: tuple[ErrorLine, ...] = field(Items(Fields(ErrorLine), most=MOST_LINES), f"[{LINE}]",
+    kinematic_error: tuple[ErrorLine, ...] = field(Items(Fields(ErrorLine), high=MOST_LINES), f"[{LINE}]",
         "Lines of the kinematic error, on the output side.", ())  # fmt: skip
     motor_torque: TorqueSpec | None = field(TorqueSpec, f"{{mean: 5 N*m, lines: [{TORQUE_LINE}]}}")
     load_torque: LoadTorqueSpec | None = field(LoadTorqueSpec, f"{{mean: 5 N*m, lines: [{TORQUE_LINE}]}}")
@@ -183,7 +183,7 @@ class Radians(float):
 class Deviation(Kind):
     """A standard deviation: relative to the number itself, or the angle of a phase."""
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         try:
             share = kinds.number(value, "", "positive")
         except ValueError:
@@ -191,8 +191,8 @@ class Deviation(Kind):
                 raise
             angle = kinds.number(value, "rad", "positive")
             if angle > MOST_OF_PHASE:
-                said = f"{value!r} is more than {MOST_OF_PHASE:g} rad; write one standard deviation"
-                raise ValueError(said) from None
+                sentence = f"{value!r} is more than {MOST_OF_PHASE:g} rad; write one standard deviation"
+                raise ValueError(sentence) from None
             return Radians(angle)
         if share > MOST_SCATTER:
             raise ValueError(f"{value!r} is more than {100 * MOST_SCATTER:g} %; write one standard deviation, as 5 %")
@@ -211,17 +211,17 @@ class Named(Kind):
     """Values of one kind by names."""
 
     kind: Kind
-    most: int = 32
+    high: int = 32
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, dict):
             raise kinds.NotA("a group of fields")
-        if not 1 <= len(value) <= self.most:
-            raise ValueError(f"has {len(value)} items; write at {f'most {self.most}' if value else 'least 1'}")
-        return {key: kinds.read(self.kind, item, place.at(key)) for key, item in value.items()}
+        if not 1 <= len(value) <= self.high:
+            raise ValueError(f"has {len(value)} items; write at {f'most {self.high}' if value else 'least 1'}")
+        return {key: kinds.read(self.kind, item, entry.inside(key)) for key, item in value.items()}
 
     def schema(self) -> Schema:
-        counts = {"minProperties": 1, "maxProperties": self.most}
+        counts = {"minProperties": 1, "maxProperties": self.high}
         return {"type": "object", "additionalProperties": self.kind.schema(), **counts}
 
     def text(self, value: Any) -> str:
@@ -232,7 +232,7 @@ class Named(Kind):
 class Correlation(Kind):
     """A correlation matrix: equal on both sides of its diagonal of ones, and no variance below zero."""
 
-    def read(self, rows: object, place: Place) -> tuple[tuple[float, ...], ...]:
+    def read(self, rows: object, entry: Entry) -> tuple[tuple[float, ...], ...]:
         if not isinstance(rows, list) or not all(isinstance(row, list) for row in rows):
             raise ValueError("is no list of rows; write for example [[1, -0.5], [-0.5, 1]]")
         table = tuple(tuple(kinds.number(value, "") for value in row) for row in rows)
@@ -290,10 +290,10 @@ class EncoderSpec(Group):
 
 
 def _bits(text: str) -> Any:
-    found = re.fullmatch(r"([0-9]{1,3})[ -]?bits?", text.strip())
-    if not found:
+    match = re.fullmatch(r"([0-9]{1,3})[ -]?bits?", text.strip())
+    if not match:
         raise ValueError(f"{shown(text)} is not an encoder; write 16 bit, or {{steps: 65536, noise: 2 arcsec}}")
-    bits = int(found[1])
+    bits = int(match[1])
     if not 1 <= bits <= MOST_BITS:
         raise ValueError(f"{text!r} is not between 1 and {MOST_BITS} bit; write for example 16 bit")
     return EncoderSpec(steps=2**bits)
@@ -309,13 +309,13 @@ class TorqueCurve(Points):
     units: tuple[str, str] = ("rad/s", "N*m")
     pair: str = "a speed and a torque; write [3000 rpm, 1.2 N*m]"
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if isinstance(value, str):
-            return kinds.FILE_NAME.read(value, place)
-        points = super().read(value, place)
-        whole = all(point and None not in point for point in points)  # what is wrong in a point is told there
-        if said := curve_fault(points) if whole else "":
-            raise ValueError(said)
+            return kinds.FILE_NAME.read(value, entry)
+        points = super().read(value, entry)
+        complete = all(point and None not in point for point in points)  # a fault in a point is reported there
+        if fault := curve_fault(points) if complete else "":
+            raise ValueError(fault)
         return points
 
     def schema(self) -> Schema:
@@ -358,8 +358,8 @@ class ControllerSpec(Group):
                 load_encoder=int(self.load_encoder != "none"),
             )
         )
-        most = math.inf if limits is None else limits.most
-        return sampling._replace(limit=most) if math.isfinite(most) else sampling
+        largest = math.inf if limits is None else limits.most
+        return sampling._replace(limit=largest) if math.isfinite(largest) else sampling
 
     @staticmethod
     def of(sampling: Sampling) -> "ControllerSpec":

@@ -34,7 +34,7 @@ RANGES = {"any": "", "positive": "above 0", "not negative": "from 0"}
 
 
 class Wrong(NamedTuple):
-    """One thing that is wrong below an entry: keys from the entry on, a sentence; empty where it was told before."""
+    """One fault below an entry: keys from the entry on, and a sentence, empty for a fault that is reported already."""
 
     keys: Keys
     sentence: str
@@ -45,24 +45,24 @@ class NotA(ValueError):
     """A value is not of the kind that the argument names, such as "a list"; the complaint shows the row's example."""
 
 
-class Place(NamedTuple):
-    """Where a value stands, and what is wrong so far: `top` are the fields at the top of the file."""
+class Entry(NamedTuple):
+    """Entry of a file while it is read: its keys and its faults so far; `top` are the fields at the top of the file."""
 
     keys: Keys
-    found: list[Wrong]
+    faults: list[Wrong]
     example: str = ""
     top: tuple[str, ...] = ()
 
-    def at(self, key: str | int, example: str = "") -> "Place":
-        """The place of a field or an item inside, whose example is given."""
+    def inside(self, key: str | int, example: str = "") -> "Entry":
+        """Entry of a field or an item inside, with its example."""
         return self._replace(keys=(*self.keys, key), example=example)
 
     def wrong(self, sentence: str, *, on_key: bool = False) -> None:
-        """Add a sentence about this place, or about its key."""
-        self.found.append(Wrong(self.keys, sentence, on_key))
+        """Add a sentence about this entry, or about its key."""
+        self.faults.append(Wrong(self.keys, sentence, on_key))
 
     def remedy(self, kind: "Kind") -> str:
-        """What to write here: the example of the row, or else of the kind."""
+        """Remedy for this entry: the example of the row, or else of the kind."""
         if not self.example:
             return f"write it, {kind.example()}"
         key = self.keys[-1] if self.keys else 0
@@ -70,13 +70,13 @@ class Place(NamedTuple):
 
 
 class Kind:
-    """What a field may hold, with the unit and the sign ("any", "positive", "not negative") of a number."""
+    """Kind of what a field may hold, with the unit and the sign ("any", "positive", "not negative") of a number."""
 
     unit: str = ""
     sign: str = "any"
 
-    def read(self, value: object, place: Place) -> Any:
-        """The value in SI; what is wrong is raised (ValueError), or added to the place."""
+    def read(self, value: object, entry: Entry) -> Any:
+        """The value in SI; a fault is raised (ValueError), or added to the entry."""
         raise NotImplementedError
 
     def schema(self) -> Schema:
@@ -88,7 +88,7 @@ class Kind:
         return str(value)
 
     def example(self) -> str:
-        """What to write, where a row has no example."""
+        """Example where a row has none."""
         return example(self.unit)
 
     def part(self, value: object, key: str) -> "Row | None":
@@ -107,7 +107,7 @@ class Row(NamedTuple):
 
     def without(self) -> Any:
         """Value of the field where the file does not give it."""
-        return self.kind.read(self.default, Place((), [])) if isinstance(self.default, str) else self.default
+        return self.kind.read(self.default, Entry((), [])) if isinstance(self.default, str) else self.default
 
     def schema(self) -> Schema:
         """JSON Schema with the sentence, the unit and the range."""
@@ -130,16 +130,16 @@ def number(value: object, unit: str, sign: str = "any") -> float:
         raise ValueError(f"{value!r} is not positive; write a value above zero")
     if sign == "not negative" and result < 0.0:
         raise ValueError(f"{value!r} is negative; write zero or more")
-    most = 1e30 if "rad**" in unit else 1e15  # of a polynomial's coefficients, and of everything else
-    if result and not 1.0 / most <= abs(result) <= most:
+    largest = 1e30 if "rad**" in unit else 1e15  # of a polynomial's coefficients, and of everything else
+    if result and not 1.0 / largest <= abs(result) <= largest:
         raise ValueError(f"{value!r} is beyond any drive; check the number and its unit")
     return result
 
 
-def near(value: object, known: list[str]) -> str:
-    """End of a sentence about a word that is not known: the nearest, or else all that are."""
-    found = difflib.get_close_matches(str(value).lower().replace("-", "_").replace(" ", "_"), known, n=1)
-    return f"; did you mean {found[0]!r}?" if found else f"; write one of {', '.join(known)}"
+def suggestion(value: object, words: list[str]) -> str:
+    """End of a sentence about an unknown word: the closest of the known words, or else all of them."""
+    matches = difflib.get_close_matches(str(value).lower().replace("-", "_").replace(" ", "_"), words, n=1)
+    return f"; did you mean {matches[0]!r}?" if matches else f"; write one of {', '.join(words)}"
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ class Quantity(Kind):
     check: Callable[[float, str], Any] | None = None  # of the number and its text (ValueError)
     ends: tuple[tuple[str, float], ...] = ()  # of the JSON Schema
 
-    def read(self, value: Any, place: Place) -> Any:
+    def read(self, value: Any, entry: Entry) -> Any:
         if self.word and value == self.word:
             return value
         result = number(value, self.unit, self.sign)
@@ -169,11 +169,11 @@ class Quantity(Kind):
         if self.unit:
             typical = example(self.unit).removeprefix("for example ").split(" or ")[0]
             pattern = f"{start}.*{HINTS.get(self.unit, '[A-Za-z°/]')}"
-            found: Schema = {"type": "string", "pattern": pattern, "examples": [typical], **about}
+            schema: Schema = {"type": "string", "pattern": pattern, "examples": [typical], **about}
         else:
             text = {"type": "string", "pattern": start + "[^A-Za-z]*([eE]|%|percent)?[^A-Za-z]*$"}
-            found = {"anyOf": [{"type": "number", **LOW[self.sign], **ends}, text], **about}
-        return {"anyOf": [{"const": self.word}, found], **about} if self.word else found
+            schema = {"anyOf": [{"type": "number", **LOW[self.sign], **ends}, text], **about}
+        return {"anyOf": [{"const": self.word}, schema], **about} if self.word else schema
 
     def text(self, value: Any) -> str:
         return str(value) if isinstance(value, str) else f"{value!r} {self.unit}".rstrip().replace("**", "^")
@@ -183,19 +183,19 @@ class Quantity(Kind):
 class Accuracy(Quantity):
     """An accuracy class, or the word for one of the gear's record."""
 
-    def read(self, value: Any, place: Place) -> Any:
-        return value if value == SPECIAL else super().read(value, place)
+    def read(self, value: Any, entry: Entry) -> Any:
+        return value if value == SPECIAL else super().read(value, entry)
 
     def schema(self) -> Schema:
-        found = super().schema()
-        return found | {"anyOf": [{"const": SPECIAL}, *found["anyOf"]]}
+        quantity = super().schema()
+        return quantity | {"anyOf": [{"const": SPECIAL}, *quantity["anyOf"]]}
 
 
 @dataclass(frozen=True)
 class Bandwidth(Quantity):
     """A bandwidth in rad/s: of a loop, unlike a shaft, it may be in Hz."""
 
-    def read(self, value: object, place: Place) -> float:
+    def read(self, value: object, entry: Entry) -> float:
         if isinstance(value, str) and "rad" in value:
             return number(value, "rad/s", "positive")
         if isinstance(value, str) and re.search("rpm|rev|turn|deg", value):
@@ -208,14 +208,14 @@ class Bandwidth(Quantity):
 
 @dataclass(frozen=True)
 class Whole(Kind):
-    """A whole number between two ends, with what to write for one, and what to say of one beyond the ends."""
+    """A whole number between two ends, with a remedy, and a text about one beyond the ends."""
 
     low: int | None = None
     high: int | None = None
     remedy: str = "write for example 2"
     beyond: str = ""
 
-    def read(self, value: object, place: Place) -> int:
+    def read(self, value: object, entry: Entry) -> int:
         if not isinstance(value, str) or not re.fullmatch(r"[+-]?[0-9]{1,9}", value.strip()):
             raise ValueError(f"{shown(value)} is not a whole number; {self.remedy}")
         low, high = [int(value) if end is None else end for end in (self.low, self.high)]
@@ -227,7 +227,7 @@ class Whole(Kind):
         ends = {"minimum": self.low, "maximum": self.high}
         low = "" if self.low is None else f"from {self.low}"
         span = low if self.high is None else f"{low} to {self.high}"
-        return {"type": "integer", **_known(ends), "x-unit": "1", "x-range": span}
+        return {"type": "integer", **_given(ends), "x-unit": "1", "x-range": span}
 
     def example(self) -> str:
         return "for example 2"
@@ -239,9 +239,9 @@ class Word(Kind):
 
     words: tuple[str, ...]
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if value not in self.words:
-            raise ValueError(f"{shown(value)} is not known{near(value, list(self.words))}")
+            raise ValueError(f"{shown(value)} is not known{suggestion(value, list(self.words))}")
         return value
 
     def schema(self) -> Schema:
@@ -257,7 +257,7 @@ class Text(Kind):
     what: str = "a text"
     sample: str = "a text"
 
-    def read(self, value: object, place: Place) -> str:
+    def read(self, value: object, entry: Entry) -> str:
         if not isinstance(value, str):
             raise NotA(self.what)
         return self.passed(value)
@@ -277,19 +277,19 @@ class Items(Kind):
     """A list."""
 
     item: Kind
-    least: int | None = None
-    most: int | None = None
+    low: int | None = None
+    high: int | None = None
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, list):
             raise NotA("a list")
-        for limit, outside, which in ((self.least, -1, "least"), (self.most, 1, "most")):
+        for limit, outside, which in ((self.low, -1, "least"), (self.high, 1, "most")):
             if limit is not None and outside * (len(value) - limit) > 0:
                 raise ValueError(f"has {len(value)} items; write at {which} {limit}")
-        return tuple(read(self.item, item, place.at(i, place.example[1:-1])) for i, item in enumerate(value))
+        return tuple(read(self.item, item, entry.inside(i, entry.example[1:-1])) for i, item in enumerate(value))
 
     def schema(self) -> Schema:
-        return {"type": "array", "items": self.item.schema(), **_known({"minItems": self.least, "maxItems": self.most})}
+        return {"type": "array", "items": self.item.schema(), **_given({"minItems": self.low, "maxItems": self.high})}
 
     def text(self, value: Any) -> str:
         return f"[{', '.join(map(self.item.text, value))}]"
@@ -310,10 +310,10 @@ class Either(Kind):
         object.__setattr__(self, "unit", self.plain.unit)
         object.__setattr__(self, "sign", self.plain.sign)
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if self.word and value == self.word:
             return value
-        return (self.group if isinstance(value, dict) else self.plain).read(value, place)
+        return (self.group if isinstance(value, dict) else self.plain).read(value, entry)
 
     def schema(self) -> Schema:
         plain, group = self.plain.schema(), self.group.schema()
@@ -330,16 +330,16 @@ class Either(Kind):
         return self.group.part(value, key)
 
 
-def read(kind: Kind, value: object, place: Place) -> Any:
-    """Read a value at its place; None where it is wrong, which the place then has, or where it was told before."""
-    before = len(place.found)
+def read(kind: Kind, value: object, entry: Entry) -> Any:
+    """Read the value of an entry; None for a wrong one, whose fault the entry then has, or that is reported already."""
+    before = len(entry.faults)
     try:
-        result = place.wrong("") if value is None else kind.read(value, place)
-        return result if len(place.found) == before else None
+        result = entry.wrong("") if value is None else kind.read(value, entry)
+        return result if len(entry.faults) == before else None
     except NotA as error:
-        place.wrong(f"{shown(value)} is not {error}; {place.remedy(kind)}")
+        entry.wrong(f"{shown(value)} is not {error}; {entry.remedy(kind)}")
     except ValueError as error:
-        place.wrong(str(error))
+        entry.wrong(str(error))
     return None
 
 
@@ -355,7 +355,7 @@ def plain_file(text: str) -> str:
     return text
 
 
-def _known(ends: Schema) -> Schema:
+def _given(ends: Schema) -> Schema:
     return {key: end for key, end in ends.items() if end is not None}
 
 

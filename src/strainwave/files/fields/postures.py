@@ -8,7 +8,7 @@ from typing import Any
 
 from ...drive.postures import Link, Posture, two_link
 from ..scan_file import read_postures
-from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Whole, Wrong
+from .kinds import FILE_NAME, Entry, Items, Kind, NotA, Quantity, Row, Schema, Text, Whole, Wrong
 from .rows import Fields, Group, Points, field, group_text, needed
 
 MOST_POSTURES = 1000
@@ -78,22 +78,22 @@ class PosturesKind(Kind):
     rows = Items(Fields(PostureSpec), 1, MOST_POSTURES)
     arm = Fields(TwoLinkSpec)
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, str | list | dict):
             raise NotA("a list, a group of fields or the name of a file")
-        return self._way(value).read(value, place)
+        return self._form(value).read(value, entry)
 
-    def _way(self, value: object) -> Any:
+    def _form(self, value: object) -> Any:
         return FILE_NAME if isinstance(value, str) else self.rows if isinstance(value, list) else self.arm
 
     def schema(self) -> Schema:
-        return {"anyOf": [way.schema() for way in (self.rows, FILE_NAME, self.arm)]}
+        return {"anyOf": [form.schema() for form in (self.rows, FILE_NAME, self.arm)]}
 
     def text(self, value: Any) -> str:
         return f"[{', '.join(map(group_text, value))}]"
 
     def part(self, value: object, key: str) -> Row | None:
-        return None if isinstance(value, str) else self._way(value).part(value, key)
+        return None if isinstance(value, str) else self._form(value).part(value, key)
 
 
 def postures_of(value: Any, folder: Path) -> tuple[Posture, ...]:

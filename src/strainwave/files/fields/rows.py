@@ -17,7 +17,7 @@ from ...model.train import motion
 from ...model.train.filters import FILTERS
 from ..yaml_text import Located, Problem, kind_of, name, shown
 from . import kinds
-from .kinds import Items, Kind, NotA, Place, Quantity, Row, Schema, Wrong, read
+from .kinds import Entry, Items, Kind, NotA, Quantity, Row, Schema, Wrong, read
 from .sentences import SENTENCES
 
 SPRINGS = (springs.__name__, measured.__name__)
@@ -46,11 +46,11 @@ class Group:
         self.given = {key for key, value in given.items() if value is not None}
         cls: Any = type(self)
         for key, row in rows_of(cls).items():
-            own = key if hasattr(cls, key) else f"{key}_"
-            setattr(self, own, given[key] if key in given else row.without())
+            attribute = key if hasattr(cls, key) else f"{key}_"
+            setattr(self, attribute, given[key] if key in given else row.without())
 
     def check(self) -> Iterable[Wrong]:
-        """What is wrong between the fields; a ValueError does as well."""
+        """Faults between the fields; a ValueError does as well."""
         return ()
 
 
@@ -59,8 +59,8 @@ def rows_of(cls: type[Any]) -> dict[str, Row]:
     """Rows of a class by the names that a file has: its own, or those of a model's annotations."""
     if not issubclass(cls, Group):
         return _rows_of_model(cls)
-    found = {key: row for base in reversed(cls.__mro__) for key, row in vars(base).items()}
-    return {key.rstrip("_"): row for key, row in found.items() if isinstance(row, Row)}
+    attributes = {key: row for base in reversed(cls.__mro__) for key, row in vars(base).items()}
+    return {key.rstrip("_"): row for key, row in attributes.items() if isinstance(row, Row)}
 
 
 def _rows_of_model(cls: type[Any]) -> dict[str, Row]:
@@ -79,7 +79,7 @@ def _rows_of_model(cls: type[Any]) -> dict[str, Row]:
 
 
 def _kind_of(hint: object, cls: type, key: str) -> Kind:
-    """What a field of a model's class holds, by its annotation."""
+    """Kind of a field of a model's class, by its annotation."""
     if hint is Any:
         return LAW
     if get_origin(hint) is tuple:
@@ -123,8 +123,8 @@ class Fields(Kind):
     cls: Any
     ref: str = ""
 
-    def read(self, value: object, place: Place) -> Any:
-        return read_group(value, self.cls, place)
+    def read(self, value: object, entry: Entry) -> Any:
+        return read_group(value, self.cls, entry)
 
     def schema(self) -> Schema:
         return {"$ref": f"#/$defs/{self.ref}"} if self.ref else schema_of(self.cls)
@@ -145,42 +145,42 @@ def name_of(cls: type) -> str:
 @cache
 def law_types() -> dict[str, type]:
     """Laws by their name in a project file: springs, friction, memory, and what follows a shaft's own angle."""
-    found = (c for m in (springs, measured, friction, hysteresis, motion) for c in vars(m).values())
-    return {name_of(c): c for c in found if hasattr(c, "_fields") and hasattr(c, "stiffness")}
+    classes = (c for m in (springs, measured, friction, hysteresis, motion) for c in vars(m).values())
+    return {name_of(c): c for c in classes if hasattr(c, "_fields") and hasattr(c, "stiffness")}
 
 
 @dataclass(frozen=True)
 class Typed(Kind):
     """A group with a `type`, the name of a class of the model whose fields are the others."""
 
-    known: Callable[[], dict[str, type]] = law_types
+    types: Callable[[], dict[str, type]] = law_types
     ref: str = "law"
     wrong: Callable[[Any], Iterable[Wrong]] | None = None  # with what was read
 
-    def read(self, value: object, place: Place) -> Any:
-        model = value if is_model(value) else self._typed(value, place)  # a law of the user's own was read before
+    def read(self, value: object, entry: Entry) -> Any:
+        model = value if is_model(value) else self._typed(value, entry)  # a law of the user's own was read before
         if model is not None and self.wrong is not None:
-            place.found.extend(wrong._replace(keys=(*place.keys, *wrong.keys)) for wrong in self.wrong(model))
+            entry.faults.extend(wrong._replace(keys=(*entry.keys, *wrong.keys)) for wrong in self.wrong(model))
         return model
 
-    def _typed(self, value: object, place: Place) -> Any:
+    def _typed(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, dict):
             raise NotA("a group of fields")
-        types, type_place = self.known(), place.at("type")
+        types, type_entry = self.types(), entry.inside("type")
         if "type" not in value:
-            return type_place.wrong(f"is missing; write one of {', '.join(types)}")
+            return type_entry.wrong(f"is missing; write one of {', '.join(types)}")
         word = value["type"]
         cls = self.of(word)
         if cls is None:
-            return type_place.wrong(
-                "" if word is None else f"{shown(word)} is not known{kinds.near(word, list(types))}"
+            return type_entry.wrong(
+                "" if word is None else f"{shown(word)} is not known{kinds.suggestion(word, list(types))}"
             )
-        return read_group({key: item for key, item in value.items() if key != "type"}, cls, place, ("type",))
+        return read_group({key: item for key, item in value.items() if key != "type"}, cls, entry, ("type",))
 
     def of(self, word: object) -> type | None:
         """The class of a type, in any spelling of its name."""
         plain = re.sub("[-_]", "", word).lower() if isinstance(word, str) else ""
-        return next((cls for key, cls in self.known().items() if key.replace("_", "") == plain), None)
+        return next((cls for key, cls in self.types().items() if key.replace("_", "") == plain), None)
 
     def schema(self) -> Schema:
         return {"$ref": f"#/$defs/{self.ref}"}
@@ -189,10 +189,10 @@ class Typed(Kind):
         return f"for example {EXAMPLE_LAW}"
 
     def text(self, value: object) -> str:
-        named = next((key for key, cls in self.known().items() if cls is type(value)), "")
+        named = next((key for key, cls in self.types().items() if cls is type(value)), "")
         if not named:
-            said = f"the laws of a project file ({', '.join(self.known())}); use it in Python"
-            raise ValueError(f"{type(value).__name__} is not among {said}")
+            remedy = f"the laws of a project file ({', '.join(self.types())}); use it in Python"
+            raise ValueError(f"{type(value).__name__} is not among {remedy}")
         if isinstance(value, measured.Tabulated):
             points = [(knot.x, knot.T) for knot in value.knots]
             if measured.tabulated(points) != value:
@@ -212,11 +212,11 @@ LAW = Typed()
 class Coefficients(Kind):
     """Coefficients of a polynomial, whose unit follows from their place."""
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, list) or not 2 <= len(value) <= 16:
             what = f"has {len(value)} items" if isinstance(value, list) else f"is {kind_of(value)}"
             raise ValueError(f"{what}; write {self.example()}")
-        return tuple(read(self._of(i), item, place.at(i)) for i, item in enumerate(value))
+        return tuple(read(self._of(i), item, entry.inside(i)) for i, item in enumerate(value))
 
     def _of(self, power: int) -> Quantity:
         return Quantity(("N*m", "N*m/rad")[power] if power < 2 else f"N*m/rad**{power}")
@@ -239,15 +239,15 @@ class Points(Kind):
     units: tuple[str, str] = ("rad", "N*m")
     pair: str = "a torsion and a torque; write [0.54 mrad, 54 N*m]"
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, list):
             raise ValueError(f"is {kind_of(value)}; write {self.example()}")
-        return tuple(self._pair(pair, place.at(i)) for i, pair in enumerate(value))
+        return tuple(self._pair(pair, entry.inside(i)) for i, pair in enumerate(value))
 
-    def _pair(self, pair: object, at: Place) -> Any:
+    def _pair(self, pair: object, entry: Entry) -> Any:
         if not isinstance(pair, list) or len(pair) != 2:
-            return at.wrong(f"is no pair of {self.pair}")
-        return tuple(read(Quantity(unit), pair[j], at.at(j)) for j, unit in enumerate(self.units))
+            return entry.wrong(f"is no pair of {self.pair}")
+        return tuple(read(Quantity(unit), pair[j], entry.inside(j)) for j, unit in enumerate(self.units))
 
     def schema(self) -> Schema:
         pair = [Quantity(unit).schema() for unit in self.units]
@@ -264,9 +264,9 @@ def schema_of(cls: Any, named: str = "", also: Schema | None = None) -> Schema:
     kind: Schema = {"type": {"const": named, "description": TYPE}} if named else {}
     needs = ["type"] * bool(named) + [key for key, row in rows.items() if row.needed]
     properties = {**kind, **{key: row.schema() for key, row in rows.items()}, **(also or {})}
-    found: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
+    schema: Schema = {"type": "object", "properties": properties, "additionalProperties": False}
     of_file = cls.conditions if issubclass(cls, Group) else {"description": line_of(cls)}
-    return found | ({"required": needs} if needs else {}) | of_file
+    return schema | ({"required": needs} if needs else {}) | of_file
 
 
 def group_text(value: object, named: str = "") -> str:
@@ -280,69 +280,69 @@ def texts_of(value: object) -> dict[str, str]:
     cls: Any = type(value)
     texts = {}
     for key, row in rows_of(cls).items():
-        own = getattr(value, key if hasattr(value, key) else f"{key}_")
-        if own is not None and (key in value.given if isinstance(value, Group) else row.needed or own != row.default):
-            texts[key] = row.kind.text(own)
+        part = getattr(value, key if hasattr(value, key) else f"{key}_")
+        if part is not None and (key in value.given if isinstance(value, Group) else row.needed or part != row.default):
+            texts[key] = row.kind.text(part)
     return texts
 
 
-def read_group(value: object, cls: type[Any], place: Place, former: tuple[str, ...] = ()) -> Any:
+def read_group(value: object, cls: type[Any], entry: Entry, former: tuple[str, ...] = ()) -> Any:
     """Read the fields of a class; None where something is wrong. Fields of `former` were read before."""
-    before = len(place.found)
-    values = _given(value, cls, place, former)
-    if len(place.found) > before:
+    before = len(entry.faults)
+    values = _given(value, cls, entry, former)
+    if len(entry.faults) > before:
         return None
     try:
         if issubclass(cls, Group):
             group = cls(**values)
-            place.found.extend(wrong._replace(keys=(*place.keys, *wrong.keys)) for wrong in group.check())
+            entry.faults.extend(wrong._replace(keys=(*entry.keys, *wrong.keys)) for wrong in group.check())
             return group
         return checked(measured.tabulated(**values) if cls is measured.Tabulated else cls(**values))
     except (TypeError, ValueError) as error:
         text = str(error)
         match = re.match(r"\w+\.(\w+) (?=is )", text)
         if match and match[1] in values:
-            return place.at(match[1]).wrong(text[match.end() :])
-        return place.wrong(text)
+            return entry.inside(match[1]).wrong(text[match.end() :])
+        return entry.wrong(text)
 
 
-def _given(value: object, cls: Any, place: Place, former: tuple[str, ...] = ()) -> dict[str, Any]:
-    """Values of the fields that a file gives, None for what is wrong."""
+def _given(value: object, cls: Any, entry: Entry, former: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Values of the fields that a file gives, None for a wrong one."""
     if not isinstance(value, dict):
         raise NotA("a group of fields")
     rows = rows_of(cls)
     for key in value:
         if key not in rows:
-            place.at(key).wrong(_unknown(key, [*former, *rows], rows, place), on_key=True)
+            entry.inside(key).wrong(_unknown(key, [*former, *rows], rows, entry), on_key=True)
     values = {}
     for key, row in rows.items():
-        field_place = place.at(key, row.example)
+        field_entry = entry.inside(key, row.example)
         if key in value:
-            values[key] = read(row.kind, value[key], field_place)
+            values[key] = read(row.kind, value[key], field_entry)
         elif row.needed:
-            field_place.wrong(f"is missing; {field_place.remedy(row.kind)}")
+            field_entry.wrong(f"is missing; {field_entry.remedy(row.kind)}")
     return values
 
 
-def _unknown(key: str, fields: list[str], rows: dict[str, Row], place: Place) -> str:
+def _unknown(key: str, fields: list[str], rows: dict[str, Row], entry: Entry) -> str:
     """Sentence for a field that nobody knows: the nearest field, else that whose description has the word, else all."""
-    spelt = {field.lower(): field for field in (*place.top, *fields)}
+    spelt = {field.lower(): field for field in (*entry.top, *fields)}
     close = difflib.get_close_matches(key.lower(), list(spelt), n=1)
     if close and spelt[close[0]] in fields:
         return f"unknown field; did you mean {spelt[close[0]]!r}?"
     if close:
-        return f"unknown field; did you mean {close[0]!r}? It stands at the top level, not in {name(place.keys)!r}"
+        return f"unknown field; did you mean {close[0]!r}? It stands at the top level, not in {name(entry.keys)!r}"
     for field, row in rows.items():
         if len(key) > 3 and row.example and re.search(rf"\b{re.escape(key)}\b", row.says, re.IGNORECASE):
             return f"unknown field; see {field!r} ({row.says.removesuffix('.')}), as {field}: {row.example}"
     return f"unknown field; known here: {', '.join(fields)}"
 
 
-def problems_of(found: Iterable[Wrong], located: Located) -> Iterator[Problem]:
-    """What is wrong with its places in a file."""
-    for keys, sentence, on_key in found:
+def problems_of(faults: Iterable[Wrong], located: Located) -> Iterator[Problem]:
+    """Problems of faults, with their positions in a file."""
+    for keys, sentence, on_key in faults:
         if sentence:
-            yield Problem(*(located.keys[keys] if on_key else located.place(keys)), name(keys), sentence)
+            yield Problem(*(located.keys[keys] if on_key else located.position(keys)), name(keys), sentence)
 
 
 def read_file(content: Any, cls: Any, located: Located) -> tuple[Any, list[Problem]]:
@@ -351,12 +351,12 @@ def read_file(content: Any, cls: Any, located: Located) -> tuple[Any, list[Probl
     if content is None and problems:
         return None, problems
     try:
-        values = _given(content, cls, Place((), faults, "", tuple(rows)))
+        values = _given(content, cls, Entry((), faults, "", tuple(rows)))
     except NotA:
         first = next(key for key, row in rows.items() if row.needed)
         fact = "is empty" if content is None else f"holds {shown(content)}, not fields"
         sentence = f"{fact}; begin with a line such as '{first}: {rows[first].example}'"
-        return None, [*problems, Problem(*located.place(()), "file", sentence)]
+        return None, [*problems, Problem(*located.position(()), "file", sentence)]
     defaults = {key: None for key, row in rows.items() if row.needed}
     return cls(**defaults | values), [*problems, *problems_of(faults, located)]
 
@@ -371,7 +371,7 @@ def row_at(cls: type[Any], content: object, keys: Iterable[str]) -> Row | None:
 
 
 def inside(content: object, key: str) -> Any:
-    """What a file has in a group or a list; None where there is nothing."""
+    """Value of a key of a group or a list; None where there is none."""
     if isinstance(content, list):
         return content[int(key)] if key.isdecimal() and int(key) < len(content) else None
     return content.get(key) if isinstance(content, dict) else None

@@ -19,12 +19,12 @@ from . import groups
 from .drive_units import DriveUnitsSpec
 from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop
 from .groups import ASSUMED, CATALOGUE, LINE, MEASURED, MOST_SOURCES, YOURS
-from .kinds import FILE_NAME, Items, Kind, NotA, Place, Quantity, Row, Schema, Text, Word, Wrong
+from .kinds import FILE_NAME, Entry, Items, Kind, NotA, Quantity, Row, Schema, Text, Word, Wrong
 from .postures import EXAMPLE_POSTURES, PosturesKind
 from .rows import Fields, Group, Typed, field, group_text, needed, rows_of
 
 MOST_COUPLINGS = 4  # in series: each is a class of its own to the compiler
-WAYS = ("name", "file", "law", "ratio", "rated_torque")  # to give a gear: of the first three, or of the last three
+GEAR_FIELDS = ("name", "file", "law", "ratio", "rated_torque")  # of a gear: of the first three, or of the last three
 EXAMPLE_RIPPLES = "[{order: 2, depth: 5 %}]"
 COUPLING = "{inertia: 0.1 kg*m^2, law: {type: linear, K: 2e5 N*m/rad}}"
 
@@ -93,37 +93,37 @@ class NamedGear(Group):
 class GearKind(Kind):
     """A gear by its name, or by a group that describes it in one of two ways."""
 
-    ways = Fields(ExplicitGear), Fields(NamedGear)
+    groups = Fields(ExplicitGear), Fields(NamedGear)
 
-    def _way(self, value: Any) -> Fields:
-        return self.ways["file" in value or "name" in value]
+    def _group(self, value: Any) -> Fields:
+        return self.groups["file" in value or "name" in value]
 
-    def read(self, value: object, place: Place) -> Any:
+    def read(self, value: object, entry: Entry) -> Any:
         if isinstance(value, str):
             gear = catalogue.gear(value)
             gear.check_law()
             return gear.name
         if not isinstance(value, dict):
             raise NotA("a group of fields")
-        given = [key for key in value if key in WAYS]
+        given = [key for key in value if key in GEAR_FIELDS]
         named = {"name", "file"} & set(given)
         if (named and set(given) & {"ratio", "rated_torque"}) or (set(given) == {"name"} and "fixed" not in value):
-            said = " and ".join(given) if len(given) > 1 else "name alone"
+            keys = " and ".join(given) if len(given) > 1 else "name alone"
             raise ValueError(
-                f"gives {said}; write 'gear: CSG-40-50' for a gear of the catalogue, {{name, law}} for its record with "
+                f"gives {keys}; write 'gear: CSG-40-50' for a gear of the catalogue, {{name, law}} for its record with "
                 "a measured law, {file, name} for one of your own, or {ratio, law}: hysteresis and backlash of any "
                 "gear are fields beside 'gear'"
             )
-        return self._way(value).read(value, place)
+        return self._group(value).read(value, entry)
 
     def schema(self) -> Schema:
-        return {"anyOf": [{"enum": catalogue.names()}, *(way.schema() for way in self.ways)]}
+        return {"anyOf": [{"enum": catalogue.names()}, *(group.schema() for group in self.groups)]}
 
     def text(self, value: object) -> str:
         return value if isinstance(value, str) else group_text(value)
 
     def part(self, value: object, key: str) -> Row | None:
-        return self._way(value).part(value, key) if isinstance(value, dict) else None
+        return self._group(value).part(value, key) if isinstance(value, dict) else None
 
 
 class BacklashSpec(Group):
@@ -139,7 +139,7 @@ EXAMPLE_CONTINUOUS = "[[0 rpm, 1.3 N*m], [3000 rpm, 1.2 N*m], [6000 rpm, 0.6 N*m
 
 
 class MotorSpec(Group):
-    """What turns with the motor shaft, and how it is driven."""
+    """Motor: its inertia, its drive and its limits."""
 
     inertia: float | None = field(INERTIA, "4.5 kg*cm^2",
         "Inertia of motor and wave generator, on the motor side; without it that of the catalogue's gear.")  # fmt: skip
@@ -167,8 +167,8 @@ class MotorSpec(Group):
         for name, column in CURVE_COLUMNS.items():
             if isinstance(sheet[name], str):
                 sheet[name] = read_torque_curve(folder / sheet[name], column)
-        known = {name: value for name, value in sheet.items() if value is not None}
-        return MotorLimits(**known) if known else None
+        numbers = {name: value for name, value in sheet.items() if value is not None}
+        return MotorLimits(**numbers) if numbers else None
 
     @staticmethod
     def sheet_of(limits: MotorLimits | None) -> dict[str, Any]:
@@ -178,7 +178,7 @@ class MotorSpec(Group):
 
     @property
     def named(self) -> bool:
-        """Whether the file says how the motor is driven."""
+        """True where the file gives the mode or the loop of the motor."""
         return bool(self.given & {"mode", "loop"})
 
 
@@ -213,9 +213,9 @@ class LoadSpec(Group):
             yield Wrong((), "gives coupling and couplings; write one coupling, or all of them in 'couplings'")
 
 
-def one_of(*ways: tuple[str, ...]) -> Schema:
-    """Condition of a JSON Schema that the fields of exactly one way are given."""
-    return {"oneOf": [{"required": list(way)} for way in ways]}
+def one_of(*choices: tuple[str, ...]) -> Schema:
+    """Condition of a JSON Schema that the fields of exactly one choice are given."""
+    return {"oneOf": [{"required": list(fields)} for fields in choices]}
 
 
 class DampingSpec(Group):
@@ -237,7 +237,7 @@ class DampingSpec(Group):
 
     @property
     def varies(self) -> bool:
-        """Whether it is more than one number."""
+        """True for a damping of more than one number."""
         return bool(self.given - {"B", "ratio", "quality"})
 
     def of(self, B: float) -> GearDamping:
@@ -249,15 +249,15 @@ class DampingSpec(Group):
 
     def check(self) -> Iterator[Wrong]:
         """Refuse several sizes, or none, and a variation that is none."""
-        ways = self.given & {"B", "ratio", "quality"}
-        if len(ways) != 1:
-            given = " and ".join(sorted(ways)) or "nothing"
+        sizes = self.given & {"B", "ratio", "quality"}
+        if len(sizes) != 1:
+            given = " and ".join(sorted(sizes)) or "nothing"
             yield Wrong((), f"gives {given}; write exactly one of B, ratio, quality")
         checked(self.of(self.B or 0.0))
 
 
 class StiffnessSpec(Group):
-    """How the stiffness varies with the base angle."""
+    """Variation of the stiffness with the base angle."""
 
     ripples: Variation = needed(RIPPLES, EXAMPLE_RIPPLES, "Lines of the stiffness over the base angle.")
 
@@ -286,7 +286,7 @@ class SpeedSpec(Group):
 
 
 class LimitSpec(Group):
-    """What the drive may have at most."""
+    """Limits of the error of the drive."""
 
     oscillation: float = needed(ANGLE, "60 arcsec", "Largest distance of the error from its mean, in a steady motion.")
 
@@ -309,7 +309,7 @@ class MoveSpec(Group):
         "What the motor is given before a deviation asks for it, as shares of what its model needs.")  # fmt: skip
 
     def task(self, folder: Path) -> Task:
-        """What is asked of the move, its files read from a folder (FileError)."""
+        """Task of the move, its files read from a folder (FileError)."""
         parts = (read_profile(folder / part.file) if isinstance(part, ProfileFile) else part for part in self.profile)
         files = tuple(part.file if isinstance(part, ProfileFile) else "" for part in self.profile)
         return Task(tuple(parts), self.start, self.payload, self.window, files, self.feedforward)
@@ -376,8 +376,8 @@ class ProjectSpec(Group):
 
     def law(self, gear: Gear | None) -> Any:
         """Torsion law: that of the gear or its record, with the backlash in series and the hysteresis in parallel."""
-        own = None if isinstance(self.gear, str) else self.gear.law
-        law = (gear and gear.law) if own is None else own
+        given = None if isinstance(self.gear, str) else self.gear.law
+        law = (gear and gear.law) if given is None else given
         if self.backlash is not None:
             law = Play(self.backlash.half_gap, law)
         beside = HYSTERESIS.beside(self.hysteresis, gear)

@@ -32,8 +32,8 @@ def read_mcap(path: Path) -> tuple[list[Column], list[str]]:
                 for name, value in _numbers(content, ""):
                     series.setdefault((channel.topic, name), []).append((time, value))
     except Exception as error:  # whatever a damaged file makes its reader raise
-        said = " ".join(str(error).split())[:120] or type(error).__name__
-        raise refuse(path, f"is no whole MCAP file ({said}); `mcap recover` saves what is whole") from None
+        reason = " ".join(str(error).split())[:120] or type(error).__name__
+        raise refuse(path, f"is no whole MCAP file ({reason}); `mcap recover` saves what is whole") from None
     series = {key: values for key, values in series.items() if len(values) > 1}
     if not series:
         raise refuse(path, "has no numbers in messages of ROS 2 or JSON; record the topics of the joints")

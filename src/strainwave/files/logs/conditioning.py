@@ -55,8 +55,8 @@ def _in_seconds(values: Any) -> Any:
     if values.dtype.kind not in "mM" or not values.size:
         return values
     flat = values.astype(f"{values.dtype.kind}8[ns]")
-    known = flat[~np.isnat(flat)]
-    since = flat if flat.dtype.kind == "m" or not known.size else flat - known[0]
+    valid = flat[~np.isnat(flat)]
+    since = flat if flat.dtype.kind == "m" or not valid.size else flat - valid[0]
     return np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)
 
 
@@ -70,8 +70,8 @@ def _flattened(name: str, value: object, arrays: dict[str, Any]) -> None:
 def _columns(path: Path, arrays: dict[str, Any]) -> Read:
     """Vectors as columns; each goes with the vector of the time that has its length, or its own, `NAME_time`."""
     for name in [name for name, a in arrays.items() if a.dtype.kind == "c"]:
-        whole = arrays.pop(name)
-        arrays |= {f"{name}_real": whole.real, f"{name}_imaginary": whole.imag}
+        vector = arrays.pop(name)
+        arrays |= {f"{name}_real": vector.real, f"{name}_imaginary": vector.imag}
     plain = {name: np.ravel(a).astype(float) for name, a in arrays.items() if _is_vector(a)}
     if not plain:
         raise refuse(path, "has no vectors of numbers; save one for each channel, and `time`")
@@ -167,8 +167,8 @@ def read_mdf(path: Path) -> Read:
 
 
 def _unreadable(path: Path, error: Exception, kind: str) -> ValueError:
-    said = " ".join(str(error).split())[:120]
-    return refuse(path, f"is no whole {kind} file ({said}); save it again")
+    reason = " ".join(str(error).split())[:120]
+    return refuse(path, f"is no whole {kind} file ({reason}); save it again")
 
 
 BINARY: dict[str, Callable[[Path], Read]] = {
@@ -234,9 +234,9 @@ def _time(path: Path, columns: dict[str, Column], rate: float | None) -> Floats:
     if column is not None:
         return column.values
     if not columns or any(c.time is None for c in columns.values()):
-        there = ", ".join(columns) or "none"
+        channels = ", ".join(columns) or "none"
         raise refuse(
-            path, f"has no column of the time; the channels are {there}: give columns={{'time': ...}}, or rate"
+            path, f"has no column of the time; the channels are {channels}: give columns={{'time': ...}}, or rate"
         )
     return np.empty(0)
 
@@ -264,8 +264,8 @@ def _ascends(path: Path, name: str, time: Floats) -> None:
     back = np.flatnonzero(np.diff(time) < 0.0)
     if len(back):
         i = int(back[0])
-        said = f"runs backwards, from {time[i]:.9g} to {time[i + 1]:.9g} s after sample {i + 1}"
-        raise refuse(path, f"{said}; sort the lines, or make a file of each run", what="time")
+        fault = f"runs backwards, from {time[i]:.9g} to {time[i + 1]:.9g} s after sample {i + 1}"
+        raise refuse(path, f"{fault}; sort the lines, or make a file of each run", what="time")
     if time[-1] == time[0]:
         raise refuse(path, f"stands still at {time[0]:.9g} s; is it the right column?", what="time")
 
@@ -286,10 +286,10 @@ def _interpolated(
         if len(t) == len(time) and np.array_equal(t, time):
             del apart[name]
     if apart:
-        said = (
+        note = (
             "had times of their own, at which runs take them; here they are interpolated linearly to those of the log"
         )
-        notes.append(f"{', '.join(apart)} {said}")
+        notes.append(f"{', '.join(apart)} {note}")
     return time, channels
 
 
@@ -310,15 +310,15 @@ def unwrapped(channels: Channels, units: dict[str, str], notes: list[str]) -> Ch
 
 def averaged(path: Path, time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats, Channels]:
     """Samples at equal times as one, their mean."""
-    times, place, count = np.unique(time, return_inverse=True, return_counts=True)
+    times, group, count = np.unique(time, return_inverse=True, return_counts=True)
     if len(times) == len(time):
         return time, channels
     if len(times) < FEWEST_TIMES * len(time):
-        said = f"has {len(times)} times for {len(time)} samples; name another column, or give rate"
-        raise refuse(path, said, what="time")
+        fault = f"has {len(times)} times for {len(time)} samples; name another column, or give rate"
+        raise refuse(path, fault, what="time")
     again = counted(len(time) - len(times), "sample")
     notes.append(f"{again} at the time of the one before: averaged with it")
-    return times, {name: np.bincount(place, values) / count for name, values in channels.items()}
+    return times, {name: np.bincount(group, values) / count for name, values in channels.items()}
 
 
 def trimmed(log: Log, trim: float | tuple[float, float] | None, notes: list[str]) -> Log:
@@ -347,7 +347,7 @@ def trimmed(log: Log, trim: float | tuple[float, float] | None, notes: list[str]
 
 
 def _continues(part: LogSegment, last: LogSegment) -> bool:
-    """Whether a stretch and the last one are the same constant speed."""
+    """True for a stretch of the same constant speed as the last one."""
     return part.kind == last.kind == "constant speed" and abs(part.speed - last.speed) < 0.1 * abs(last.speed)
 
 

@@ -15,7 +15,7 @@ from ...study.identification.bode.measured_bode import Estimator, MeasuredBode, 
 from ..yaml_text import FileError
 from .names import ENDINGS, QUANTITIES, SHAFTS
 from .read import columns_of, read_log
-from .table import Column, place_of, refuse, unit_of
+from .table import Column, index_of, refuse, unit_of
 
 Columns = Mapping[str, str | int] | None
 
@@ -63,7 +63,7 @@ def read_frd(
     units : mapping, optional
         Units: Hz, kHz, rad/s; dB, gain; deg, rad. Default: those of the file, or refused where they are not clear.
     quantity : {"plant", "open loop", "closed loop"}, optional
-        What was measured. Default: what the names in the file say, else the plant, motor speed over torque.
+        Measured quantity. Default: that of the names in the file, else the plant, motor speed over torque.
     amplitude, estimator
         As of `measured_bode`.
     delimiter, decimal
@@ -112,9 +112,9 @@ def _refuse_unread(
 ) -> None:
     """Refuse arguments that do not count for what the file holds (ValueError)."""
     roles, what = (("time", *RECORDS), "records") if records else (tuple(WORDS), "a table of frequencies")
-    for name, given, known in (("columns", columns, roles), ("units", units, roles if records else tuple(UNITS))):
-        if wrong := [key for key in given if key not in known]:
-            raise ValueError(f"holds {what}, and {name} has {shown(wrong[0])}; it takes {', '.join(known)}")
+    for name, given, accepted in (("columns", columns, roles), ("units", units, roles if records else tuple(UNITS))):
+        if wrong := [key for key in given if key not in accepted]:
+            raise ValueError(f"holds {what}, and {name} has {shown(wrong[0])}; it takes {', '.join(accepted)}")
     if records and (quantity not in (None, "plant") or estimator != "unknown"):
         raise ValueError(
             "holds records of a closed loop, from which the plant is estimated with the reference as instrument; leave "
@@ -136,9 +136,9 @@ def _unit(role: str, column: Column) -> str:
             text = text.replace(spelling, unit)
         words = re.findall(r"[^\s\[\](),;_]+", text)
         words += [word.rpartition("/")[2] for word in words]
-        known = [word for word in words if word in UNITS[role] and word != "gain" and (written or word not in NUMBERS)]
-        if known:
-            return str(known[0])
+        units = [word for word in words if word in UNITS[role] and word != "gain" and (written or word not in NUMBERS)]
+        if units:
+            return str(units[0])
         written = ""
     return ""
 
@@ -146,7 +146,7 @@ def _unit(role: str, column: Column) -> str:
 def _picked(path: Path, file: list[Column], role: str, columns: Mapping[str, str | int]) -> Column | None:
     """Column of a role: as given, or the only one whose name says so."""
     if role in columns:
-        return file[place_of(path, file, role, columns[role])]
+        return file[index_of(path, file, role, columns[role])]
     named = [column for column in file if _words(column) & WORDS[role]]
     if len(named) > 1:
         names, first = ", ".join(column.name for column in named), named[0].name
@@ -201,7 +201,7 @@ def _places(path: Path, file: list[Column], columns: Mapping[str, str | int]) ->
     for role, words in RECORDS.items():
         if role in places:
             continue
-        taken = [place_of(path, file, channel, column) for channel, column in places.items()]
+        taken = [index_of(path, file, channel, column) for channel, column in places.items()]
         named = [i for i, c in enumerate(file) if _words(c) & words and not _words(c) & LOAD and i not in taken]
         if len(named) != 1:
             names = ", ".join(file[i].name for i in named) or "none"

@@ -17,7 +17,7 @@ SCALE = re.compile(r"Pixel scale = ([\d.]+) arc-sec/px")
 
 
 class GuideTable(NamedTuple):
-    """Columns (name, unit, values), notes, and where the lines of frames stand."""
+    """Columns (name, unit, values), notes, and the line numbers of the frames."""
 
     columns: list[tuple[str, str, Any]]
     notes: list[str]
@@ -40,10 +40,10 @@ def guide_table(text: str) -> GuideTable | None:
             stretches[-1][2].append(i)
         elif line.startswith("Guiding Ends") and stretches:
             stretches.append((scale, stretches[-1][1], []))
-    scale, header, places = max(stretches, key=lambda one: len(one[2]), default=(None, "", []))
-    if len(places) < 2:
+    scale, header, frames = max(stretches, key=lambda one: len(one[2]), default=(None, "", []))
+    if len(frames) < 2:
         return None
-    frame = import_module("pandas").read_csv(StringIO("\n".join([header, *(lines[i] for i in places)])))
+    frame = import_module("pandas").read_csv(StringIO("\n".join([header, *(lines[i] for i in frames)])))
     seen = np.flatnonzero(np.isfinite(frame["RARawDistance"]))
     raw, guided = frame["RARawDistance"].to_numpy(float)[seen], frame["RAGuideDistance"].fillna(0.0).to_numpy(float)
     error, time = raw + (np.cumsum(guided) - guided)[seen], frame["Time"].to_numpy(float)[seen]
@@ -56,4 +56,4 @@ def guide_table(text: str) -> GuideTable | None:
     if np.any(guided):
         notes.append("what the pulses of the guider took out was put back; pulses that it did not send are not known")
     columns = [("time", "s", time), ("angle", "rad", SIDEREAL * time), ("error", "arcsec", (scale or 1.0) * error)]
-    return GuideTable(columns, notes, [places[i] + 1 for i in seen])
+    return GuideTable(columns, notes, [frames[i] + 1 for i in seen])

@@ -17,15 +17,15 @@ KINDS = ("position", "velocity", "effort")  # arrays of a JointState of ROS, in 
 
 def joined_stamps(file: list[Column], notes: list[str]) -> list[Column]:
     """Columns with stamps in seconds and nanoseconds as one time, since the first second."""
-    for i, whole in enumerate(file):
+    for i, seconds in enumerate(file):
         for j, part in enumerate(file):
-            first, second = SECONDS.fullmatch(whole.name), NANOSECONDS.fullmatch(part.name)
+            first, second = SECONDS.fullmatch(seconds.name), NANOSECONDS.fullmatch(part.name)
             inside = (part.values >= 0.0) & (part.values < 1e9)
             if i != j and first and second and first[1].lower() == second[1].lower() and np.all(inside):
-                time = whole.values - whole.values[0] + 1e-9 * part.values
-                notes.append(f"{whole.name} and {part.name} are one time, since second {whole.values[0]:.0f}")
-                one, other = replace(whole, values=time, unit="s"), replace(part, name="")
-                if canonical(whole.name) != "time":
+                time = seconds.values - seconds.values[0] + 1e-9 * part.values
+                notes.append(f"{seconds.name} and {part.name} are one time, since second {seconds.values[0]:.0f}")
+                one, other = replace(seconds, values=time, unit="s"), replace(part, name="")
+                if canonical(seconds.name) != "time":
                     one = replace(one, name="time")
                 return [one if k == i else other if k == j else column for k, column in enumerate(file)]
     return file
@@ -42,10 +42,10 @@ def joints_named(file: list[Column]) -> list[Column]:
         return [replace(column, name=name) for column, name in zip(file, names, strict=False)]
     joint = {column.name[10:]: column.text for column in file if column.name.startswith("field.name") and column.text}
     pattern = re.compile(rf"field\.({'|'.join(KINDS)})(\d+)")  # rostopic echo -p
-    found = [pattern.fullmatch(column.name) for column in file]
+    matches = [pattern.fullmatch(column.name) for column in file]
     return [
         replace(column, name=f"{joint[one[2]]}/{one[1]}") if one and one[2] in joint else column
-        for column, one in zip(file, found, strict=True)
+        for column, one in zip(file, matches, strict=True)
     ]
 
 
@@ -60,14 +60,14 @@ def only_joint(file: list[Column]) -> str | None:
 def of_joint(path: Path, file: list[Column], joint: str) -> list[Column]:
     """Columns with the name of one joint taken out of their names, and without those of others."""
     word = re.compile(rf"[/._\[\s]*(?<![A-Za-z0-9]){re.escape(joint)}(?![A-Za-z0-9])\]?")
-    mine = [bool(word.search(column.name)) for column in file]
-    if not joint or not any(mine):
-        there = ", ".join(column.name for column in file if column.name)
-        raise refuse(path, f"has no column of the joint {shown(joint)}; it has {there}: name a part of these")
+    hits = [bool(word.search(column.name)) for column in file]
+    if not joint or not any(hits):
+        available = ", ".join(column.name for column in file if column.name)
+        raise refuse(path, f"has no column of the joint {shown(joint)}; it has {available}: name a part of these")
     names = [
-        word.sub("", column.name).strip("/._ ") if own else column.name for own, column in zip(mine, file, strict=True)
+        word.sub("", column.name).strip("/._ ") if hit else column.name for hit, column in zip(hits, file, strict=True)
     ]
     other = [
-        not own and (suffixed(named(name).name) or "time") != "time" for own, name in zip(mine, names, strict=True)
+        not hit and (suffixed(named(name).name) or "time") != "time" for hit, name in zip(hits, names, strict=True)
     ]
     return [replace(c, name="" if out else name) for c, name, out in zip(file, names, other, strict=True)]

@@ -1,4 +1,4 @@
-"""How a text table is written, the unit in a column's name, and the canonical channel that a name stands for.
+"""Dialect of a text table, the unit in a column's name, and the canonical channel that a name stands for.
 
 All pairs of column separator and decimal sign are tried on the lines, with a sign between thousands. A file that two
 pairs read as different tables is refused: a German table must not become a wrong one.
@@ -73,7 +73,7 @@ GROUPED = {decimal: _grammar(decimal)[1] for decimal in SIGNS}
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number with this decimal sign, or says that there is none."""
+    """True for a cell with a number with this decimal sign, or with a word for a missing one."""
     return cell in MISSING or any(form[decimal].fullmatch(cell) is not None for form in (PLAIN, GROUPED))
 
 
@@ -87,7 +87,7 @@ def number(cell: str, dialect: Dialect) -> float:
 
 
 def is_row(cells: list[str], decimal: str) -> bool:
-    """Whether all cells of a line are numbers, and one at least has a digit."""
+    """True for a line whose cells are all numbers, one at least with a digit."""
     return all(is_number(c, decimal) for c in cells) and any(c not in MISSING for c in cells)
 
 
@@ -108,7 +108,7 @@ def find(
     Returns
     -------
     tuple of Dialect and int
-        The dialect, and the place of the first line of numbers.
+        The dialect, and the index of the first line of numbers.
 
     Raises
     ------
@@ -131,28 +131,28 @@ def find(
     fits, sample, earliest = _fitting(lines, dict.fromkeys(pairs, NO_TEXT))
     texts = dict.fromkeys(pairs, NO_TEXT)
     if not fits:
-        found = {pair: text for pair in pairs if (text := _text_columns(lines, *pair)) is not None}
-        texts |= found
-        fits, sample, earliest = _fitting(lines, found)
-        most = max((_columns(sample[0], d) - len(texts[d, s]) for d, s, _ in fits), default=0)
-        fits = [(d, s, i) for d, s, i in fits if _columns(sample[0], d) - len(texts[d, s]) == most]
+        columns = {pair: text for pair in pairs if (text := _text_columns(lines, *pair)) is not None}
+        texts |= columns
+        fits, sample, earliest = _fitting(lines, columns)
+        width = max((_columns(sample[0], d) - len(texts[d, s]) for d, s, _ in fits), default=0)
+        fits = [(d, s, i) for d, s, i in fits if _columns(sample[0], d) - len(texts[d, s]) == width]
     if not fits:
         raise Unclear(
             "has no table of numbers whose lines have equally many cells; give delimiter and decimal as it is written, "
             "write dates as 2026-11-23T13:37:38, and remove lines of text between the numbers"
         )
-    ways: dict[tuple[tuple[str, ...], ...], tuple[str, str, int]] = {}
+    tables: dict[tuple[tuple[str, ...], ...], tuple[str, str, int]] = {}
     for reading in sorted(fits, key=lambda reading: _columns(lines[earliest], reading[0]) == 1):
-        ways.setdefault(_read(sample, *reading[:2], texts[reading[:2]]), reading)
-    if len(ways) > 1:
-        ways = {table: reading for table, reading in ways.items() if _agrees(table, lines, reading, count)} or ways
-    if len(ways) > 1:
-        first, second = [Dialect(d, s) for d, s, _ in ways.values()][:2]
+        tables.setdefault(_read(sample, *reading[:2], texts[reading[:2]]), reading)
+    if len(tables) > 1:
+        tables = {cells: one for cells, one in tables.items() if _agrees(cells, lines, one, count)} or tables
+    if len(tables) > 1:
+        first, second = [Dialect(d, s) for d, s, _ in tables.values()][:2]
         raise Unclear(
             f"can be read in two ways, with {first}, or with {second} (line {lines[earliest].strip()[:60]!r}); give "
             "delimiter and decimal"
         )
-    d, s, start = next(iter(ways.values()))
+    d, s, start = next(iter(tables.values()))
     other = "," if s == "." else "."
     apart = [line for line in lines[start:] if (other in line if other != d else '"' in line)]
     grouped = any(_is_grouped(cell, s) for line in apart for cell in split(line, d))
@@ -162,7 +162,7 @@ def find(
 def _agrees(
     table: tuple[tuple[str, ...], ...], lines: Sequence[str], reading: tuple[str, str, int], count: int | None
 ) -> bool:
-    """Whether a table has as many columns as the user names, or several and the line above it as many names."""
+    """True for a table with as many columns as the user names, or with several and as many names above it."""
     width = len(table[0])
     if count is not None:
         return width == count
@@ -173,7 +173,7 @@ def _agrees(
 def _fitting(
     lines: Sequence[str], texts: Mapping[tuple[str, str], frozenset[int]]
 ) -> tuple[list[tuple[str, str, int]], list[str], int]:
-    """Pairs of signs that read the lines, apart from columns of text, the lines tried, and where numbers begin."""
+    """Pairs of signs that read the lines, apart from columns of text; the lines tried; the first line of numbers."""
     readings = [(d, s, start) for (d, s), text in texts.items() if (start := _first(lines, d, s, text)) is not None]
     # only names stand above the numbers: what reads the more lines is right
     earliest = min((start for _, _, start in readings), default=0)
@@ -186,7 +186,7 @@ def _fitting(
 
 
 def _text_columns(lines: Sequence[str], delimiter: str, decimal: str) -> frozenset[int] | None:
-    """Places of columns of text, as most cells of the second half tell; None where no column is of numbers."""
+    """Indices of columns of text, by most cells of the second half; None where no column is of numbers."""
     half = lines[len(lines) // 2 : max(1, len(lines) - 1)]
     rows = [split(line, delimiter) for line in half[:: max(1, len(half) // 200)]]
     width = max(map(len, rows), default=0)
@@ -203,15 +203,15 @@ def _cells(line: str, delimiter: str, texts: frozenset[int]) -> list[str]:
 
 
 def _first(lines: Sequence[str], delimiter: str, decimal: str, texts: frozenset[int]) -> int | None:
-    """Place of the first line of numbers among the first 200."""
+    """Index of the first line of numbers among the first 200."""
     rows = (_cells(line, delimiter, texts) for line in lines[:200])
     return next((i for i, row in enumerate(rows) if len(row) > max(texts, default=0) and is_row(row, decimal)), None)
 
 
 def _sample(lines: Sequence[str]) -> list[str]:
     """Lines on which dialects are tried; the last line may be cut off and is not among them, if there are others."""
-    whole = lines[:-1] if len(lines) > 1 else lines
-    return list(whole[:: max(1, -(-len(whole) // MOST_TRIED))])
+    complete = lines[:-1] if len(lines) > 1 else lines
+    return list(complete[:: max(1, -(-len(complete) // MOST_TRIED))])
 
 
 def _columns(line: str, delimiter: str) -> int:
@@ -233,8 +233,8 @@ def _is_grouped(cell: str, decimal: str) -> bool:
 
 def _read(lines: list[str], delimiter: str, decimal: str, texts: frozenset[int]) -> tuple[tuple[str, ...], ...]:
     """Cells as they are read: equal for dialects that read the same table."""
-    way = Dialect(delimiter, decimal)
-    return tuple(tuple(repr(number(cell, way)) for cell in _cells(line, delimiter, texts)) for line in lines)
+    dialect = Dialect(delimiter, decimal)
+    return tuple(tuple(repr(number(cell, dialect)) for cell in _cells(line, delimiter, texts)) for line in lines)
 
 
 KINDS = ("rad", "rad/s", "rad/s**2", "N*m", "s", "A", "V", "Hz", "K", "m", "N")  # SI units of channels
@@ -280,7 +280,7 @@ def header_cells(line: str, delimiter: str) -> list[str]:
 
 
 def unit_row(cells: list[str]) -> bool:
-    """Whether a line below the names holds units: some, and nothing else."""
+    """True for a line below the names that holds units: some, and nothing else."""
     bare = [cell.strip("[]() ") for cell in cells]
     return any(bare) and all(not cell or cell in ("-", "dB") or si_unit(cell) is not None for cell in bare)
 
@@ -312,11 +312,11 @@ def canonical(name: str) -> str | None:
     parts = plain.split("_")
     for quantity, names in QUANTITIES.items():
         if sum(part in names for part in parts) == 1 and len(parts) <= 2:
-            rest = "".join(part for part in parts if part not in names)
-            shaft = next((shaft for shaft, called in SHAFTS.items() if rest in called), None)
+            prefix = "".join(part for part in parts if part not in names)
+            shaft = next((shaft for shaft, called in SHAFTS.items() if prefix in called), None)
             if shaft is None:
                 continue
-            return "torque" if quantity == "torque" and not rest else f"{shaft}_{quantity}"
+            return "torque" if quantity == "torque" and not prefix else f"{shaft}_{quantity}"
     return None
 
 
@@ -370,10 +370,10 @@ def epoch_unit(time: Floats) -> str:
     Of 2001 to 2100, in steps of less than a minute: times since a computer was started, in ns, may have the size of
     those since 1970 in ms.
     """
-    known = time[np.isfinite(time)]
+    finite = time[np.isfinite(time)]
     for unit, size in (("ms", 1e3), ("us", 1e6), ("ns", 1e9)):
-        if len(known) > 1 and EPOCH[0] <= np.min(known) / size and np.max(known) / size <= EPOCH[1]:
-            return unit if np.median(np.abs(np.diff(known))) / size < 60.0 else ""
+        if len(finite) > 1 and EPOCH[0] <= np.min(finite) / size and np.max(finite) / size <= EPOCH[1]:
+            return unit if np.median(np.abs(np.diff(finite))) / size < 60.0 else ""
     return ""
 
 

@@ -19,7 +19,7 @@ from ...study.identification.run import saturated
 from .conditioning import BINARY, aligned, averaged, regular, trimmed, unwrapped
 from .joints import joined_stamps, joints_named, of_joint, only_joint
 from .names import UNMEASURED, canonical, converted, epoch_unit, expected, named, si_unit, suffixed
-from .table import Column, place_of, read_table, refuse, unit_of
+from .table import Column, index_of, read_table, refuse, unit_of
 
 WRONG_GEAR = 0.02  # relative difference of measured and given ratio
 
@@ -57,50 +57,50 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
     if columns is not None and not isinstance(columns, Mapping):
         return _in_order(path, file, columns)
     given = {} if columns is None else dict(columns)
-    places = {channel: place_of(path, file, channel, column) for channel, column in given.items()}
+    indices = {channel: index_of(path, file, channel, column) for channel, column in given.items()}
     if not given and not any(column.name for column in file):
         raise refuse(
             path,
             f"has {len(file)} columns without names; give columns=['time', 'load_angle', ...], a name for each in its "
             "order, None for one to leave out",
         )
-    for channel, i in places.items():
+    for channel, i in indices.items():
         if file[i].text:
             raise refuse(
                 path, f"column {shown(given[channel])} of {channel} holds text, {shown(file[i].text)}; name another"
             )
     for column in file:
-        if column.text and "time" not in places and canonical(named(column.name).name) == "time":
-            said = f"has times as text, {shown(column.text)}; write dates as 2026-11-23T13:37:38, others as seconds"
-            raise refuse(path, said, what=column.name)
-    rest = [i for i, column in enumerate(file) if i not in places.values() and column.name and not column.text]
-    if words := [column.name for i, column in enumerate(file) if column.text and i not in places.values()]:
+        if column.text and "time" not in indices and canonical(named(column.name).name) == "time":
+            fault = f"has times as text, {shown(column.text)}; write dates as 2026-11-23T13:37:38, others as seconds"
+            raise refuse(path, fault, what=column.name)
+    unnamed = [i for i, column in enumerate(file) if i not in indices.values() and column.name and not column.text]
+    if words := [column.name for i, column in enumerate(file) if column.text and i not in indices.values()]:
         notes.append(f"columns of text were left out: {', '.join(filter(None, words))}")
-    plain = {i: named(file[i].name).name for i in rest}
-    guesses = {i: canonical(plain[i]) for i in rest}
-    longer = {i: suffixed(plain[i]) for i in rest if guesses[i] is None}
+    plain = {i: named(file[i].name).name for i in unnamed}
+    guesses = {i: canonical(plain[i]) for i in unnamed}
+    longer = {i: suffixed(plain[i]) for i in unnamed if guesses[i] is None}
     guesses |= {i: guess for i, guess in longer.items() if guess not in guesses.values()}
     taken = [guess for guess in guesses.values() if guess is not None]
     recognised, tied = [], dict[str, list[str]]()
-    for i in rest:
+    for i in unnamed:
         guess, name = guesses[i], plain[i]
-        fits = guess is not None and guess not in places and _measures(file[i], guess)
+        fits = guess is not None and guess not in indices and _measures(file[i], guess)
         channel = str(guess) if fits and taken.count(str(guess)) == 1 else name
         if fits and taken.count(str(guess)) > 1:
             tied.setdefault(str(guess), []).append(name)
-        if channel in places:
+        if channel in indices:
             channel = file[i].name
-        if channel in places:
-            example = f"columns={{{channel!r}: {places[channel]}, {channel + ' 2'!r}: {i}}}"
+        if channel in indices:
+            example = f"columns={{{channel!r}: {indices[channel]}, {channel + ' 2'!r}: {i}}}"
             raise refuse(path, f"has two columns {shown(channel)}; name them by place, {example}")
-        places[channel] = i
+        indices[channel] = i
         if channel != name:
             recognised.append(f"{channel} is {file[i].name!r}")
     for guess, names in tied.items():
         notes.append(f"{', '.join(names)} may each be {guess}; joint= says of which joint, columns= which column")
     if recognised:
         notes.append(f"channels were recognised by their names: {', '.join(recognised)}")
-    return {channel: file[i] for channel, i in places.items()}
+    return {channel: file[i] for channel, i in indices.items()}
 
 
 def _in_order(path: Path, file: list[Column], columns: Sequence[str | None]) -> dict[str, Column]:
@@ -114,7 +114,7 @@ def _in_order(path: Path, file: list[Column], columns: Sequence[str | None]) -> 
 
 
 def _measures(column: Column, channel: str) -> bool:
-    """Whether a column's unit, if it has one, can be that of a channel."""
+    """True for a column whose unit, if it has one, can be that of a channel."""
     unit, kind = unit_of(column), expected(channel)
     return not unit or not kind or si_unit(unit) == kind
 
@@ -146,10 +146,10 @@ def in_si(
         if unit == "" and channel == "time" and (unit := epoch_unit(column.values)):
             notes.append(f"time begins with {column.values[0]:.14g}, which was read as {unit} since 1970")
         if unit == "" and kind.startswith("rad") and UNMEASURED.search(column.name):
-            said = f"{shown(column.name)} counts turns or steps of an encoder, and no unit says which; give"
+            fault = f"{shown(column.name)} counts turns or steps of an encoder, and no unit says which; give"
             size = "rev" if kind == "rad" else "rev/s"
             raise refuse(
-                path, f"{said} units={{{channel!r}: {size!r}}}, or the size of 1 as '0.0879 deg'", what=channel
+                path, f"{fault} units={{{channel!r}: {size!r}}}, or the size of 1 as '0.0879 deg'", what=channel
             )
         if unit == "":
             assumed += [f"{channel} in {kind}"] if kind else []
@@ -162,8 +162,8 @@ def in_si(
             try:
                 column = replace(column, values=np.asarray(converted(column.values, unit, kind), float))
             except ValueError as error:
-                said = f"{error}; give units={{{channel!r}: {kind!r}}} if the file is wrong"
-                raise refuse(path, said, what=channel) from None
+                fault = f"{error}; give units={{{channel!r}: {kind!r}}} if the file is wrong"
+                raise refuse(path, fault, what=channel) from None
         result[channel], si[channel] = column, kind
     if assumed:
         notes.append(f"no unit is given for {', '.join(assumed)}: units= says what else they are")
@@ -171,7 +171,7 @@ def in_si(
 
 
 def doubts(log: Log) -> tuple[str, ...]:
-    """What is not plausible, a sentence each."""
+    """Sentences on implausible channels."""
     sentences = []
     if log.step > SLOW:
         sentences.append(f"time goes on by {log.step:.4g} s a sample: is it in ms, us or ns? units={{'time': 'ms'}}")
@@ -180,7 +180,7 @@ def doubts(log: Log) -> tuple[str, ...]:
         if angle is not None and float(np.ptp(angle)) < STILL:
             sentences.append(f"{shaft}_angle stays within {np.ptp(angle):.2g} rad: nothing moves")
         elif angle is not None and speed is not None:
-            sentences += _grows(log, shaft, angle, speed)
+            sentences += _growth(log, shaft, angle, speed)
         if angle is not None:
             sentences += _jumps(log, f"{shaft}_angle", angle)
     for name, values in log.channels.items():
@@ -191,8 +191,8 @@ def doubts(log: Log) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _grows(log: Log, shaft: str, angle: Floats, speed: Floats) -> list[str]:
-    """Whether an angle grows as its speed says."""
+def _growth(log: Log, shaft: str, angle: Floats, speed: Floats) -> list[str]:
+    """Sentence on an angle that does not grow as its speed says."""
     steps = np.diff(log.time)
     integral = np.append(0.0, np.cumsum(0.5 * (speed[1:] + speed[:-1]) * steps))
     far = integral - np.mean(integral)
@@ -202,8 +202,8 @@ def _grows(log: Log, shaft: str, angle: Floats, speed: Floats) -> list[str]:
     if abs(factor - 1.0) <= AGREES:
         return []
     fact = f"{shaft}_angle grows {factor:.4g} times as fast as {shaft}_speed says"
-    for known, kind, unit in FACTORS:
-        if isclose(abs(factor), known, rel_tol=CLOSE):
+    for ratio, kind, unit in FACTORS:
+        if isclose(abs(factor), ratio, rel_tol=CLOSE):
             name = "time" if kind == "time" else f"{shaft}_{kind}"
             return [f"{fact}: {name} is probably in {unit}, units={{{name!r}: {unit!r}}}"]
     if isclose(factor, -1.0, rel_tol=CLOSE):
@@ -240,8 +240,8 @@ def read_log(
 ) -> Log:
     """Read measured channels from a file.
 
-    What is guessed or changed stands in `notes` of the log, and every argument overrides a guess. What is not plausible
-    stands in `doubts`.
+    `notes` of the log hold every guess and change, and every argument overrides a guess. `doubts` hold what is not
+    plausible.
 
     Parameters
     ----------
@@ -262,12 +262,12 @@ def read_log(
     ratio : float, optional
         Ratio of the gear: a log of motor and load angles of another gear is refused.
     joint : str, optional
-        What marks the columns of one joint among those of several: "elbow", "axis0", "1".
+        Word of the columns of one joint among those of several: "elbow", "axis0", "1".
     trim : float or (float, float), optional
         Seconds to leave out at the begin, or at both ends. Default: in a log that ends at constant speed what comes
         before it, up to a fifth of the log; 0 keeps all.
     unwrap : bool
-        Whether angles that jump by a turn are made continuous.
+        True to make angles continuous that jump by a turn.
     delimiter, decimal : str, optional
         Column separator (" " for any number of blanks) and decimal sign of a text. Default: those with which the text
         is a table; where this is so in two ways, the file is refused.
@@ -300,7 +300,7 @@ def read_log(
     log = trimmed(log, trim, notes)
     regular(log, notes)
     doubted = doubts(log)
-    new = [said for said in log.doubts if not any("'time'" in other for other in doubted)]
+    new = [doubt for doubt in log.doubts if not any("'time'" in other for other in doubted)]
     return replace(log, notes=tuple(notes), doubts=(*doubted, *new))
 
 
@@ -320,19 +320,19 @@ def _log(
     path: Path, file: list[Column], columns: Columns | None, units: Units, rate: float | None, unwrap: bool,
     notes: list[str],
 ) -> Log:  # fmt: skip
-    found = chosen(path, file, columns, notes)
-    bare = "time" in found and not units.get("time", unit_of(found["time"]))
-    picked, si = in_si(path, found, units, notes)
-    time, channels, own = aligned(path, picked, rate, notes)
+    named_columns = chosen(path, file, columns, notes)
+    bare = "time" in named_columns and not units.get("time", unit_of(named_columns["time"]))
+    picked, si = in_si(path, named_columns, units, notes)
+    time, channels, separate = aligned(path, picked, rate, notes)
     if unwrap:
         channels = unwrapped(channels, si, notes)
-        own = {name: (t, unwrapped({name: v}, si, [])[name]) for name, (t, v) in own.items()}
+        separate = {name: (t, unwrapped({name: v}, si, [])[name]) for name, (t, v) in separate.items()}
     time, channels = averaged(path, time, channels, notes)
     step = float(np.median(np.diff(time)))
     asked = bare and step >= SLOWEST and bool(np.all(time == np.round(time)))
-    said = f"time goes on by {step:g} a sample and has no unit: is it in ms? units={{'time': 'ms'}}"
+    doubt = f"time goes on by {step:g} a sample and has no unit: is it in ms? units={{'time': 'ms'}}"
     units_si = {name: si[name] for name in channels}
-    return Log(time, channels, units_si, doubts=(said,) if asked else (), own=own)
+    return Log(time, channels, units_si, doubts=(doubt,) if asked else (), own=separate)
 
 
 def _check_ratio(path: Path, log: Log, ratio: float, notes: list[str]) -> None:
@@ -340,5 +340,5 @@ def _check_ratio(path: Path, log: Log, ratio: float, notes: list[str]) -> None:
     if log_ratio is None:
         notes.append(f"the ratio {ratio:g} cannot be checked: that takes the motion of both shafts")
     elif abs(log_ratio / ratio - 1.0) > WRONG_GEAR:
-        said = f"its motor turns {log_ratio:.5g} times as far as its load, and the ratio is {ratio:g}"
-        raise refuse(path, f"is the log of another gear: {said}; give its own ratio or its own file", what="ratio")
+        fact = f"its motor turns {log_ratio:.5g} times as far as its load, and the ratio is {ratio:g}"
+        raise refuse(path, f"is the log of another gear: {fact}; give its own ratio or its own file", what="ratio")

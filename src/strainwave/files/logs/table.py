@@ -37,19 +37,19 @@ EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 class Dated(NamedTuple):
     """Lines with seconds in place of dates.
 
-    `first` is the date that counts as 0, "" without dates; `places` has for each line where in it dates stood.
+    `first` is the date that counts as 0, "" without dates; `offsets` has for each line the indices of its dates.
     """
 
     lines: list[str]
     first: str
-    places: list[list[int]]
+    offsets: list[list[int]]
 
 
 class WrongDate(ValueError):
-    """A date that is none; `line` is its place among the lines."""
+    """A date that is none; `line` is the index of its line."""
 
-    def __init__(self, line: int, said: str) -> None:
-        super().__init__(said)
+    def __init__(self, line: int, sentence: str) -> None:
+        super().__init__(sentence)
         self.line = line
 
 
@@ -64,10 +64,10 @@ def in_seconds(lines: list[str], start: int = 0) -> Dated:
     if not any(DATE.search(line) for line in (*lines[:200], *lines[-1:])):
         return Dated(lines, "", [])
     rows: list[str] = lines[:start]
-    places: list[list[int]] = [[] for _ in rows]
+    offsets: list[list[int]] = [[] for _ in rows]
     first, origin, zoned = "", 0, False
     for i, line in enumerate(lines[start:], start):
-        text, offsets, end = "", [], 0
+        text, line_offsets, end = "", [], 0
         for match in DATE.finditer(line):
             instant = _nanoseconds(i, match)
             if not first:
@@ -75,12 +75,12 @@ def in_seconds(lines: list[str], start: int = 0) -> Dated:
             if zoned != (match.group(8) is not None):
                 raise WrongDate(i, f"has the date {match.group()}, and not all dates have a time zone; give it to all")
             text += line[end : match.start()]
-            offsets.append(len(text))
+            line_offsets.append(len(text))
             text += f"{instant - origin}e-9"
             end = match.end()
         rows.append(text + line[end:])
-        places.append(offsets)
-    return Dated(rows, first, places)
+        offsets.append(line_offsets)
+    return Dated(rows, first, offsets)
 
 
 def _nanoseconds(line: int, match: re.Match[str]) -> int:
@@ -111,7 +111,7 @@ class Column:
 
 
 class Lines(NamedTuple):
-    """Lines of a text with content, and where each stands in the file; comments apart."""
+    """Lines of a text with content, and their numbers in the file; comments apart."""
 
     text: list[str]
     numbers: list[int]
@@ -137,12 +137,12 @@ def read_table(
     count : int or None
         Number of columns, if the user names all of them.
     kind : str
-        What the file is, in words; of a log alone a last line may be cut off.
+        Kind of the file, in words; of a log alone a last line may be cut off.
 
     Returns
     -------
     tuple of list of Column, list of str and list of int
-        The columns, notes about what was guessed, and where the lines of numbers stand.
+        The columns, notes about guesses, and the line numbers of the rows.
 
     Raises
     ------
@@ -159,14 +159,14 @@ def read_table(
     lines = _lines(text)
     if not lines.text:
         raise refuse(path, f"is empty; give a {kind} with a line for each sample")
-    for place, line in zip(lines.numbers, lines.text, strict=True):
+    for line_number, line in zip(lines.numbers, lines.text, strict=True):
         if len(line) > LONGEST:
-            said = f"has {len(line)} characters in one line; give a {kind} with a line for each sample"
-            raise refuse(path, said, place)
+            fault = f"has {len(line)} characters in one line; give a {kind} with a line for each sample"
+            raise refuse(path, fault, line_number)
     try:
         dated = in_seconds(lines.text)
         dialect, start = find(dated.lines, delimiter, decimal, count)
-        if any(dated.places[:start]):  # a date above the table is not where its time begins
+        if any(dated.offsets[:start]):  # a date above the table is not where its time begins
             dated = in_seconds(lines.text, start)
     except Unclear as unclear:
         raise refuse(path, str(unclear)) from None
@@ -179,10 +179,10 @@ def read_table(
     header = [header_cells(line, dialect.delimiter) for line in lines.text[:start]]
     scope = _scope(header, width)
     names, units = scope or _header(path, lines, start, dialect, width, header)
-    values, texts = _numbers(path, lines, start, dialect, notes, whole=kind != "log")
-    for place in dated.places[start] if dated.first else []:
+    values, texts = _numbers(path, lines, start, dialect, notes, complete=kind != "log")
+    for offset in dated.offsets[start] if dated.first else []:
         # what stands before a date, and one sign for the date itself
-        units[len(split(lines.text[start][:place] + "0", dialect.delimiter)) - 1] = "s"
+        units[len(split(lines.text[start][:offset] + "0", dialect.delimiter)) - 1] = "s"
     if dated.first:
         notes.append(f"dates were read as seconds since {dated.first}")
     columns = [Column(*row) for row in zip(names, units, values.T, [None] * width, texts, strict=True)]
@@ -199,16 +199,16 @@ def unit_of(column: Column) -> str:
     return column.unit or named(column.name).unit
 
 
-def place_of(path: Path, file: list[Column], channel: str, column: str | int, hint: str = "") -> int:
-    """Place of the column of a channel, by its name or its place, which may be written as "0" (FileError)."""
+def index_of(path: Path, file: list[Column], channel: str, column: str | int, hint: str = "") -> int:
+    """Index of the column of a channel, by its name or its index, which may be written as "0" (FileError)."""
     for names in ([c.name for c in file], [named(c.name).name for c in file]):
         if isinstance(column, str) and names.count(column) == 1:
             return names.index(column)
     if not isinstance(column, bool) and str(column).lstrip("-").isdecimal():
         if 0 <= int(column) < len(file):
             return int(column)
-        said = f"has {counted(len(file), 'column')}, so none at the place {column} for {channel}; 0 is the first"
-        raise refuse(path, said)
+        fault = f"has {counted(len(file), 'column')}, so none at the place {column} for {channel}; 0 is the first"
+        raise refuse(path, fault)
     available = ", ".join(c.name for c in file if c.name) or f"{counted(len(file), 'column')} without names, from 0 on"
     raise refuse(path, f"has no single column {shown(column)} for {channel}; it has {available}{hint}")
 
@@ -228,58 +228,58 @@ def rising_columns(
     fields : dict of str to (str, str)
         By field the name of its column, with its unit where the file does not give it, and the SI unit.
     hint, remedy : str
-        What to do where a column or its unit is missing, and where the first column does not ascend.
+        Remedies for a missing column or unit, and for a first column that does not ascend.
     reverse : bool
-        Whether the first column may descend throughout: all are then turned.
+        True for a first column that may descend throughout: all are then turned.
     """
-    columns, places = columns_in_si(path, file, lines, fields, hint)
-    first, name = file[places[0]].values, next(iter(fields))
+    columns, indices = columns_in_si(path, file, lines, fields, hint)
+    first, name = file[indices[0]].values, next(iter(fields))
     if reverse and len(first) > 1 and first[1] < first[0]:
         first, lines, columns = first[::-1], lines[::-1], [values[::-1] for values in columns]
     back = np.flatnonzero(np.diff(first) <= 0.0)
     if len(back):
         i = int(back[0])
         sentence = f"{first[i + 1]:.9g} stands after {first[i]:.9g} of line {lines[i]}; {remedy}"
-        raise refuse(path, sentence, lines[i + 1], places[0] + 1, name)
+        raise refuse(path, sentence, lines[i + 1], indices[0] + 1, name)
     return columns
 
 
 def columns_in_si(
     path: Path, file: list[Column], lines: list[int], fields: Mapping[str, tuple[str, str]], hint: str
 ) -> tuple[list[Floats], list[int]]:  # fmt: skip
-    """Columns of a table in SI, all numbers finite, and their places; arguments as of `rising_columns`."""
-    columns, places = [], []
+    """Columns of a table in SI, all numbers finite, and their indices; arguments as of `rising_columns`."""
+    columns, indices = [], []
     for field, (text, kind) in fields.items():
         name, unit = named(text)
-        place = place_of(path, file, field, name, f"; {hint}")
-        file_unit, values = unit_of(file[place]), file[place].values
+        index = index_of(path, file, field, name, f"; {hint}")
+        file_unit, values = unit_of(file[index]), file[index].values
         if not (unit or file_unit):
-            raise refuse(path, f"column {shown(name)} has no unit; {hint}", 1, place + 1, field)
+            raise refuse(path, f"column {shown(name)} has no unit; {hint}", 1, index + 1, field)
         if unit and file_unit and unit != file_unit:
-            said = f"column {shown(name)} is in {file_unit} and was requested in {joined([unit])}; leave one out"
-            raise refuse(path, said, 1, place + 1, field)
+            fault = f"column {shown(name)} is in {file_unit} and was requested in {joined([unit])}; leave one out"
+            raise refuse(path, fault, 1, index + 1, field)
         if not np.all(np.isfinite(values)):
             i = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise refuse(path, "is no finite number; correct it or remove the line", lines[i], place + 1, field)
+            raise refuse(path, "is no finite number; correct it or remove the line", lines[i], index + 1, field)
         try:
             columns.append(np.asarray(converted(values, unit or file_unit, kind)))
         except ValueError as error:
-            raise refuse(path, str(error), 1, place + 1, field) from None
-        places.append(place)
-    return columns, places
+            raise refuse(path, str(error), 1, index + 1, field) from None
+        indices.append(index)
+    return columns, indices
 
 
 def _lines(text: str) -> Lines:
     rows: list[str] = []
     numbers: list[int] = []
     comments: list[tuple[int, str]] = []
-    for place, line in enumerate(text.splitlines(), 1):
+    for line_number, line in enumerate(text.splitlines(), 1):
         bare = line.strip()
         if bare.startswith(COMMENTS):
-            comments.append((place, bare.lstrip("#%/").strip()))
+            comments.append((line_number, bare.lstrip("#%/").strip()))
         elif bare:
             rows.append(line.strip("\r\n "))
-            numbers.append(place)
+            numbers.append(line_number)
     return Lines(rows, numbers, comments)
 
 
@@ -289,8 +289,8 @@ def _scope(header: list[list[str]], width: int) -> tuple[list[str], list[str]] |
     if "Name" not in rows:
         return None
     units = [unit.split(" (")[0] for unit in rows.get("Unit", [""] * len(rows["Name"]))]
-    known = [unit if unit_row([unit]) else "" for unit in units]
-    return [cell for name in rows["Name"] for cell in ("", name)], [cell for unit in known for cell in ("ms", unit)]
+    usable = [unit if unit_row([unit]) else "" for unit in units]
+    return [cell for name in rows["Name"] for cell in ("", name)], [cell for unit in usable for cell in ("ms", unit)]
 
 
 def _header(
@@ -303,9 +303,9 @@ def _header(
         return (cells if len(cells) == width else [""] * width), [""] * width
     rows = [row for row in header if len(row) == width]
     if not rows:
-        said = f"names {len(header[-1])} columns and the lines below have {width} numbers"
+        fact = f"names {len(header[-1])} columns and the lines below have {width} numbers"
         remedy = "give delimiter and decimal as the file is written"
-        raise refuse(path, f"{said}; {remedy}", lines.numbers[start - 1])
+        raise refuse(path, f"{fact}; {remedy}", lines.numbers[start - 1])
     units = next((row for row in rows[1:] if unit_row(row)), [""] * width)
     names = [row for row in rows if row is not units]
     last, above = names[-1], names[-2] if len(names) > 1 else [""] * width
@@ -315,17 +315,17 @@ def _header(
 
 
 def _numbers(
-    path: Path, lines: Lines, start: int, dialect: Dialect, notes: list[str], *, whole: bool
+    path: Path, lines: Lines, start: int, dialect: Dialect, notes: list[str], *, complete: bool
 ) -> tuple[Floats, list[str]]:  # fmt: skip
     """Values (lines, columns), NaN where there is none, and what columns of text say first, "" of others."""
     body, d = lines.text[start:], dialect.delimiter
     widths = [len(split(line, d)) if d == " " or '"' in line else line.count(d) + 1 for line in body]
-    width, cut = widths[0], not whole and len(body) > 1 and widths[-1] < widths[-2]
+    width, cut = widths[0], not complete and len(body) > 1 and widths[-1] < widths[-2]
     body, widths = (body[:-1], widths[:-1]) if cut else (body, widths)
     odd = next((i for i, many in enumerate(widths) if many != width), len(body))
-    if odd < len(body) and (whole or max(widths[odd:]) >= width):  # else channels end before others do
-        said = f"has {widths[odd]} cells where the first line of numbers has {width}; correct the line"
-        raise refuse(path, said, lines.numbers[start + odd])
+    if odd < len(body) and (complete or max(widths[odd:]) >= width):  # else channels end before others do
+        text = f"has {widths[odd]} cells where the first line of numbers has {width}; correct the line"
+        raise refuse(path, text, lines.numbers[start + odd])
     frame = import_module("pandas").read_csv(
         StringIO("\n".join(body)), sep=r"\s+" if d == " " else d, header=None, names=range(width), low_memory=False,
         decimal=dialect.decimal, keep_default_na=False, na_values=list(MISSING), skipinitialspace=True,
@@ -343,11 +343,11 @@ def _numbers(
         if 2 * len(wrong) > sum(map(bool, cells)):
             texts[i] = next(filter(None, cells))
             continue
-        if wrong == [len(body) - 1] and not whole:
+        if wrong == [len(body) - 1] and not complete:
             cut, wrong, cells[-1] = True, [], ""
         if wrong:
-            said = f"has {shown(cells[wrong[0]])}, which is no number with {dialect}; correct it, or give delimiter and"
-            raise refuse(path, f"{said} decimal", lines.numbers[start + wrong[0]], i + 1)
+            text = f"has {shown(cells[wrong[0]])}, which is no number with {dialect}; correct it, or give delimiter and"
+            raise refuse(path, f"{text} decimal", lines.numbers[start + wrong[0]], i + 1)
         values[:, i] = [number(cell, dialect) for cell in cells]
     if cut:
         notes.append(f"the last line ({lines.numbers[-1]}) is cut off and was left out")

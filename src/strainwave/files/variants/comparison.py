@@ -32,7 +32,7 @@ class ProjectComparison(Result):
     responses : tuple of DriveResponse
         Response of each drive through its own speeds: of its load torques that with the largest oscillation.
     verdicts : tuple of Verdict
-        Whether each is all right, and at which speeds not.
+        Verdict on each, with the speeds to avoid.
     scales : tuple of (float, str)
         Factor from rad/s of the base angle to the unit of its speeds, and that unit.
     oscillation, speed, load : (n,) arrays
@@ -50,11 +50,11 @@ class ProjectComparison(Result):
     limit : (n,) array
         Largest oscillation that the project allows [rad]; nan where it has no limit.
     failures : tuple of str
-        By which limits of gear and motor each drive fails, in sentences; empty by none.
+        Sentences on the limits of gear and motor by which each drive fails; empty by none.
     files : tuple of str
         Name of the file of each project.
     remarks : tuple of str
-        What the numbers are without.
+        Effects that the numbers leave out.
     run_ups : tuple of tuple of (float, float)
         Speeds [rad/s] of the base angle that a run-up of each adds to those to keep out of.
     """
@@ -118,9 +118,9 @@ class ProjectComparison(Result):
         return self.failures[i] if self.failures else ""  # results saved before have none
 
     def row(self, i: int) -> tuple[Fact, ...]:
-        """What is compared of a drive."""
+        """Compared numbers of a drive."""
         i = index("i", i, len(self.titles), "drives")
-        numbers = {name: None if np.isnan(own[i]) else float(own[i]) for name, (_, own, _) in self.variables().items()}
+        numbers = {name: None if np.isnan(v[i]) else float(v[i]) for name, (_, v, _) in self.variables().items()}
         jumps = numbers["jumps"]
         return (
             Fact("file", self.files[i] if self.files else None),
@@ -163,7 +163,7 @@ def compare(projects: Sequence[Project], *, progress: Callable[[str, float], Non
     projects : sequence of Project
         Two to twenty projects, as `read_project` gives them.
     progress : callable, optional
-        Told the title of the project that is computed now, and the share of the work that is done.
+        progress(title, share): called before each project.
 
     Returns
     -------

@@ -59,7 +59,7 @@ class IdentifiedLog(Fit):
     explained : float
         Share of the torsion's motion that the model explains.
     causes : tuple of str
-        What the logs show and the model lacks.
+        Effects that the logs show and the model lacks.
     project : Project or None
         The drive with the numbers found; None where they are not usable.
     answer : Answer
@@ -83,7 +83,7 @@ class IdentifiedLog(Fit):
 
     @property
     def usable(self) -> bool:
-        """Whether the model explains the logs so well that its numbers may be used."""
+        """True where the model explains the logs so well that its numbers may be used."""
         return self.project is not None
 
     def _name(self, path: str) -> str:
@@ -101,7 +101,7 @@ class IdentifiedLog(Fit):
         return residuals_of(self.answer, _logs(logs))
 
     def headline(self) -> str:
-        """What the model explains, before any number."""
+        """Sentence on the share of the motion that the model explains."""
         share = f"{100.0 * max(self.explained, 0.0):.{1 if self.explained < 0.99 else 2}f} % of the motion"
         shows = f"The log shows {listed(self.causes)}, which the model lacks" if self.causes else ""
         if self.explained < ENOUGH:
@@ -123,12 +123,12 @@ class IdentifiedLog(Fit):
     def quality(self) -> list[str]:
         """Sentences on what is left, and on what the logs do not tell."""
         left = self.answer.residual / ARCSEC, self.answer.scatter / ARCSEC
-        told = [f"What is left is {left[0]:.3g} arcsec rms; the load's readings scatter by {left[1]:.3g} arcsec."]
-        told += self.answer.said
-        return told + [f"The log does not part {listed(names)}: it takes {move}." for names, move in self.tied]
+        sentences = [f"What is left is {left[0]:.3g} arcsec rms; the load's readings scatter by {left[1]:.3g} arcsec."]
+        sentences += self.answer.said
+        return sentences + [f"The log does not part {listed(names)}: it takes {move}." for names, move in self.tied]
 
     def facts(self) -> tuple[Fact, ...]:
-        """Everything that is said of the joint, once, with the intervals of 95 %."""
+        """Every fact of the joint, once, with the intervals of 95 %."""
         heads = ("number", "found", "from", "to", "unit")
         rows = [(name, value, *self.interval(name), sign(self.unit(name))) for name, value in self.values.items()]
         return (
@@ -178,7 +178,7 @@ def identify_log(
     torque_constant : float, optional
         Torque of the motor per current [N*m/A]. Default: the project's. With the load's inertia it is found.
     progress : callable
-        Told what is done, and which share of all.
+        progress(stage, share): called before each stage.
 
     Returns
     -------
@@ -211,14 +211,14 @@ def identify_log(
     records = _logs(logs)
     answer = answered(records, ratio, law, inertia, constant, progress)
     causes = (*answer.causes, *(_held(records) if answer.explained < ENOUGH else ()))
-    found = answer.known
+    fit = answer.known
     least = NEARLY if answer.more else ENOUGH
-    told = project is not None or {"K1", "B"} & {*found.values}  # else nothing is known beside the catalogue
-    usable = bool(not causes and answer.explained >= least and answer.inertia_known and told)
+    enough = project is not None or {"K1", "B"} & {*fit.values}  # else nothing is known beside the catalogue
+    usable = bool(not causes and answer.explained >= least and answer.inertia_known and enough)
     made = _project(answer, gear, project) if usable else None
     progress("identified", 1.0)
     return IdentifiedLog(
-        found.values, found.covariance, found.freedom, found.unidentified, found.tied, answer.explained, causes, made,
+        fit.values, fit.covariance, fit.freedom, fit.unidentified, fit.tied, answer.explained, causes, made,
         answer,
     )  # fmt: skip
 
@@ -265,8 +265,8 @@ def _held(logs: Sequence[Any]) -> list[str]:
 
 def _project(answer: Answer, gear: str | None, given: Project | None) -> Project:
     """The project with the numbers found, and their scatter."""
-    joint, told = answer.joint, answer.known.values
-    kept = {name: joint.scales[name].first for name in (*LAW, "B") if name not in told}  # what the logs do not tell
+    joint, values = answer.joint, answer.known.values
+    kept = {name: joint.scales[name].first for name in (*LAW, "B") if name not in values}  # what the logs do not tell
     v, speeds = joint.values | kept, np.abs(np.concatenate([piece.motor_rate for piece in joint.pieces]))
     if given is None:
         top = float(np.max(speeds))
@@ -284,23 +284,23 @@ def _project(answer: Answer, gear: str | None, given: Project | None) -> Project
     sizes = {pair: line for pair, line in zip(joint.lines, lines, strict=True) if _certain(answer, pair)}
     error = KinematicError(tuple(sizes.values())) if sizes else given.subject.error
     size, phase = _wave(v, ("gravity_sin", "gravity_cos"))
-    drag = _with_friction(AngleTorque(size, 1, -phase), told, "")
+    drag = _with_friction(AngleTorque(size, 1, -phase), values, "")
     pulled = {"excitation": Harmonic(0.0, mean=-v["gravity_mean"])} if v["gravity_mean"] else {}
-    B = v["B"] if "B" in told else given.subject.B
+    B = v["B"] if "B" in values else given.subject.B
     train = given.subject.with_load(J=v["inertia"], drag=drag, **pulled)._replace(law=law, B=B, error=error)
-    if told.get("motor_inertia", 0.0) > 0.0:
-        train = train.with_motor(J=told["motor_inertia"])
-    if (friction := _with_friction(None, told, "motor_")) is not None:
+    if values.get("motor_inertia", 0.0) > 0.0:
+        train = train.with_motor(J=values["motor_inertia"])
+    if (friction := _with_friction(None, values, "motor_")) is not None:
         train = train.with_motor(drag=friction)
     if v["load_friction"] > 0.0:
         train = train._replace(friction=LoadFriction(v["load_friction"]))
-    measured = {"gear": {*LAW} & {*told}, "damping": {"B"} & {*told}}
+    measured = {"gear": {*LAW} & {*values}, "damping": {"B"} & {*values}}
     sources = (*given.sources, *(Source(name, "", MEASURED) for name, numbers in measured.items() if numbers))
     if gear is not None and not sizes:
         sources += (Source("excitation.kinematic_error", "", ASSUMED),)
     limits = given.motor_limits
-    if "torque_constant" in told:
-        limits = (limits or MotorLimits())._replace(K_t=told["torque_constant"])
+    if "torque_constant" in values:
+        limits = (limits or MotorLimits())._replace(K_t=values["torque_constant"])
     scatter, correlation = _scatter(answer, list(sizes))
     better = replace(
         given, subject=train, sources=sources, scatter=scatter, correlation=correlation, motor_limits=limits
@@ -308,11 +308,11 @@ def _project(answer: Answer, gear: str | None, given: Project | None) -> Project
     return from_text(project_text(better), given.path)
 
 
-def _with_friction(law: Any, told: dict[str, float], shaft: str) -> Any:
+def _with_friction(law: Any, values: dict[str, float], shaft: str) -> Any:
     """A law, or None, with the dry and viscous friction that was found of a shaft."""
     for name, kind in (("coulomb", Coulomb), ("viscous", Viscous)):
-        if told.get(shaft + name, 0.0) > 0.0:
-            part = kind(told[shaft + name])
+        if values.get(shaft + name, 0.0) > 0.0:
+            part = kind(values[shaft + name])
             law = part if law is None else Parallel(law, part)
     return law
 
@@ -322,12 +322,12 @@ def _scatter(answer: Answer, lines: Sequence[tuple[int, int]]) -> tuple[Any, Any
     names = {name: f"gear.law.{name}" for name in LAW}
     names |= {"B": "damping.B", "motor_inertia": "motor.inertia"}
     names |= {f"line({j}, {k})": f"excitation.kinematic_error.{i}.amplitude" for i, (j, k) in enumerate(lines)}
-    told = list(answer.known.values)
-    at = [told.index(name) for name in names if name in told]
-    part = answer.known.covariance[np.ix_(at, at)]
+    values = list(answer.known.values)
+    indices = [values.index(name) for name in names if name in values]
+    part = answer.known.covariance[np.ix_(indices, indices)]
     size = np.sqrt(np.diag(part))
-    rows = [(names[told[i]], float(sd / answer.known.values[told[i]])) for i, sd in zip(at, size, strict=True)]
-    return tuple(rows), tuple(map(tuple, (part / np.outer(size, size)).tolist())) if len(at) > 1 else None
+    rows = [(names[values[i]], float(sd / answer.known.values[values[i]])) for i, sd in zip(indices, size, strict=True)]
+    return tuple(rows), tuple(map(tuple, (part / np.outer(size, size)).tolist())) if len(indices) > 1 else None
 
 
 def _wave(values: dict[str, float], names: Sequence[str]) -> tuple[float, float]:
@@ -337,9 +337,9 @@ def _wave(values: dict[str, float], names: Sequence[str]) -> tuple[float, float]
 
 
 def _certain(answer: Answer, pair: tuple[int, int]) -> bool:
-    """Whether a line stands out of its scatter."""
+    """True for a line that stands out of its scatter."""
     name = f"line({pair[0]}, {pair[1]})"
     if name not in answer.known.values:
         return False
-    at = list(answer.known.values).index(name)
-    return bool(answer.known.values[name] > SURE * np.sqrt(answer.known.covariance[at, at]))
+    index = list(answer.known.values).index(name)
+    return bool(answer.known.values[name] > SURE * np.sqrt(answer.known.covariance[index, index]))

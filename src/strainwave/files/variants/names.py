@@ -1,4 +1,4 @@
-"""Names of the numbers of a project file, as a sweep and a scatter use them, and where they stand in its content."""
+"""Names of the numbers of a project file, as a sweep and a scatter use them, and their keys in its content."""
 
 import re
 from contextlib import suppress
@@ -23,13 +23,13 @@ LABELS = {  # of names, and of their parts
 
 
 def keys_of(content: dict[str, Any], path: str) -> Keys:
-    """Where a name of the file stands in its content (ValueError)."""
+    """Keys of a name of the file in its content (ValueError)."""
     keys = tuple(path.strip().split("."))
     groups = [group for group, spec in GROUPS.items() if keys[0] in rows_of(spec)]
     if keys[0] not in rows_of(ProjectSpec):
         if len(groups) > 1:
-            said = " or ".join(f"{group}.{path}" for group in groups)
-            raise ValueError(f"{path!r} is in several groups of the file; write {said}")
+            choices = " or ".join(f"{group}.{path}" for group in groups)
+            raise ValueError(f"{path!r} is in several groups of the file; write {choices}")
         if not groups:
             raise ValueError(f"the project file has no {shown(path)}; its numbers are {', '.join(numbers_of(content))}")
         keys = (groups[0], *keys)
@@ -44,15 +44,15 @@ def numbers_of(content: object, before: str = "") -> list[str]:
     if before.rpartition(".")[2] in WORDS:
         return []
     items = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
-    found = [name for key, value in items for name in numbers_of(value, f"{before}.{key}" if before else str(key))]
-    return found or ([before] if isinstance(content, str) and re.match(r"[-+.]?\d", content) else [])
+    names = [name for key, value in items for name in numbers_of(value, f"{before}.{key}" if before else str(key))]
+    return names or ([before] if isinstance(content, str) and re.match(r"[-+.]?\d", content) else [])
 
 
 def quantity(text: str) -> tuple[float | None, str]:
     """Number of a text and the unit after it; None of a word."""
     plain = " ".join(text.split())
-    found = NUMBER.match(plain)
-    return (float(found.group()), plain[found.end() :].strip()) if found else (None, "")
+    match = NUMBER.match(plain)
+    return (float(match.group()), plain[match.end() :].strip()) if match else (None, "")
 
 
 def nominal_of(content: dict[str, Any], gear: Gear | None, name: str) -> tuple[float, str]:
@@ -60,8 +60,8 @@ def nominal_of(content: dict[str, Any], gear: Gear | None, name: str) -> tuple[f
     keys = keys_of(content, name)
     if gear is not None and keys[0] == "gear" and len(keys) == 2 and keys[1] in gear.law._fields:
         return float(getattr(gear.law, keys[1])), "N*m" if keys[1].startswith("T") else "N*m/rad"
-    here = reduce(inside, keys, content)
-    value, unit = quantity(here) if isinstance(here, str) else (None, "")
+    entry = reduce(inside, keys, content)
+    value, unit = quantity(entry) if isinstance(entry, str) else (None, "")
     if value is None:
         beside = numbers_of(reduce(inside, keys[:-1], content), ".".join(keys[:-1])) if len(keys) > 1 else []
         remedy = "; write the number it scatters about, too"
@@ -82,7 +82,7 @@ def of_record(content: dict[str, Any], gear: Gear | None) -> dict[str, tuple[flo
     return record
 
 
-def known(content: dict[str, Any], gear: Gear | None, name: str) -> tuple[float, str] | None:
+def number_of(content: dict[str, Any], gear: Gear | None, name: str) -> tuple[float, str] | None:
     """Number and unit of a name, of the file or of the record of its gear; None where there is none."""
     with suppress(ValueError):
         return of_record(content, gear).get(name) or nominal_of(content, gear, name)
@@ -93,11 +93,11 @@ def label_of(content: dict[str, Any], name: str) -> str:
     """A name as a person reads it: "kinematic error order 2 amplitude"."""
     if name in LABELS:
         return LABELS[name]
-    here: Any = content
+    entry: Any = content
     words: list[str] = []
     for key in name.split("."):
-        listed, here = isinstance(here, list), inside(here, key)
-        order = here.get("order") if isinstance(here, dict) else None
+        listed, entry = isinstance(entry, list), inside(entry, key)
+        order = entry.get("order") if isinstance(entry, dict) else None
         if isinstance(order, dict):  # repeats per turn of motor and output
             order = f"({order.get('wave_generator', 0)}, {order['output']})"
         plain = LABELS.get(key, key if key[:1].isupper() else key.replace("_", " "))

@@ -29,7 +29,7 @@ UNITS = {"peak": "rad", "peak_at": "rad/s", "oscillation": "rad", "oscillation_a
          "torque_at": "rad/s", "jumps": "1", "truncated": "1"}  # fmt: skip
 OF_BEAT = {"smallest": "rad", "smallest_at": "rad/s"}
 MOST_POINTS, MOST_CHUNKS = 100_000, 512
-NUMBERED = r"\bnumbers\.(\d+) = ([\d.e+]+)"  # a place, as a sweep of a `Choice` says it
+NUMBERED = r"\bnumbers\.(\d+) = ([\d.e+]+)"  # a point, as a sweep of a `Choice` says it
 
 
 class Choice(NamedTuple):
@@ -48,7 +48,7 @@ class Variants:
     retune: bool = False
 
     def __call__(self, choice: Choice) -> Any:
-        """What it is at a point."""
+        """Measure of the project at a point."""
         return self.measure(replaced(self.project, self.texts(choice.numbers), retune=self.retune))
 
 
@@ -57,10 +57,10 @@ def sampled(
     numbers: Sequence[Floats], *, together: bool = False, retune: bool = False, **options: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Measure variants of a project at all combinations of `numbers`, or of these `together`: a `sweep` of choices."""
-    places = {f"numbers.{i}": np.asarray(values, float) for i, values in enumerate(numbers)}
+    axes = {f"numbers.{i}": np.asarray(values, float) for i, values in enumerate(numbers)}
     # A copy knows nothing that was computed of the project before, which would make it another sweep.
     variants = Variants(measure, dataclasses.replace(project), texts, retune)
-    return sweep(variants, Choice((0.0,) * len(places)), Table(places) if together else places, **options)
+    return sweep(variants, Choice((0.0,) * len(axes)), Table(axes) if together else axes, **options)
 
 
 def _of_axes(axes: tuple[tuple[str, tuple[str, ...]], ...], numbers: tuple[float, ...]) -> dict[str, str]:
@@ -114,11 +114,11 @@ def sweep_project(
     axes = {name: list(map(str, texts)) for name, texts in grid.items()}
     check(project, axes)
     texts = partial(_of_axes, tuple((name, tuple(values)) for name, values in axes.items()))
-    places = [np.arange(len(values), dtype=float) for values in axes.values()]
+    indices = [np.arange(len(values), dtype=float) for values in axes.values()]
     chunk = chunk or max(1, prod(map(len, axes.values())) // MOST_CHUNKS)
     if measure is largest:
         measure, units = (with_smallest, UNITS | OF_BEAT) if is_beating(project.subject.error) else (largest, UNITS)
-    data = sampled(measure, project, texts, places, retune=retune, store=store, chunk=chunk, units=units, **options)
+    data = sampled(measure, project, texts, indices, retune=retune, store=store, chunk=chunk, units=units, **options)
     named = {f"numbers.{i}": name for i, name in enumerate(axes)}
     if store is not None:
         for axis, name in named.items():
@@ -130,10 +130,10 @@ def sweep_project(
     return data.assign_coords({name: coordinate(name, texts) for name, texts in axes.items()})
 
 
-def _as_written(axes: list[tuple[str, list[str]]], place: re.Match[str]) -> str:
-    """A place along an axis as its name and its value were given."""
-    name, texts = axes[int(place[1])]
-    return f"{name} = {texts[round(float(place[2]))]}"
+def _as_written(axes: list[tuple[str, list[str]]], point: re.Match[str]) -> str:
+    """A point of an axis, written as its name and its value were given."""
+    name, texts = axes[int(point[1])]
+    return f"{name} = {texts[round(float(point[2]))]}"
 
 
 def check(project: Project, axes: Mapping[str, list[str]]) -> None:

@@ -1,4 +1,4 @@
-"""Which input makes an output scatter: first-order indices from one random sample.
+"""Shares of the inputs in the scatter of an output: first-order indices from one random sample.
 
 The first-order index of an input is Var(E(output | input)) / Var(output): the share of the variance that would go if
 the input were known. Here the conditional mean is a regression on the input, its square and cosines of its share. The
@@ -24,7 +24,7 @@ DEPENDENT = 1e-8  # of the largest singular value: functions that others hold al
 
 @dataclass(frozen=True)
 class Influence:
-    """What one parameter contributes.
+    """Share of one parameter.
 
     Attributes
     ----------
@@ -79,8 +79,8 @@ def _first_order(values: Floats, output: Floats) -> tuple[float, float]:
 def _basis(values: Floats) -> Floats:
     """Orthonormal functions (n, functions) of an input: a constant, itself, its square, cosines of its share."""
     n, x = len(values), (values - np.mean(values)) / (np.std(values) or 1.0)
-    _, places, counts = np.unique(values, return_inverse=True, return_counts=True)
-    share = (np.cumsum(counts) - 0.5 * counts)[places] / n  # by rank: the mean of equal ones
+    _, ranks, counts = np.unique(values, return_inverse=True, return_counts=True)
+    share = (np.cumsum(counts) - 0.5 * counts)[ranks] / n  # by rank: the mean of equal ones
     even = 0.5 / n + (1.0 - 1.0 / n) * (values - np.min(values)) / (np.ptp(values) or 1.0)
     smooth = min(even, ndtr(x), key=lambda one: float(np.max(np.abs(one - share))))
     likely = np.max(np.abs(smooth - share)) < LIKELY / np.sqrt(n)

@@ -20,7 +20,7 @@ from ...drive.project import Project
 from ...model.laws.springs import PiecewiseLinear
 from ..fields.entries import Loop
 from ..fields.groups import YOURS
-from ..fields.kinds import Place
+from ..fields.kinds import Entry
 from ..fields.rows import inside, rows_of
 from ..reading import ProjectError, from_located
 from ..yaml_text import read, read_again
@@ -52,8 +52,8 @@ def replaced(project: Subject, values: Mapping[str, Any], *, retune: bool = Fals
         and "excitation." may be left out ("loop.K_p", "coupling.law.K"). "gear.K1", K2, K3, T1, T2 are also those of a
         gear of the catalogue.
     retune : bool
-        Whether gains given as a bandwidth and damping given as a ratio or a quality are computed anew for the changed
-        drive instead, as if the file had been written for it.
+        True to compute gains given as a bandwidth and damping given as a ratio or a quality anew for the changed
+        drive, as if the file had been written for it.
 
     Returns
     -------
@@ -75,14 +75,14 @@ def replaced(project: Subject, values: Mapping[str, Any], *, retune: bool = Fals
     placed = {path: (keys, text) for path, (keys, text) in placed.items() if not _in_record(keys)}
     if not any(keys[0] == "gear" for keys, _ in placed.values()):  # the text of the project has no changed slopes
         of_record = _changed_slopes(project, _read(project, content)) | of_record
-    found = _read(project, _with(content, placed))
+    result = _read(project, _with(content, placed))
     if not retune:
-        found = _as_built(project, content, placed, found)
-    return _with_law(found, of_record) if of_record else found
+        result = _as_built(project, content, placed, result)
+    return _with_law(result, of_record) if of_record else result
 
 
 def tuning(project: Project, names: Iterable[str], retune: bool) -> str:
-    """What happens to gains and damping where these numbers of a file are varied, in a sentence; empty where nothing.
+    """Sentence on gains and damping where these numbers of a file are varied; empty where they stay.
 
     The sentence is about what the file gives by a notation: see `replaced`.
     """
@@ -90,11 +90,11 @@ def tuning(project: Project, names: Iterable[str], retune: bool) -> str:
     keys = [keys_of(content, name) for name in names]
     parts = [
         what
-        for what, given, own in (
+        for what, given, group in (
             ("the gains of the motor's loop", _has_bandwidth(content), LOOP),
             ("the damping B", bool(_ratios(content)), DAMPING),
         )
-        if given and any(key[: len(own)] != own for key in keys)
+        if given and any(key[: len(group)] != group for key in keys)
     ]
     if not parts:
         return ""
@@ -116,7 +116,7 @@ def _reading(text: str, path: Path) -> Project:
 
 
 def _with(content: dict[str, Any], placed: Placed) -> dict[str, Any]:
-    """The content of a file with texts in their places."""
+    """The content of a file with texts at their keys."""
     changed: dict[str, Any] = json.loads(json.dumps(content))
     for path, (keys, text) in placed.items():
         if keys[0] == "sources":
@@ -129,7 +129,7 @@ def _with(content: dict[str, Any], placed: Placed) -> dict[str, Any]:
 
 
 def _same(content: dict[str, Any], keys: Keys, text: str) -> bool:
-    """Whether a field of the file has this text, or the same number in the same unit."""
+    """True for a field of the file with this text, or with the same number in the same unit."""
     if not isinstance(before := reduce(inside, keys, content), str):
         return False
     return before.split() == text.split() or (None, "") != quantity(before) == quantity(text)
@@ -180,7 +180,7 @@ def _drop_scatter_of_loop(content: dict[str, Any]) -> list[str]:
 
 
 def _within(placed: Placed, *groups: Keys) -> Placed:
-    """The places that are in one of some groups of the file."""
+    """Texts whose keys are in one of some groups of the file."""
     return {
         path: (keys, text)
         for path, (keys, text) in placed.items()
@@ -189,7 +189,7 @@ def _within(placed: Placed, *groups: Keys) -> Placed:
 
 
 def _has_bandwidth(content: dict[str, Any]) -> bool:
-    """Whether a file gives the motor's loop by its bandwidth."""
+    """True for a file that gives the motor's loop by its bandwidth."""
     return reduce(inside, (*LOOP, "bandwidth"), content) is not None
 
 
@@ -232,19 +232,19 @@ def _set(content: dict[str, Any], path: str, keys: Keys, text: str) -> None:
 
 def _of_record(path: str, text: str) -> float:
     try:
-        return float(OF_RECORD[path.rpartition(".")[2]].kind.read(text, Place((), [])))
+        return float(OF_RECORD[path.rpartition(".")[2]].kind.read(text, Entry((), [])))
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
 def slopes(project: Project) -> Any:
     """The law of three slopes that the drive has now: that of the record, or a changed one; None without one."""
-    found = [project.drive.law]
-    while found:
-        law = found.pop()
+    parts = [project.drive.law]
+    while parts:
+        law = parts.pop()
         if hasattr(law, "K1"):
             return law
-        found += [part for part in law if isinstance(part, tuple) and hasattr(part, "_fields")]
+        parts += [part for part in law if isinstance(part, tuple) and hasattr(part, "_fields")]
     return None if project.gear is None else project.gear.law
 
 

@@ -28,8 +28,8 @@ from .names import nominal_of
 from .ranking import Ranking, ranking
 from .replaced import replaced, tuning
 
-TOLD, MOST_ERRORS = (0.05, 0.5, 0.95), 3  # quantiles and errors that the text has
-LEAST, MOST_DRIVES = 32, 1_000_000  # drives: fewer mean nothing, more are not drawn at once
+LEVELS, MOST_ERRORS = (0.05, 0.5, 0.95), 3  # levels of quantiles, and errors, that the text has
+LEAST_DRIVES, MOST_DRIVES = 32, 1_000_000  # drives: fewer mean nothing, more are not drawn at once
 CONFIDENCE = 0.95
 UNITS = {"oscillation": "rad", "at": "rad/s", "low": "rad/s", "high": "rad/s"}
 PLACE = r"^points? \d+ \([^)]*\): (SolveError: )?"  # of a drive without a curve, in what a sweep says of it
@@ -60,13 +60,13 @@ class Exceedance(Result):
     errors : tuple of str
         Sentences about drives without a curve, each once.
     tuning : str
-        What every drive has of gains given as a bandwidth and damping given as a ratio, in a sentence; empty of others.
+        Sentence on gains given as a bandwidth and damping given as a ratio in every drive; empty of others.
     loads : tuple of float
         Torques of the load [N*m] under each of which every drive is followed.
     speeds : Speeds or None
-        Those of the project, in whose unit the speeds to avoid are told.
+        Those of the project, in whose unit the speeds to avoid are written.
     remarks : tuple of str
-        What the numbers are without.
+        Effects that the numbers leave out.
     """
 
     rows: ClassVar[str] = "drive"
@@ -87,7 +87,7 @@ class Exceedance(Result):
 
     @property
     def under(self) -> str:
-        """Under which torques of the load the drives are, in words; empty where the load has one."""
+        """Sentence on the torques of the load; empty where the load has one."""
         if len(self.loads) < 2:
             return ""
         return f"Each under {len(self.loads)} torques of its load, {self.loads[0]:.6g} to {self.loads[-1]:.6g} N*m."
@@ -141,7 +141,7 @@ class Exceedance(Result):
         """Everything that is said of an exceedance, once."""
         share, low, high = [f"{number(100.0 * p, 3)} %" for p in (self.probability, *self.interval)]
         rows = () if self.ranking is None else self.ranking.rows
-        sizes = np.nanquantile(self.oscillation, TOLD) if self.failed < self.count else np.full(len(TOLD), np.nan)
+        sizes = np.nanquantile(self.oscillation, LEVELS) if self.failed < self.count else np.full(len(LEVELS), np.nan)
         exceeding = f"{self.exceeding} of {self.count} drives exceed {{}} somewhere in the range"
         failed = f"{self.failed} of the drives have no response curve: {'; '.join(self.errors[:MOST_ERRORS])}"
         return (
@@ -162,7 +162,7 @@ class Exceedance(Result):
         )  # fmt: skip
 
     def _ends_said(self) -> tuple[str, ...]:
-        """Where the speeds to avoid begin and end, in the unit of the project's speeds."""
+        """Sentence on both ends of the speeds to avoid, in the unit of the project's speeds."""
         ends, speeds = self.ends(), self.speeds
         if ends is None:
             return ()
@@ -199,10 +199,10 @@ def exceedance(
     limit : float, optional
         Largest oscillation [rad] that is allowed. Default: that of the project.
     retune : bool
-        Whether gains given as a bandwidth and damping given as a ratio are computed anew for every drive (`replaced`).
+        True to compute gains given as a bandwidth and damping given as a ratio anew for every drive (`replaced`).
         Default: they are built once, for the drive of the file, and do not know how the numbers scatter.
     progress : callable
-        Told how many drives are done, and of how many.
+        progress(done, count): called after each drive.
     **options
         `store`, `client`, `workers` and `processes` of `sweep`: drives are computed elsewhere, or go on where a run
         stopped. Default: one after the other, in memory.
@@ -224,8 +224,8 @@ def exceedance(
     ----------
     Clopper & Pearson 1934, Biometrika 26, 404-413 (the interval).
     """
-    if positive_count("count", count, MOST_DRIVES) < LEAST:
-        raise ValueError(f"count is {count}; it must be at least {LEAST} drives")
+    if positive_count("count", count, MOST_DRIVES) < LEAST_DRIVES:
+        raise ValueError(f"count is {count}; it must be at least {LEAST_DRIVES} drives")
     factors = _factors(project, count, seed)
     allowed = project.limit if limit is None else checked_number("limit [rad]", limit, positive=True)
     if allowed is None:
@@ -236,26 +236,26 @@ def exceedance(
 
     def result(data: Any) -> Exceedance:
         done = int(np.argmin(np.append(data["point_status"] != NOT_COMPUTED, False)))
-        if done < LEAST:
-            few = f"{done} of {count} drives were finished, and an answer needs {LEAST}"
+        if done < LEAST_DRIVES:
+            few = f"{done} of {count} drives were finished, and an answer needs {LEAST_DRIVES}"
             raise KeyboardInterrupt(f"interrupted; {few}: nothing is kept") from None
-        own = {name: values[:done] for name, values in factors.items()}
+        kept = {name: values[:done] for name, values in factors.items()}
         none = np.full(done, np.nan)
-        top, at, low, high = (data[name].values[:done] if name in data else none for name in UNITS)
-        rank = None if np.any(np.isnan(top)) else ranking(own, top)
+        top, w, low, high = (data[name].values[:done] if name in data else none for name in UNITS)
+        rank = None if np.any(np.isnan(top)) else ranking(kept, top)
         errors = tuple(dict.fromkeys(re.sub(PLACE, "", error) for error in data.attrs["errors"].splitlines()))
         more = tuple(spread(project, WITH_MEMORY)), project.speeds, tuple(of_hysteresis(project))
-        return Exceedance(allowed, own, top, at, low, high, seed, rank, errors, tuning(project, own, retune), *more)
+        return Exceedance(allowed, kept, top, w, low, high, seed, rank, errors, tuning(project, kept, retune), *more)
 
     texts = partial(_texts, *_nominal(project))
-    told = {"progress": lambda _, share: progress(round(share * count), count) if share else None}
-    how: dict[str, Any] = {"retune": retune, "chunk": 1, "workers": 1, "units": UNITS, **told, **options}
+    shown = {"progress": lambda _, share: progress(round(share * count), count) if share else None}
+    how: dict[str, Any] = {"retune": retune, "chunk": 1, "workers": 1, "units": UNITS, **shown, **options}
     try:
         return result(sampled(partial(worst, allowed), project, texts, [*factors.values()], together=True, **how))
     except Interrupted as stop:
-        found = result(stop.found)
-        some = f"the result is that of the {found.count} drives that were finished, of {count}"
-        raise Interrupted(f"interrupted; {some}", found) from None
+        part = result(stop.found)
+        some = f"the result is that of the {part.count} drives that were finished, of {count}"
+        raise Interrupted(f"interrupted; {some}", part) from None
 
 
 def clopper_pearson(hits: int, count: int) -> tuple[float, float]:
@@ -273,8 +273,8 @@ def worst(limit: float, drive: Project) -> dict[str, float]:
         ends = band_above(response, limit) or (np.nan, np.nan)
         rows.append((float(response.oscillation[response.top]), float(response.omega[response.top]), *ends))
     lows, highs = np.array(rows)[:, 2:].T
-    found = *max(rows)[:2], float(np.fmin.reduce(lows)), float(np.fmax.reduce(highs))
-    return dict(zip(UNITS, found, strict=True))
+    row = *max(rows)[:2], float(np.fmin.reduce(lows)), float(np.fmax.reduce(highs))
+    return dict(zip(UNITS, row, strict=True))
 
 
 def scattered(project: Project, count: int = 64, seed: int = 0, *, retune: bool = False) -> Iterator[Project]:

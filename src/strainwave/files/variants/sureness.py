@@ -66,7 +66,7 @@ class Doubt(NamedTuple):
 
 
 class Sureness(NamedTuple):
-    """What assumed numbers leave open.
+    """Range of the answer that assumed numbers leave open.
 
     Attributes
     ----------
@@ -79,9 +79,9 @@ class Sureness(NamedTuple):
     largest : (float, float)
         Least and largest of the largest oscillations [rad] of these drives.
     drives : int
-        How many they are.
+        Number of these drives.
     lost : tuple of str
-        Why others have no answer, an unstable loop for one.
+        Reasons why others have no answer, an unstable loop for one.
     load : str
         Loads that all of this is for, where the file has a range of torques: its ends, its mean and that of the drive's
         largest oscillation; of a law with memory the last alone, by its torque.
@@ -102,12 +102,12 @@ class Sureness(NamedTuple):
             return self.lost
         ends = " to ".join(number(size / ARCSEC, 3) for size in self.largest)
         whats = f"assumed {listed(doubt.what for doubt in self.doubts)}"
-        said = f"{whats}{' together' if len(self.doubts) > 1 else ''}{self.load}: {ends} arcsec"
+        together = f"{whats}{' together' if len(self.doubts) > 1 else ''}{self.load}: {ends} arcsec"
         if limit is not None:
-            most, least = self.largest[1] <= limit, self.largest[0] > limit
-            where = "within" if most else "above" if least else "on both sides of"
-            said += f", {where} the limit of {number(limit / ARCSEC)} arcsec"
-        return *(doubt.sentence for doubt in self.doubts), said, *self.lost
+            inside, least = self.largest[1] <= limit, self.largest[0] > limit
+            where = "within" if inside else "above" if least else "on both sides of"
+            together += f", {where} the limit of {number(limit / ARCSEC)} arcsec"
+        return *(doubt.sentence for doubt in self.doubts), together, *self.lost
 
     def facts(self, limit: float | None = None) -> tuple[Fact, ...]:
         """The rows, and the ends of the largest oscillation."""
@@ -206,12 +206,12 @@ class _Drives:
             try:
                 variant = replaced(self.project, changes, retune=True) if changes else self.project
                 for torque in self.torques or (None,):
-                    found = solved(_under(variant, torque))
-                    self.computed[key] = max(self.computed[key] or 0.0, float(found.oscillation[found.top]))
-                    for at, values in _stretches(found, self.omega):
-                        self.low[at], self.high[at] = (
-                            np.minimum(self.low[at], values),
-                            np.maximum(self.high[at], values),
+                    response = solved(_under(variant, torque))
+                    self.computed[key] = max(self.computed[key] or 0.0, float(response.oscillation[response.top]))
+                    for indices, values in _stretches(response, self.omega):
+                        self.low[indices], self.high[indices] = (
+                            np.minimum(self.low[indices], values),
+                            np.maximum(self.high[indices], values),
                         )
             except (ValueError, SolveError) as error:
                 self.lost[f"One variant cannot be computed: {error}"] = None
@@ -228,18 +228,18 @@ class _Drives:
         known, the range is halved until its neighbours are nearly as large. Where the ends are the largest of few, they
         are taken.
         """
-        known = {x: self.size(_with(case, i, x)) or 0.0 for x in (0.0, 1.0, *shares)}
+        sizes = {x: self.size(_with(case, i, x)) or 0.0 for x in (0.0, 1.0, *shares)}
         for _ in range(HALVINGS):
-            at = sorted(known, key=lambda x: -known[x])[0]
-            if at in (0.0, 1.0) and not self.groups[i].shifts:
+            top = sorted(sizes, key=lambda x: -sizes[x])[0]
+            if top in (0.0, 1.0) and not self.groups[i].shifts:
                 break
-            xs = sorted(known)
-            k = xs.index(at)
-            beside = [x for x in (*xs[max(k - 1, 0) : k], *xs[k + 1 : k + 2]) if known[x] < (1.0 - FLAT) * known[at]]
+            xs = sorted(sizes)
+            k = xs.index(top)
+            beside = [x for x in (*xs[max(k - 1, 0) : k], *xs[k + 1 : k + 2]) if sizes[x] < (1.0 - FLAT) * sizes[top]]
             if not beside:
                 break
-            known |= {x: self.size(_with(case, i, x)) or 0.0 for x in (0.5 * (at + x) for x in beside)}
-        return max(known, key=lambda x: known[x])
+            sizes |= {x: self.size(_with(case, i, x)) or 0.0 for x in (0.5 * (top + x) for x in beside)}
+        return max(sizes, key=lambda x: sizes[x])
 
 
 def _with(case: Case, i: int, share: float | None) -> Case:
@@ -275,8 +275,8 @@ def _as_a_file(project: Project) -> Project:
 
 def _ends(sizes: dict[Case, float], cases: Iterable[Case]) -> tuple[float, float]:
     """Least and largest of the sizes of some cases."""
-    known = [sizes[case] for case in cases]
-    return (min(known), max(known)) if known else (nan, nan)
+    known_sizes = [sizes[case] for case in cases]
+    return (min(known_sizes), max(known_sizes)) if known_sizes else (nan, nan)
 
 
 class Group(NamedTuple):
@@ -287,12 +287,12 @@ class Group(NamedTuple):
 
     @property
     def what(self) -> str:
-        """What they are, in words."""
+        """Name of the group, in words."""
         return WHAT[self.key]
 
     @property
     def shifts(self) -> bool:
-        """Whether they shift resonances: the largest oscillation may lie anywhere in their range."""
+        """True for numbers that shift resonances: the largest oscillation may lie anywhere in their range."""
         return self.key not in ("damping.", "excitation.")
 
     def factor(self, share: float) -> float:
@@ -321,14 +321,14 @@ def _counts(group: str, name: str) -> bool:
 
 def _times(text: str, factor: float) -> str:
     value, unit = quantity(text)
-    found = (value or 0.0) if factor == 1.0 else float(f"{factor * (value or 0.0):.4g}")  # computed as it is printed
-    return f"{found:.6g} {unit}".rstrip()
+    product = (value or 0.0) if factor == 1.0 else float(f"{factor * (value or 0.0):.4g}")  # computed as it is printed
+    return f"{product:.6g} {unit}".rstrip()
 
 
 def _stretches(response: DriveResponse, omega: Floats) -> Iterable[tuple[Any, Any]]:
     """Numbers of speeds [rad/s] that each step between two stable motions passes, with the oscillation [rad] there."""
-    at = response.visited()
-    for i, j in pairwise(at):
+    visited = response.visited()
+    for i, j in pairwise(visited):
         if j == i + 1:
             first, last = (i, j) if response.omega[i] < response.omega[j] else (j, i)
             inside = np.flatnonzero((omega >= response.omega[first]) & (omega <= response.omega[last]))
