@@ -46,8 +46,8 @@ def draw(result: object, axes: Any = None) -> Any:
     method = None if isinstance(result, type) else getattr(result, "panels", None)
     panels = panels_of(result) if method is None else method()
     if not panels:
-        known = ", ".join(cls.__name__ for cls in panels_of.registry if cls is not object)
-        raise TypeError(f"there is no figure of {shown(result)}; there is one of each of {known}")
+        drawable = ", ".join(cls.__name__ for cls in panels_of.registry if cls is not object)
+        raise TypeError(f"there is no figure of {shown(result)}; there is one of each of {drawable}")
     if axes is None:
         try:
             from matplotlib import pyplot
@@ -60,16 +60,16 @@ def draw(result: object, axes: Any = None) -> Any:
 
 
 def _draw_all(axes: Any, panels: Sequence[Panel]) -> None:
-    """Draw panels below each other in the place of the axes, with one legend."""
+    """Draw panels below each other in the area of the axes, with one legend."""
     named: dict[str, Any] = {}
-    places = _places(axes, len(panels))
-    for place, panel in zip(places, panels, strict=True):
-        _draw(place, panel, named, LETTERS // len(panels))
-    for place, panel, following in zip(places, panels, panels[1:], strict=False):
-        place.tick_params(labelbottom=following.x != panel.x)
-        place.xaxis.label.set_visible(following.x != panel.x)
+    stack = _stacked_axes(axes, len(panels))
+    for each, panel in zip(stack, panels, strict=True):
+        _draw(each, panel, named, LETTERS // len(panels))
+    for each, panel, following in zip(stack, panels, panels[1:], strict=False):
+        each.tick_params(labelbottom=following.x != panel.x)
+        each.xaxis.label.set_visible(following.x != panel.x)
     if named:
-        _legend(places[-1], named, panels)
+        _legend(stack[-1], named, panels)
 
 
 def _legend(axes: Any, named: dict[str, Any], panels: Sequence[Panel]) -> None:
@@ -81,13 +81,13 @@ def _legend(axes: Any, named: dict[str, Any], panels: Sequence[Panel]) -> None:
         return
     from matplotlib.transforms import ScaledTranslation
 
-    place = axes.transAxes + ScaledTranslation(0.0, -BELOW, axes.figure.dpi_scale_trans)
-    look |= {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "bbox_transform": place, "ncols": 2}
+    below = axes.transAxes + ScaledTranslation(0.0, -BELOW, axes.figure.dpi_scale_trans)
+    look |= {"loc": "upper center", "bbox_to_anchor": (0.5, 0.0), "bbox_transform": below, "ncols": 2}
     axes.legend(named.values(), named.keys(), **look)
 
 
-def _places(axes: Any, count: int) -> list[Any]:
-    """Axes below each other in the place of those given, which are the upper ones, over the same x."""
+def _stacked_axes(axes: Any, count: int) -> list[Any]:
+    """Axes below each other in the area of those given, which are the upper ones, over the same x."""
     if count == 1:
         return [axes]
     spec = axes.get_subplotspec()

@@ -99,19 +99,19 @@ def loop_panels(run: LoopRun) -> list[Panel]:
 
 
 @panels_of.register
-def slow_response_panels(response: SlowResponse, place: Callable[[ArrayLike], Floats] = np.asarray) -> list[Panel]:
-    """The amplitude of the slow flow, each branch of it, with the folds, over the `place` of a speed on the axis.
+def slow_response_panels(response: SlowResponse, abscissa: Callable[[ArrayLike], Floats] = np.asarray) -> list[Panel]:
+    """The amplitude of the slow flow, each branch of it, with the folds, over the `abscissa` of a speed.
 
     Dark dashes of what is unstable lie on the wide light line of what is stable.
     """
-    panel, rest = Panel("", _parameter("omega"), angle("amplitude a", response.peak[1])), np.array(response.trivial)
+    panel, trivial = Panel("", _parameter("omega"), angle("amplitude a", response.peak[1])), np.array(response.trivial)
     states = [(branch.omega, branch.amplitude, branch.stable) for branch in response.branches]
-    states += [(rest[:, 0], 0.0 * rest[:, 0], rest[:, 1] > 0.0)] if len(rest) else []
+    states += [(trivial[:, 0], 0.0 * trivial[:, 0], trivial[:, 1] > 0.0)] if len(trivial) else []
     for omega, amplitude, stable in states:
         for keep, colour, width in ((stable, LIGHT, 4.0), (~stable, BLACK, 1.3)):
             names = ", stable", ", unstable"
-            panel.parted(place(omega), amplitude, stable, colour, "a", names, (width, width), keep=keep)
-    panel.points(place(response.folds), response.fold_amplitudes, ORANGE, "fold: limit of existence of two motions")
+            panel.parted(abscissa(omega), amplitude, stable, colour, "a", names, (width, width), keep=keep)
+    panel.points(abscissa(response.folds), response.fold_amplitudes, ORANGE, "fold: limit of existence of two motions")
     return [panel]
 
 

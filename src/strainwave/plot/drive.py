@@ -77,8 +77,8 @@ def fine(response: DriveResponse) -> DriveResponse:
 def _between(points: Floats) -> Floats:
     """Points (rows) with others between them, evenly along the chord."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    place = np.concatenate([[0.0], np.cumsum(np.maximum(steps, SHORTEST))])
-    h, rise = np.diff(place)[:, None], np.diff(points, axis=0)
+    arc = np.concatenate([[0.0], np.cumsum(np.maximum(steps, SHORTEST))])
+    h, rise = np.diff(arc)[:, None], np.diff(points, axis=0)
     slope = rise / h
     # Tangents of the cubic spline: its curvature has no jumps; at the ends those of parabolas through three points.
     matrix, right = np.eye(len(points)), np.empty_like(points)
@@ -106,14 +106,14 @@ class Drawn(NamedTuple):
 
 
 def reference(project: Project) -> Drawn:
-    """The curve of the drive with its motor held, where it is another one, and what assumed numbers leave open."""
+    """The curve of the drive with its motor held, where it is another one, and the range of assumed numbers."""
     return Drawn(reduced=project.held_response(), sure=project.sureness)
 
 
 def of_analysis(analysis: "Analysis") -> Drawn:
     """Curves under other torques of the load, speeds to avoid, and the computations that check the curve."""
-    cases, whole = analysis.load_cases, analysis.train_curve is not None
-    if whole:
+    cases, of_train = analysis.load_cases, analysis.train_curve is not None
+    if of_train:
         return Drawn(cases, analysis.avoid, None, analysis.exact)
     return Drawn(cases, analysis.avoid, analysis.run_up, None, analysis.regimes)
 
@@ -162,12 +162,12 @@ def _beside(panel: Panel, extras: Drawn) -> None:
     """The held motor, thin and up to the top of the axis, which is that of the drive, and the band of assumptions."""
     top = panel.ylim[1] or np.inf
     if extras.sure is not None and extras.sure.doubts:
-        there = np.flatnonzero(np.isfinite(extras.sure.high))
-        top = max(top, min(FAR * top, 1.08 * float(np.max(extras.sure.high[there], initial=0.0))))
+        finite = np.flatnonzero(np.isfinite(extras.sure.high))
+        top = max(top, min(FAR * top, 1.08 * float(np.max(extras.sure.high[finite], initial=0.0))))
         panel.ylim = panel.ylim if panel.ylim[1] is None else (0.0, top)
         low, high = np.minimum(extras.sure.low, top), np.minimum(extras.sure.high, top)
         label = f"range for assumed numbers{extras.sure.load}"
-        for i, part in enumerate(np.split(there, np.flatnonzero(np.diff(there) > 1) + 1)):
+        for i, part in enumerate(np.split(finite, np.flatnonzero(np.diff(finite) > 1) + 1)):
             panel.band(extras.sure.omega[part], low[part], high[part], SURE, "" if i else label)
     if extras.reduced is not None and len(extras.reduced.curve):
         held = fine(extras.reduced).curve
@@ -287,9 +287,9 @@ def comparison_panels(
         colour = COLOURS[i % len(COLOURS)]
         panel.parted(x, y, response.stable, colour, name, ("", ""), (THICK, THIN), (dash, dash))
         panel.note(float(x[np.argmax(y)]), float(np.max(y)), str(i + 1))
-    known = {limit for limit in limits if limit is not None}
-    if len(known) == 1:
-        panel.level(known.pop(), GREY, "limit", "8 4")
+    shared = {limit for limit in limits if limit is not None}
+    if len(shared) == 1:
+        panel.level(shared.pop(), GREY, "limit", "8 4")
     panel.fit()
     return [panel]
 

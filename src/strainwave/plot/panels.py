@@ -46,10 +46,10 @@ class Axis(NamedTuple):
 
     def lines(self, letters: int) -> list[str]:
         """Name and unit in one line, or in two where they are longer than so many letters."""
-        whole = str(self)
-        if len(whole) > letters >= len(self.name):
+        text = str(self)
+        if len(text) > letters >= len(self.name):
             return [self.name, f"({sign(self.unit)})"]
-        return wrap(whole, max(letters, round(0.6 * len(whole))))
+        return wrap(text, max(letters, round(0.6 * len(text))))
 
 
 def of_speeds(speeds: Speeds) -> Axis:
@@ -181,9 +181,9 @@ class Panel:
         self, x: ArrayLike, low: ArrayLike, high: ArrayLike, colour: str, label: str = "", width: float = 1.0
     ) -> None:
         """Add upright lines between values."""
-        place, bottom, top = np.broadcast_arrays(*(np.asarray(v, float) for v in (x, low, high)))
-        gap = np.full(place.shape, np.nan)
-        across, up = np.stack([place, place, gap], -1).ravel(), np.stack([bottom, top, gap], -1).ravel()
+        uprights, bottom, top = np.broadcast_arrays(*(np.asarray(v, float) for v in (x, low, high)))
+        gap = np.full(uprights.shape, np.nan)
+        across, up = np.stack([uprights, uprights, gap], -1).ravel(), np.stack([bottom, top, gap], -1).ravel()
         self.line(across, up, colour, label, width=width)
 
     def parted(
@@ -231,7 +231,7 @@ class Panel:
 
     @property
     def empty(self) -> bool:
-        """Whether the panel shows nothing."""
+        """True for a panel that shows nothing."""
         return self.cells is None and not any(
             np.any(np.isfinite(c.x)) and np.any(np.isfinite(c.y)) for c in self.curves
         )
@@ -251,15 +251,15 @@ def _scale(values: list[Floats], limits: Ends, log: bool) -> tuple[float, float,
 
 
 def placed_above(
-    notes: Sequence[Note], places: Floats, width: float, letter: float
+    notes: Sequence[Note], positions: Floats, width: float, letter: float
 ) -> Iterator[tuple[str, float, int]]:
     """Texts above a panel of a width, with their middles and rows, as far as they do not meet; all in one unit."""
     ends = [-letter] * ROWS
-    for note, place in zip(notes, places, strict=True):
+    for note, position in zip(notes, positions, strict=True):
         half = 0.5 * letter * len(note.text)
-        middle = min(max(float(place), half), width - half)
+        middle = min(max(float(position), half), width - half)
         row = next((row for row in range(ROWS) if middle - half >= ends[row] + letter), None)
-        if row is not None and -1.0 < place < width + 1.0:
+        if row is not None and -1.0 < position < width + 1.0:
             ends[row] = middle + half
             yield note.text, middle, row
 

@@ -50,8 +50,8 @@ def proof_panels(proof: StabilityProof) -> list[Panel]:
         panel.caption = [f"A turn of the figure decays like {larger} of the drive. V does not depend on the damping."]
     panel.xlim, panel.ylim = (x_e - 1.03 * reach, x_e + 1.03 * reach), (-1.2 * fastest, 1.2 * fastest)
     for share in LEVELS:
-        there = within if share < 1.0 else slice(None)
-        across, up = _level(proof, x[there], share**2 * top, square)
+        part = within if share < 1.0 else slice(None)
+        across, up = _level(proof, x[part], share**2 * top, square)
         panel.line(across, up, PALE, "levels of V", width=1.8)
     for start in starts.tolist():
         across, up = motion(system, start, times, 2.0 * reach)
@@ -73,15 +73,15 @@ def _bend(proof: StabilityProof, x_e: float) -> float:
     """Torsion [rad] beyond the rest by which V is no parabola any more."""
     least = max(SMALL, NOISY * abs(x_e), proof.rest[1] - x_e if proof.rest else 0.0)
     for size in (least * 1.25**k for k in range(80)):
-        whole = float(proof.V(x_e + 2.0 * size, 0.0))
-        if abs(whole - 4.0 * float(proof.V(x_e + size, 0.0))) > BENT * whole:
+        V = float(proof.V(x_e + 2.0 * size, 0.0))
+        if abs(V - 4.0 * float(proof.V(x_e + size, 0.0))) > BENT * V:
             return 2.0 * size
     return max(STRAIGHT, 10.0 * least)
 
 
 def _height(proof: StabilityProof, x: Floats) -> Floats:
     """V at rest at torsions x [rad]."""
-    return np.array([float(proof.V(float(place), 0.0)) for place in x])
+    return np.array([float(proof.V(float(torsion), 0.0)) for torsion in x])
 
 
 def _level(proof: StabilityProof, x: Floats, level: float, square: float) -> tuple[Floats, Floats]:

@@ -205,12 +205,12 @@ def design_panels(design: Design) -> list[Panel]:
 @panels_of.register
 def tuning_panels(tuning: TunedLoop) -> list[Panel]:
     """Nonlinear response before and after, and what the first goal costs in peak sensitivity."""
-    drawn = ((tuning.response_before, GREY, "gains of the file"), (tuning.response_after, BLUE, "recommended gains"))
-    found = [(response, colour, name) for response, colour, name in drawn if response is not None]
-    largest = [float(np.max(response.oscillation)) for response, _, _ in found]
+    named = ((tuning.response_before, GREY, "gains of the file"), (tuning.response_after, BLUE, "recommended gains"))
+    drawn = [(response, colour, name) for response, colour, name in named if response is not None]
+    largest = [float(np.max(response.oscillation)) for response, _, _ in drawn]
     size = angle("oscillation of the error", largest)
     swept = Panel("Under the load with the largest oscillation", panels.MOTOR, size)
-    for response, colour, name in found:
+    for response, colour, name in drawn:
         swept.parted(response.omega, response.oscillation, response.stable, colour, name)
     swept.fit()
     goal, points, best = GOALS[tuning.goals[0]], tuning.front, tuning.recommended

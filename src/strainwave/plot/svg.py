@@ -36,7 +36,7 @@ STEP = 2.0  # between the points at which a line is looked at [px]
 def beside(
     u: float, v: float, width: float, lines: Sequence[tuple[Floats, Floats]], panel: float = np.inf
 ) -> tuple[float, float, str]:  # fmt: skip
-    """Place [px] and anchor of a text of a width [px] beside the point (u, v), on the emptiest of four sides.
+    """Position [px] and anchor of a text of a width [px] beside the point (u, v), on the emptiest of four sides.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def beside(
         Width of the panel [px], which a text leaves only if it fits on no side.
     """
     middle = v + ROW / 3.0
-    places = (
+    positions = (
         (u + GAP, middle, "start"),
         (u - GAP, middle, "end"),
         (u, v - GAP, "middle"),
@@ -58,11 +58,11 @@ def beside(
     )
     shift = {"start": 0.0, "end": -width, "middle": -width / 2.0}
 
-    def costs(place: tuple[float, float, str]) -> tuple[bool, int]:
-        left = place[0] + shift[place[2]]
-        return left < 0.0 or left + width > panel, _crossed(left, place[1], width, lines)
+    def costs(position: tuple[float, float, str]) -> tuple[bool, int]:
+        left = position[0] + shift[position[2]]
+        return left < 0.0 or left + width > panel, _crossed(left, position[1], width, lines)
 
-    return min(places, key=costs)
+    return min(positions, key=costs)
 
 
 def _crossed(left: float, base: float, width: float, lines: Sequence[tuple[Floats, Floats]]) -> int:
@@ -76,13 +76,13 @@ def _crossed(left: float, base: float, width: float, lines: Sequence[tuple[Float
 def _dense(x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """A polyline with points so near that none of it slips through a text."""
     far = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    places = np.arange(0.0, far[-1] + STEP, STEP)
-    return np.interp(places, far, x), np.interp(places, far, y)
+    arcs = np.arange(0.0, far[-1] + STEP, STEP)
+    return np.interp(arcs, far, x), np.interp(arcs, far, y)
 
 
-def ticks(low: float, high: float, most: int, unit: float = 0.0) -> tuple[list[float], list[str]]:
+def ticks(low: float, high: float, count: int, unit: float = 0.0) -> tuple[list[float], list[str]]:
     """Round numbers between two ends, about so many, or multiples of a unit, with their labels."""
-    rough = (high - low) / most
+    rough = (high - low) / count
     decade = 10.0 ** math.floor(math.log10(rough))
     step = decade * next(m for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * decade >= rough * (1.0 - 1e-9))
     step = unit * math.ceil(rough / unit) if unit else step
@@ -194,7 +194,7 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
 
 
 def _shares(values: ArrayLike, low: float, high: float, log: bool) -> Floats:
-    """Places of values on an axis, from 0 at its one end to 1 at the other."""
+    """Positions of values on an axis, from 0 at its one end to 1 at the other."""
     v = np.asarray(values, float)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.log(v / low) / math.log(high / low) if log else (v - low) / (high - low)
@@ -202,11 +202,11 @@ def _shares(values: ArrayLike, low: float, high: float, log: bool) -> Floats:
 
 
 def _shown_ticks(
-    axis: Axis, low: float, high: float, log: bool, most: int, step: float = 0.0
+    axis: Axis, low: float, high: float, log: bool, count: int, step: float = 0.0
 ) -> tuple[Floats, list[str]]:  # fmt: skip
-    """Places [SI] of the ticks of an axis, and their names in its unit."""
+    """Positions [SI] of the ticks of an axis, and their names in its unit."""
     ends = low / axis.size, high / axis.size
-    values, names = log_ticks(*ends) if log else ticks(*ends, most, step)
+    values, names = log_ticks(*ends) if log else ticks(*ends, count, step)
     return axis.size * np.array(values), names
 
 
@@ -244,21 +244,21 @@ def _notes(panel: Panel, across: Scale, up: Scale, size: tuple[float, float]) ->
     rows = placed_above(high, across([note.x for note in high]), w, LETTER)
     texts = [text_at(middle, -4.0 - 13.0 * row, text, "middle") for text, middle, row in rows]
     for note in panel.notes:
-        place = float(across(note.x))
-        if not note.above and -1.0 < place < w + 1.0:
-            u, v, anchor = beside(place, float(up(note.y)), LETTER * len(note.text), lines, w)
+        position = float(across(note.x))
+        if not note.above and -1.0 < position < w + 1.0:
+            u, v, anchor = beside(position, float(up(note.y)), LETTER * len(note.text), lines, w)
             texts.append(text_at(u, v, note.text, anchor, halo=True))
     return texts
 
 
 def text_at(x: float, y: float, text: str, anchor: str, turned: bool = False, halo: bool = False) -> str:
-    """A text at a place [px]."""
+    """A text at a position [px]."""
     if not text:
         return ""
-    place = f'x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"'
-    place += f' transform="rotate(-90 {x:.1f} {y:.1f})"' if turned else ""
-    place += ' stroke="#ffffff" stroke-width="3" paint-order="stroke"' if halo else ""
-    return f"<text {place}>{escape(text)}</text>"
+    attributes = f'x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}"'
+    attributes += f' transform="rotate(-90 {x:.1f} {y:.1f})"' if turned else ""
+    attributes += ' stroke="#ffffff" stroke-width="3" paint-order="stroke"' if halo else ""
+    return f"<text {attributes}>{escape(text)}</text>"
 
 
 def _stroke(curve: Curve) -> str:
