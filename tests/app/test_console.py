@@ -51,15 +51,15 @@ def test_the_time_left_follows_from_the_share_and_leaves_out_what_was_compiled(m
     clock = [100.0]
     monkeypatch.setattr(console, "monotonic", lambda: clock[0])
     progress = console.Progress("Drive")
-    assert progress.rest(100.0) == ""
+    assert progress.time_left(100.0) == ""
     clock[0] = 130.0
     progress.compiled = 20.0
     progress.show("motions", 0.25)  # 10 s for a quarter
-    assert progress.rest(130.0) == ", about 30 s left"
-    assert progress.rest(140.0) == ", about 20 s left"
-    assert progress.rest(161.0) == ""  # longer than expected: nobody knows
+    assert progress.time_left(130.0) == ", about 30 s left"
+    assert progress.time_left(140.0) == ", about 20 s left"
+    assert progress.time_left(161.0) == ""  # longer than expected: nobody knows
     progress.show("motions", 0.2)  # a share that falls is no progress
-    assert progress.rest(140.0) == ", about 20 s left"
+    assert progress.time_left(140.0) == ", about 20 s left"
 
 
 def test_what_is_compiled_is_told_in_a_file_too(monkeypatch, capsys):

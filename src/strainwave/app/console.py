@@ -1,4 +1,4 @@
-"""What commands write: progress on stderr, tables and JSON on stdout, numbers as text; and files.
+"""Output of commands: progress on stderr, tables and JSON on stdout, numbers as text; and files.
 
 Files are written in a hidden folder inside the target and moved up when all are complete. An interrupted or failed run
 therefore leaves no half-written report, and a folder that exists keeps its other files.
@@ -102,14 +102,14 @@ class Progress:
             time, item = monotonic(), next(map(str, compiling()), "")
             if item:
                 self.compiled += time - before
-            before, text, left = time, f"{self.title}: {item or self.stage}", self.rest(time)
+            before, text, left = time, f"{self.title}: {item or self.stage}", self.time_left(time)
             if self.bar is not None:
                 self.bar.update(self.task, completed=self.share, description=text, left=left.removeprefix(", "))
             elif time >= due and (item or self.stage):
                 due = time + NEXT_LINE_S
                 print(f"{text}, {time - self.started:.0f} s so far{left}", file=sys.stderr, flush=True)
 
-    def rest(self, now: float) -> str:
+    def time_left(self, now: float) -> str:
         """Say how long the run goes on after `now`; "" while that is unknown."""
         left = self.total - (now - self.started - self.compiled)
         return "" if self.total < SHORT or left <= 0.0 else f", about {duration(left)} left"
@@ -226,9 +226,9 @@ def in_options(sentence: str, command: Any = None) -> str:
     for call, option in CALLS:
         typed = call.sub(option, typed)
     typed = GIVEN.sub(_pairs_as_typed, typed)
-    known = None if command is None else {option for one in command.params for option in one.opts}
+    available = None if command is None else {option for one in command.params for option in one.opts}
     named = set(re.findall(r"(?<!\S)--[a-z-]+", typed)) - set(re.findall(r"(?<!\S)--[a-z-]+", sentence))
-    return typed if known is None or named <= known else sentence
+    return typed if available is None or named <= available else sentence
 
 
 def _pairs_as_typed(given: re.Match[str]) -> str:

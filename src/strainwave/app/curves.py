@@ -8,7 +8,7 @@ from ..base.results import Branch, Floats, Status
 from ..base.units import Speeds
 from ..drive.drive_response import DriveResponse
 from .console import WHAT_X_IS
-from .view import place, sizes
+from .view import sizes, speed_data
 
 CONVENTIONS = (
     f"{WHAT_X_IS}; oscillation is the largest distance from the mean, in a run-up from the mean of its turns; peak is "
@@ -22,7 +22,7 @@ def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
     curve, sweep = exact.curve, exact.sweep
 
     def jump(omega: float) -> dict[str, Any] | None:
-        return place(speeds, omega) if math.isfinite(omega) else None
+        return speed_data(speeds, omega) if math.isfinite(omega) else None
 
     return {
         "method": exact.method,
@@ -31,7 +31,7 @@ def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
         "complete": curve.status.found,
         "rough": curve.status is Status.TRUNCATED,
         "message": exact.message,
-        "folds": [place(speeds, fold.omega) | sizes(fold.peak) for fold in curve.folds],
+        "folds": [speed_data(speeds, fold.omega) | sizes(fold.peak) for fold in curve.folds],
         "jump_up": jump(sweep.jump_up if sweep else math.nan),
         "jump_down": jump(sweep.jump_down if sweep else math.nan),
         "bands": [
@@ -43,10 +43,10 @@ def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:
     }
 
 
-def waves_data(curve: Branch, at: int) -> list[dict[str, Any]]:
+def waves_data(curve: Branch, i: int) -> list[dict[str, Any]]:
     """Waves of a motion that beats, the largest first: repeats per turn of motor and output, amplitude and phase."""
     assert curve.waves is not None
-    sizes_of, pairs = curve.waves.amplitudes[at], curve.waves.pairs.tolist()
+    sizes_of, pairs = curve.waves.amplitudes[i], curve.waves.pairs.tolist()
     rows = [
         {"wave_generator": j, "output": k, **sizes(abs(size), "amplitude"), "phase_rad": cmath.phase(size)}
         for (j, k), size in zip(pairs[1:], sizes_of[1:].tolist(), strict=True)

@@ -41,7 +41,7 @@ def angle_unit(largest: float) -> AngleUnit:
     return AngleUnit(name, 1.0 / size)
 
 
-def place(speeds: Speeds, omega: float) -> dict[str, Any]:
+def speed_data(speeds: Speeds, omega: float) -> dict[str, Any]:
     """Speed of the base angle and of the motor; None where the base angle is a forcing phase."""
     return {"omega_rad_per_s": omega, "motor_speed_rpm": speeds.rpm(omega)}
 
@@ -81,7 +81,7 @@ class View(NamedTuple):
     project : Project
         The drive, its speeds and what excites it, in SI.
     analysis : Analysis
-        What was computed, in SI.
+        Results of the analysis, in SI.
     angle : AngleUnit
         Unit of the angles of the output side: `angle.name`, and `angle.factor` from radians.
     """
@@ -100,11 +100,11 @@ class View(NamedTuple):
         """The speeds of the project: `speeds.unit`, and `speeds.scale` from rad/s of the base angle."""
         return self.project.speeds
 
-    def place(self, omega: float) -> dict[str, Any]:
+    def speed_data(self, omega: float) -> dict[str, Any]:
         """Speed [rad/s] of the base angle as data, and that of the motor [rpm], if it has one."""
-        return place(self.speeds, omega)
+        return speed_data(self.speeds, omega)
 
-    def told(self, data: object) -> Any:
+    def rendered(self, data: object) -> Any:
         """Plain data with every sentence in it rendered in these units."""
         return told(data, self.write)
 
@@ -121,9 +121,9 @@ def writer(project: Project, angle: AngleUnit, speed: str, scale: float) -> Call
         unit, factor, digits = (*angle, 4) if isinstance(quantity, Angle) else (speed, scale, 5)
         digits, given = min(digits, quantity.digits), (project.limit, *project.speeds.given, *project.speeds.limits)
 
-        def written(value: float, way: int) -> str:
+        def written(value: float, rounding: int) -> str:
             shown = digits if value in given else project.digits(digits)
-            return number(rounded(value * factor, shown, way), shown)
+            return number(rounded(value * factor, shown, rounding), shown)
 
         return quantity.written(written, unit)
 

@@ -85,7 +85,7 @@ def test_the_requirement_says_that_its_limit_is_assumed(tmp_path, sources, ends)
     project, drive = sw.read_project(tmp_path / "axis.yaml"), SimpleNamespace(name="pointing error")
     analysis = SimpleNamespace(drive=drive, speeds=(50.0, 200.0), avoid=None, project=project)
     view = View(project, analysis, AngleUnit("arcsec", ARCSEC))
-    assert view.told(_requirement(view.analysis)).endswith(ends)
+    assert view.rendered(_requirement(view.analysis)).endswith(ends)
 
 
 def test_margins_are_those_of_the_loop(folder, results):

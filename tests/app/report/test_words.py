@@ -37,7 +37,7 @@ def view(analysis, **project):
 
 
 def told(data):
-    return view(None).told(data)
+    return view(None).rendered(data)
 
 
 def test_what_the_run_asks_beyond_the_datasheet_is_said_first():
@@ -65,7 +65,7 @@ def test_numbers_of_the_error_equation_say_so_where_the_whole_drive_has_no_stabl
         study = None if train is None else SimpleNamespace(train=train, ramp=None)
         analysis = SimpleNamespace(train=study, train_curve=None, largest_oscillation=lambda: largest)
         shown = view(analysis, has_memory=False, motor="loop")
-        assert shown.told(_worst(shown.analysis)).endswith(f" arcsec at 100 rpm at the motor{alone}.")
+        assert shown.rendered(_worst(shown.analysis)).endswith(f" arcsec at 100 rpm at the motor{alone}.")
 
 
 def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_the_ratio_of_the_spring():

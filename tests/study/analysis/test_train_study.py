@@ -54,7 +54,9 @@ def test_a_free_motor_with_a_coupling_is_compared_by_its_curve_and_named_in_the_
         train_curve, load_cases = curve, ()
 
     Found.exact = exact
-    said = View(of, Found, AngleUnit("rad", 1.0)).told(reduction(View(of, Found, AngleUnit("rad", 1.0))))["sentence"]
+    said = View(of, Found, AngleUnit("rad", 1.0)).rendered(reduction(View(of, Found, AngleUnit("rad", 1.0))))[
+        "sentence"
+    ]
     assert said.startswith("With a free motor and a rigid load, as in the error equation, the oscillation would reach ")
 
 

@@ -23,9 +23,9 @@ def app(port: int, browser: bool) -> None:
             raise
         raise RuntimeError(f"the app needs {error.name}; pip install 'strainwave[web]'") from None
 
-    def opened(address: str, own: int) -> None:
-        if own != port and port:
-            click.echo(f"port {port} is taken; the app is at {own}", err=True)
+    def opened(address: str, actual: int) -> None:
+        if actual != port and port:
+            click.echo(f"port {port} is taken; the app is at {actual}", err=True)
         click.echo(f"strainwave app: {address} (Ctrl-C ends it)")
         if browser:
             threading.Thread(target=_open, args=(address,), daemon=True).start()

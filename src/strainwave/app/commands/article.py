@@ -31,8 +31,8 @@ def derive(project: Path | None, latex: bool, output: Path | None, as_json: bool
         steps = derivation()
         progress.show("deriving the four cases of multiple scales", 0.2)
         title, facts = (steps.title, ()) if drive is None else (drive.title, reduction(drive))
-        own = [title, *(f"  {line}" for line in lines(facts)), ""] if facts else []
-        text, tex = "\n".join([*own, str(steps)]), "\n".join([*(f"% {line}" for line in own), steps.latex()])
+        heading = [title, *(f"  {line}" for line in lines(facts)), ""] if facts else []
+        text, tex = "\n".join([*heading, str(steps)]), "\n".join([*(f"% {line}" for line in heading), steps.latex()])
         if output is not None:
             page = derivation_page(steps, title, facts) if output.suffix == ".html" else ""
             write_all(output.parent, {output.name: page or (tex if output.suffix == ".tex" else text)})
@@ -50,18 +50,18 @@ def reproduce(output: Path | None, second_order: bool, as_json: bool) -> None:
     """Compute the article's tables again and compare them."""
     with Progress("reproduce") as progress:
         result = reproduced(progress=progress.show)
-        found = tables(result)
+        compared = tables(result)
         if output is not None:
             progress.show("writing", 1.0)
             write_all(output, files(result, second_order))
     if as_json:
-        click.echo(to_json(result.as_dict() | {"header": header(), "tables": found}))
+        click.echo(to_json(result.as_dict() | {"header": header(), "tables": compared}))
         return
     click.echo("\n".join(header()) + f"\nRule: {result.rule}.\n")
-    for title, rows in found.items():
+    for title, rows in compared.items():
         heads, *body = shown(rows, second_order)
         print_table(title, heads, body)
     print_table("Formulas", FORM_HEADS, FORMS)
-    click.echo("\n".join(f"- {why}" for why in reasons(found)))
+    click.echo("\n".join(f"- {why}" for why in reasons(compared)))
     if output is not None:
         click.echo(f"written: {output}")

@@ -34,13 +34,13 @@ DECLARED = re.compile(
 
 
 def commands_in(folder: Path) -> dict[str, tuple[str, str]]:
-    """Commands of the files in a folder by their names, in order: module below it, and what `--help` says."""
-    found = {
+    """Commands of the files in a folder by their names, in order: module below it, and the sentence of `--help`."""
+    declared = {
         name or function.replace("_", "-"): (".".join(path.relative_to(folder).with_suffix("").parts), sentence)
         for path in folder.rglob("*.py")
         for name, function, sentence in DECLARED.findall(path.read_text(encoding="utf-8"))
     }
-    return {name: (module, " ".join(said.split())) for name, (module, said) in sorted(found.items())}
+    return {name: (module, " ".join(text.split())) for name, (module, text) in sorted(declared.items())}
 
 
 COMMANDS = commands_in(Path(__file__).parent)
@@ -69,8 +69,8 @@ class Sentences(click.Group):
     def format_commands(self, _ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write names and sentences of all commands in groups, none of them imported."""
         groups, width = {group: names.split() for group, names in GROUPS.items()}, max(map(len, COMMANDS))
-        known = {name for names in groups.values() for name in names}
-        groups[next(reversed(groups))] += [name for name in COMMANDS if name not in known]
+        grouped = {name for names in groups.values() for name in names}
+        groups[next(reversed(groups))] += [name for name in COMMANDS if name not in grouped]
         for group, names in groups.items():
             with formatter.section(group):
                 formatter.write_dl([(name.ljust(width), COMMANDS[name][1]) for name in names])
@@ -110,7 +110,7 @@ class Sentences(click.Group):
 
 
 def _apart(command: click.Command, run: Callable[..., Any]) -> Callable[..., Any]:
-    """What a command runs, once none of its outputs is one of its inputs."""
+    """Function of a command with a check before it: none of its outputs is one of its inputs."""
     from .options import folder_type, written_type
 
     options = [param for param in command.params if param.type in (folder_type, written_type)]

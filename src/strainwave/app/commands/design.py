@@ -37,12 +37,12 @@ def design(specification: Path, output: Path, gears: Path | None, retune: bool, 
     Exit code 1 where none serves.
     """
     request = replace(read_specification(specification), retune=retune)
-    own = {} if gears is None else read_gears(gears)
-    every = [*own.values(), *(record for record in select() if record.name not in own)]
+    added = {} if gears is None else read_gears(gears)
+    every = [*added.values(), *(record for record in select() if record.name not in added)]
     with Progress(request.title) as progress:
         result, stop = finished(lambda: designed(request, gears=every, progress=progress.show))
         progress.show("writing", 0.98)
-        written = _write(result, output, own, gears)
+        written = _write(result, output, added, gears)
     files = f"written: {', '.join(str(output / file) for file in written)}"
     click.echo(reported(request.title, result.facts(), as_json, files))
     if stop is not None:
@@ -51,7 +51,7 @@ def design(specification: Path, output: Path, gears: Path | None, retune: bool, 
         raise click.exceptions.Exit(1)
 
 
-def _write(result: Design, output: Path, own: Mapping[str, Gear], gears: Path | None) -> list[str]:
+def _write(result: Design, output: Path, added: Mapping[str, Gear], gears: Path | None) -> list[str]:
     """Write tables, figure, JSON and the front as project files, and return their names."""
     feasible = data(result.facts())["feasible"]
     texts = {
@@ -63,8 +63,8 @@ def _write(result: Design, output: Path, own: Mapping[str, Gear], gears: Path | 
         texts[SVG] = stacked(result.panels(), 360.0, "feasible designs, oscillation over inertia")
     for i, c in enumerate(result.pareto[:MOST_FILES], 1):
         file = "" if gears is None else gears.name
-        texts[f"{i:02d}-{slug(c.gear)}.yaml"] = design_text(result.specification, c, own=own, file=file)
-    if gears is not None and any(c.gear in own for c in result.pareto[:MOST_FILES]):
+        texts[f"{i:02d}-{slug(c.gear)}.yaml"] = design_text(result.specification, c, own=added, file=file)
+    if gears is not None and any(c.gear in added for c in result.pareto[:MOST_FILES]):
         texts[gears.name] = text_of(gears, "gear file")
     write_all(output, texts)
     return list(texts)
@@ -72,4 +72,4 @@ def _write(result: Design, output: Path, own: Mapping[str, Gear], gears: Path | 
 
 def _not_judged(result: Design) -> Iterator[tuple[str, str]]:
     """Rows of the gears of which a number is missing."""
-    return ((name, f"not judged: {said}") for name, said in result.not_judged.items())
+    return ((name, f"not judged: {reason}") for name, reason in result.not_judged.items())

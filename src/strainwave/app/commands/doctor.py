@@ -54,8 +54,8 @@ def facts() -> tuple[Fact, ...]:
         Fact("packages", packages),
         Fact("", ", ".join(f"{name} {v or 'MISSING'}" for name, v in packages.items()), "packages: {}"),
         Fact("extras", extras),
-        Fact("", tuple(f"{one}: installed" if there else f"{one}: not installed; pip install 'strainwave[{one}]'"
-                       for one, there in extras.items()), "extra {}"),
+        Fact("", tuple(f"{one}: installed" if installed else f"{one}: not installed; pip install 'strainwave[{one}]'"
+                       for one, installed in extras.items()), "extra {}"),
     )  # fmt: skip
 
 
@@ -67,21 +67,21 @@ def _version(package: str) -> str | None:
 
 
 def _writable(folder: Path) -> tuple[bool, str]:
-    """Whether compiled code can be stored, tried in the nearest folder that exists; and the reason where it cannot."""
-    place = folder
-    while not os.path.exists(place) and place != place.parent:
-        place = place.parent
+    """True where compiled code can be stored, by a trial in the nearest existing folder; and the reason where not."""
+    existing = folder
+    while not os.path.exists(existing) and existing != existing.parent:
+        existing = existing.parent
     try:
-        with tempfile.TemporaryFile(dir=place):
+        with tempfile.TemporaryFile(dir=existing):
             return True, ""
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
-        return False, f"{place}: {reason}; set STRAINWAVE_CACHE_DIR to a folder that can be written"
+        return False, f"{existing}: {reason}; set STRAINWAVE_CACHE_DIR to a folder that can be written"
 
 
 @click.command()
 @json_option
 def doctor(as_json: bool) -> None:
     """Report versions, cache, processor and optional parts."""
-    told = facts()
-    click.echo(to_json(data(told)) if as_json else "\n".join(lines(told)))
+    report = facts()
+    click.echo(to_json(data(report)) if as_json else "\n".join(lines(report)))

@@ -55,7 +55,7 @@ def swept(
             project, axes, store=output, workers=workers, chunk=chunk, client=connected, retune=retune,
             progress=progress.show,
         )  # fmt: skip
-    report = found(data) | {
+    report = spans(data) | {
         "title": project.title,
         "store": str(output),
         "remarks": [
@@ -71,7 +71,7 @@ def swept(
 
 
 def doubts(project: Project, axes: Mapping[str, Sequence[str]]) -> Iterator[str]:
-    """What a reader should doubt of the ends of a grid, beyond the notes of the project."""
+    """Doubts about the ends of a grid, beyond the notes of the project."""
     for name, texts in axes.items():
         for text in {texts[0], texts[-1]} if name != "gear" else ():
             notes = replaced(project, {name: text}, retune=True).notes
@@ -79,7 +79,7 @@ def doubts(project: Project, axes: Mapping[str, Sequence[str]]) -> Iterator[str]
 
 
 def of_file(project: Project, name: str) -> bool:
-    """Whether the project file has a field of this name."""
+    """True where the project file has a field of this name."""
     try:
         return bool(keys_of(read(project.text).content, name))
     except ValueError:
@@ -108,7 +108,7 @@ def axis(text: str) -> tuple[str, list[str]]:
 
 
 def is_range(text: str, name: str, parts: list[str]) -> bool:
-    """Whether LOW:HIGH:COUNT:log has even ratios (click.BadParameter if it is no range)."""
+    """True for LOW:HIGH:COUNT:log, which has even ratios (click.BadParameter if it is no range)."""
     logarithmic = len(parts) == 4 and parts[3] == "log"
     if len(parts) != 3 and not logarithmic:
         form = f"{name}=LOW:HIGH:COUNT"
@@ -116,63 +116,63 @@ def is_range(text: str, name: str, parts: list[str]) -> bool:
     return logarithmic
 
 
-def spaced(text: str, ends: tuple[float, float], count: str, most: int, logarithmic: bool) -> Floats:
+def spaced(text: str, ends: tuple[float, float], count: str, largest: int, logarithmic: bool) -> Floats:
     """`count` values from end to end (click.BadParameter if there are too many, or none)."""
-    if not count.isdecimal() or not 1 <= int(count) <= most:
-        raise click.BadParameter(f"{count!r} in {text!r} is no count; give a whole number from 1 to {most}")
+    if not count.isdecimal() or not 1 <= int(count) <= largest:
+        raise click.BadParameter(f"{count!r} in {text!r} is no count; give a whole number from 1 to {largest}")
     if logarithmic and not min(ends) > 0.0:
         raise click.BadParameter(f"{text!r} goes through 0; even ratios need two positive numbers")
     return (np.geomspace if logarithmic else np.linspace)(*ends, int(count))
 
 
-def found(data: "xr.Dataset") -> dict[str, Any]:
-    """Ranges of the largest error, oscillation and torque, with the places of their ends; how many points jump."""
-    whole, errors = data.load(), list(map(str, data.attrs["errors"].splitlines()))
-    if "peak" not in whole or not bool(whole["peak"].notnull().any()):
-        raise RuntimeError(f"none of {whole['point_status'].size} points could be computed: {errors[0]}")
+def spans(data: "xr.Dataset") -> dict[str, Any]:
+    """Ranges of the largest error, oscillation and torque, with the points of their ends; counts of points."""
+    cells, errors = data.load(), list(map(str, data.attrs["errors"].splitlines()))
+    if "peak" not in cells or not bool(cells["peak"].notnull().any()):
+        raise RuntimeError(f"none of {cells['point_status'].size} points could be computed: {errors[0]}")
     ranges: dict[str, Any] = {}
-    for name in filter(whole.__contains__, WHAT):
-        values = whole[name]
+    for name in filter(cells.__contains__, WHAT):
+        values = cells[name]
         ranges[name] = {"unit": values.attrs.get("units", "")}
         for end, index in (("smallest", values.argmin(...)), ("largest", values.argmax(...))):
-            point = whole.isel(index)
-            place = {str(path): _at(value) for path, value in point[name].coords.items()}
-            ranges[name] |= {end: float(point[name]), f"{end}_at": place, f"{end}_speed": float(point[f"{name}_at"])}
+            point = cells.isel(index)
+            location = {str(path): _at(value) for path, value in point[name].coords.items()}
+            ranges[name] |= {end: float(point[name]), f"{end}_at": location, f"{end}_speed": float(point[f"{name}_at"])}
     return {
-        "points": whole["point_status"].size,
-        "over": {str(dim): int(n) for dim, n in whole["point_status"].sizes.items()},
+        "points": cells["point_status"].size,
+        "over": {str(dim): int(n) for dim, n in cells["point_status"].sizes.items()},
         "variables": ranges,
-        "jumping": int((whole["jumps"] > 0.0).sum()),
-        "truncated": int((whole["truncated"] > 0.0).sum()),
-        "failed": whole.attrs["failed_points"],
+        "jumping": int((cells["jumps"] > 0.0).sum()),
+        "truncated": int((cells["truncated"] > 0.0).sum()),
+        "failed": cells.attrs["failed_points"],
         "errors": errors,
     }
 
 
 def _at(value: "xr.DataArray") -> str:
-    """A place along an axis in the unit that was typed."""
+    """A coordinate of a point in the unit that was typed."""
     content = value.item()
     text = content if isinstance(content, str) else number(float(content), DIGITS)
     return f"{text} {sign(value.attrs.get('units', ''))}".rstrip()
 
 
-def summary(report: dict[str, Any], place: Callable[[dict[str, Any]], str], counts: Sequence[str]) -> str:
-    """Return the report of a sweep as text; `place` says where the largest value of a variable is."""
+def summary(report: dict[str, Any], location_of: Callable[[dict[str, Any]], str], counts: Sequence[str]) -> str:
+    """Return the report of a sweep as text; `location_of` writes the point of the largest value of a variable."""
     over = ", ".join(f"{path} ({n})" for path, n in report["over"].items())
     lines = [f"{report['points']} points over {over}"]
-    for name, known in report["variables"].items():
-        unit = "arcsec" if known["unit"] == "rad" else known["unit"]
-        ends = [number(convert(known[end], known["unit"], unit), DIGITS) for end in ("smallest", "largest")]
+    for name, span_of in report["variables"].items():
+        unit = "arcsec" if span_of["unit"] == "rad" else span_of["unit"]
+        ends = [number(convert(span_of[end], span_of["unit"], unit), DIGITS) for end in ("smallest", "largest")]
         span = f"{' to '.join(ends)} {sign(unit)}".rstrip()
-        lines.append(f"  {WHAT.get(name, name)}: {span}, the largest at {place(known)}")
+        lines.append(f"  {WHAT.get(name, name)}: {span}, the largest at {location_of(span_of)}")
     lines.append("  " + ", ".join(f"{name.replace('_', ' ')}: {report[name]}" for name in (*counts, "failed")))
     lines += [f"  {line}" for line in (*report["errors"], *(f"note: {remark}" for remark in report["remarks"]))]
     lines.append(f"  store: {report['store']} (zarr; the same command again goes on with it)")
     return f"{report['title']}: " + "\n".join(lines)
 
 
-def _placed(speeds: Speeds, known: dict[str, Any]) -> str:
-    """Where the largest value is, with the speed of the motor, as the ratio may vary, or of the forcing phase."""
+def _placed(speeds: Speeds, extremes: dict[str, Any]) -> str:
+    """Point of the largest value, with the speed of the motor, as the ratio may vary, or of the forcing phase."""
     shaft = "rpm at the motor" if speeds.by_motor else "rad/s of the forcing phase"
-    place = ", ".join(f"{path} = {value}" for path, value in known["largest_at"].items())
-    return f"{place} (at {number(speeds.scale * known['largest_speed'], DIGITS)} {shaft})"
+    point = ", ".join(f"{path} = {value}" for path, value in extremes["largest_at"].items())
+    return f"{point} (at {number(speeds.scale * extremes['largest_speed'], DIGITS)} {shaft})"

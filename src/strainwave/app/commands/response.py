@@ -78,13 +78,13 @@ def _write(project: Project, curve: DriveResponse, output: Path) -> None:
 
 
 def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[Fact, ...]:
-    """Everything that is said of a response, once, with speeds on the project's own shaft; `sure` as of `how_sure`."""
+    """Every fact of a response, once, with speeds on the project's own shaft; `sure` as of `how_sure`."""
     speeds, curve, sweep, judged = project.speeds, motions.curve, motions.sweep, project.judged(motions)
     unit, motor, folds = speeds.own_unit, judged.motor, [speeds.own(fold.omega) for fold in curve.folds]
     name = project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
-    most = motions.top
+    loudest = motions.top
     resting = None if project.train is None else standing(project)
-    top, size, fast = motions.largest(), float(motions.oscillation[most]), speeds.own(float(curve.omega[most]))
+    top, size, fast = motions.largest(), float(motions.oscillation[loudest]), speeds.own(float(curve.omega[loudest]))
     write, peak, least = writer(project, angle_unit(size), unit, speeds.own(1.0)), None, None
     plain = told(curve_data(speeds, motions), write)
     if top is not None:
@@ -130,9 +130,9 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
     )  # fmt: skip
 
 
-def _beat(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
-    """How long a beat takes, and the oscillation in its smallest turn, at the speed of the largest."""
-    curve, top = found.curve, found.top
+def _beat(project: Project, response: DriveResponse) -> tuple[Fact, ...]:
+    """Period of a beat, and the oscillation in its smallest turn, at the speed of the largest."""
+    curve, top = response.curve, response.top
     if curve.envelope is None or curve.beat is None:
         return ()
     period, every = 2.0 * math.pi * curve.beat / float(curve.omega[top]), beat_said(project.whole)[1]
@@ -142,8 +142,8 @@ def _beat(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
     )  # fmt: skip
 
 
-def _speeds(own: Sequence[float], between: str = ", ") -> str:
-    return between.join(number(speed, 5) for speed in own)
+def _speeds(speeds: Sequence[float], between: str = ", ") -> str:
+    return between.join(number(speed, 5) for speed in speeds)
 
 
 def _ranged(project: Project) -> bool:
@@ -151,7 +151,7 @@ def _ranged(project: Project) -> bool:
 
 
 def _remarks(project: Project) -> list[str]:
-    """What a reader must know about the curve: `remarks`, and its range where the file gives none."""
+    """Remarks on the curve: `remarks`, and its range where the file gives none."""
     texts = [*remarks(project), *move_note(project), *load_remark(project)]
     speeds = project.speeds
     if speeds.single:
@@ -180,7 +180,7 @@ def _sizes(
 
 
 def _torques(project: Project, judged: Any) -> str:
-    """What gear and motor take: under a range of loads at least, for their vibration under the others is not known."""
+    """Torques of gear and motor: under a range of loads lower bounds, for vibration under the others is not known."""
     ranged, motor, digits = _ranged(project), judged.motor, project.digits()
     text = f"in the gear at {'least' if ranged else 'most'} {number(judged.used.peak_torque, digits)} N·m"
     if motor and project.motor == "free" and project.train is None:
@@ -197,8 +197,8 @@ def _band(speeds: Speeds, band: Any) -> tuple[Fact, ...]:
         "from": ("low", f"hysteresis from [{speeds.own_unit}]"), "to": ("high", "to"),
         "jump_up": ("jump_up", "jumps up at"), "jump_down": ("jump_down", "drops at"),
     }  # fmt: skip
-    told = (Fact(f"{end}_speed", speeds.own(getattr(band, name)), words) for end, (name, words) in ends.items())
-    return *told, Fact("whole", band.whole, "in the range")
+    rows = (Fact(f"{end}_speed", speeds.own(getattr(band, name)), words) for end, (name, words) in ends.items())
+    return *rows, Fact("whole", band.whole, "in the range")
 
 
 @click.command()
@@ -249,10 +249,10 @@ def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: 
         stage = f"{count} drives"
         progress.show(stage, 0.0)
         how: dict[str, Any] = {"count": count, "seed": seed, "limit": allowed, "retune": retune}
-        found, stop = finished(
+        result, stop = finished(
             lambda: exceeded(drive, **how, progress=lambda done, all_: progress.show(stage, done / all_))
         )
     fault = Fact("failures", (drive.loop_fault,) if drive.loop_fault else (), "FAIL: {}")
-    click.echo(reported(drive.title, (fault, *found.facts()), as_json))
+    click.echo(reported(drive.title, (fault, *result.facts()), as_json))
     if stop is not None:
         raise stop

@@ -72,13 +72,13 @@ def write(result: SpeedMap, folder: Path, name: str = "") -> None:
     cells = [
         (of_load, load.ravel()), (of_speed, speed.ravel() * axis.scale),
     ]  # fmt: skip
-    for variable, (dims, values, own) in result.variables().items():
+    for variable, (dims, values, unit_of_values) in result.variables().items():
         if dims[-2:] == ("load", "speed"):
             heads = [NAMES.get(variable, variable)]
             if result.scatter is not None and dims[0] == "share":
                 heads = [f"oscillation_{100.0 * share:.0f}_percent_of_units" for share in result.scatter.shares]
             rows = values.reshape(len(heads), -1)
-            cells += [(f"{name}{ending(own)}", row) for name, row in zip(heads, rows, strict=True)]
+            cells += [(f"{name}{ending(unit_of_values)}", row) for name, row in zip(heads, rows, strict=True)]
     bands = np.array(
         [(result.loads[i], kind, low * axis.scale, high * axis.scale)
          for kind, kinds in enumerate((result.forbidden, result.allowed)) for i, load_bands in enumerate(kinds)

@@ -88,7 +88,7 @@ def sweep(
     with logged(drive.title) as progress, client(cluster) as connected:
         how: dict[str, Any] = {"client": connected, "workers": workers, "chunk": chunk, "progress": progress.show}
         data = swept(measure, system, axes, store=output, **how)
-    report = found(data, units) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
+    report = spans(data, units) | {"conventions": WHAT_X_IS, "title": drive.title, "store": str(output), "units": units}
     names = [path.strip() for text in grid for path in text.partition("=")[0].split("&")]
     report["tuning"] = tuning(drive, [name for name in names if project_sweep.of_file(drive, name)], False)
     speed = at_one_speed(drive, float(system.omega), list(axes))
@@ -114,8 +114,8 @@ def at_one_speed(project: Project, omega: float, paths: list[str]) -> list[str]:
     if any("omega" in path.split(TOGETHER) for path in paths) or len(project.speeds.given) == 1:
         return []
     rpm = project.speeds.rpm(omega)
-    at = f"{omega:.6g} rad/s" + ("" if rpm is None else f" ({rpm:.5g} rpm) at the motor")
-    return [f"All points are at {at}, the middle of the file's speeds; a grid of omega takes others."]
+    speed = f"{omega:.6g} rad/s" + ("" if rpm is None else f" ({rpm:.5g} rpm) at the motor")
+    return [f"All points are at {speed}, the middle of the file's speeds; a grid of omega takes others."]
 
 
 def bare(grids: list[str], units: dict[str, tuple[str, str]]) -> list[str]:
@@ -123,17 +123,17 @@ def bare(grids: list[str], units: dict[str, tuple[str, str]]) -> list[str]:
     sentences = []
     for text in grids:
         path, _, values = map(str.strip, text.partition("="))
-        own = units[path][0]
-        if own and not any(map(_unit_of, re.split("[:,]", values))):
-            sentences.append(f"{path} has no unit in {text!r}: its values are taken in {own}.")
+        unit = units[path][0]
+        if unit and not any(map(_unit_of, re.split("[:,]", values))):
+            sentences.append(f"{path} has no unit in {text!r}: its values are taken in {unit}.")
     return sentences
 
 
-def _of_file_alone(project: Project, text: str, known: list[Parameter]) -> bool:
-    """Whether a grid is over a name of the project file that is no parameter of the equation."""
+def _of_file_alone(project: Project, text: str, free: list[Parameter]) -> bool:
+    """True for a grid over a name of the project file that is no parameter of the equation."""
     path = text.partition("=")[0].strip()
-    own = {parameter.path for parameter in known}
-    return TOGETHER not in path and path not in own and project_sweep.of_file(project, path)
+    paths = {parameter.path for parameter in free}
+    return TOGETHER not in path and path not in paths and project_sweep.of_file(project, path)
 
 
 def in_equation(text: str, project: Project) -> str:
@@ -142,9 +142,9 @@ def in_equation(text: str, project: Project) -> str:
     same = {"damping.B": "B"} | ({"load.inertia": "J"} if project.motor == "held" else {})
     renamed = []
     for path in map(str.strip, paths.split("&")):
-        for name, own in (("gear.law.", "law."), ("excitation.kinematic_error.", "error.lines.")):
+        for name, short in (("gear.law.", "law."), ("excitation.kinematic_error.", "error.lines.")):
             if path.startswith(name):
-                path = own + path.removeprefix(name)
+                path = short + path.removeprefix(name)
         renamed.append(same.get(path, path))
     return TOGETHER.join(renamed) + equals + values
 
@@ -161,9 +161,9 @@ def axis(text: str, free: list[Parameter]) -> tuple[str, Floats]:
     paths = path.split(TOGETHER)
     if unknown := [name for name in paths if name not in units]:
         raise click.BadParameter(f"{unknown[0]!r} is not a parameter of this drive; it has {_listed(free)}")
-    if whole := [p.path for p in free if p.path in paths and isinstance(p.value, int)]:
+    if fixed := [p.path for p in free if p.path in paths and isinstance(p.value, int)]:
         raise click.BadParameter(
-            f"{whole[0]!r} is a whole number, which trajectories side by side share; write a project file for each, or "
+            f"{fixed[0]!r} is a whole number, which trajectories side by side share; write a project file for each, or "
             f"sweep {_listed(free)}"
         )
     unit = "" if len(paths) > 1 else units[path]
@@ -175,19 +175,19 @@ def axis(text: str, free: list[Parameter]) -> tuple[str, Floats]:
     return path, project_sweep.spaced(text, ends, parts[2], MOST_VALUES, logarithmic)
 
 
-def _listed(known: list[Parameter]) -> str:
-    return ", ".join(parameter.path for parameter in known if not isinstance(parameter.value, int))
+def _listed(free: list[Parameter]) -> str:
+    return ", ".join(parameter.path for parameter in free if not isinstance(parameter.value, int))
 
 
-def typed_unit(text: str, known: list[Parameter]) -> tuple[str, tuple[str, str]]:
+def typed_unit(text: str, free: list[Parameter]) -> tuple[str, tuple[str, str]]:
     """Path of a grid, with its unit in SI and the one that its values were given in."""
     path, _, values = map(str.strip, text.partition("="))
-    own = next((parameter.unit for parameter in known if parameter.path == path), "")
-    return path, (own, next(filter(None, map(_unit_of, re.split("[:,]", values))), own))
+    unit = next((parameter.unit for parameter in free if parameter.path == path), "")
+    return path, (unit, next(filter(None, map(_unit_of, re.split("[:,]", values))), unit))
 
 
 def _unit_of(text: str) -> str:
-    """What follows the number of a quantity."""
+    """Unit of a quantity; "" without one."""
     value, unit = parted(text)
     return "" if value is None else unit
 
@@ -214,8 +214,8 @@ def named(text: str) -> Any:
     if name == "amplitude" and order.isdecimal() and int(order) > 0:
         return measures.Amplitude(int(order))
     if text not in MEASURES:
-        known = ", ".join(MEASURES)
-        raise click.BadParameter(f"{text!r} is no measure; there are {known}, amplitude:1, amplitude:2, ...")
+        names = ", ".join(MEASURES)
+        raise click.BadParameter(f"{text!r} is no measure; there are {names}, amplitude:1, amplitude:2, ...")
     return getattr(measures, text.capitalize())()
 
 
@@ -254,10 +254,10 @@ def client(address: str | None) -> Iterator[Any]:
         yield connected
 
 
-def found(data: "xr.Dataset", units: dict[str, tuple[str, str]]) -> dict[str, Any]:
-    """Range of every variable, with the place of the largest value; read a slice of the first dimension at a time.
+def spans(data: "xr.Dataset", units: dict[str, tuple[str, str]]) -> dict[str, Any]:
+    """Range of every variable, with the point of the largest value; read a slice of the first dimension at a time.
 
-    `units` of the axes are those in SI, and those in which the places of what is wrong are written.
+    `units` of the axes are those in SI, and those in which the points of errors are written.
     """
     sizes = {str(dim): int(n) for dim, n in data["point_status"].sizes.items()}
     ranges: dict[str, Any] = {}
@@ -280,26 +280,26 @@ def found(data: "xr.Dataset", units: dict[str, tuple[str, str]]) -> dict[str, An
     }  # fmt: skip
 
 
-def _widen(known: dict[str, Any], values: "xr.DataArray") -> None:
+def _widen(extremes: dict[str, Any], values: "xr.DataArray") -> None:
     top = values.isel(values.argmax(...))
-    known["smallest"] = min(known.get("smallest", math.inf), float(values.min()))
-    if float(top) > known.get("largest", -math.inf):
-        known["largest"] = float(top)
-        known["largest_at"] = {str(path): float(place) for path, place in top.coords.items()}
+    extremes["smallest"] = min(extremes.get("smallest", math.inf), float(values.min()))
+    if float(top) > extremes.get("largest", -math.inf):
+        extremes["largest"] = float(top)
+        extremes["largest_at"] = {str(path): float(value) for path, value in top.coords.items()}
 
 
-def placed(units: dict[str, tuple[str, str]], known: dict[str, Any]) -> str:
-    """Where the largest value is, in the units that were given."""
-    return ", ".join(f"{path} = {_in_unit(value, *units[path])}" for path, value in known["largest_at"].items())
+def placed(units: dict[str, tuple[str, str]], extremes: dict[str, Any]) -> str:
+    """Point of the largest value, in the units that were given."""
+    return ", ".join(f"{path} = {_in_unit(value, *units[path])}" for path, value in extremes["largest_at"].items())
 
 
-def _in_unit(value: float, own: str, given: str) -> str:
+def _in_unit(value: float, unit: str, given: str) -> str:
     """A value of an axis in the unit that it was given in."""
-    return f"{number(convert(value, own, given), DIGITS)} {sign(given)}".rstrip()
+    return f"{number(convert(value, unit, given), DIGITS)} {sign(given)}".rstrip()
 
 
 def _as_typed(error: str, units: dict[str, tuple[str, str]]) -> str:
-    """What is wrong at a point, its place in the units that were given."""
+    """Error at a point, whose coordinates are in the units that were given."""
     parts = re.match(r"(points? [^(]*\((?:from )?)([^)]*)(\): .*)", error)
     values = [value.partition(" = ") for value in parts[2].split(", ")] if parts else []
     if parts is None or any(path not in units for path, _, _ in values):

@@ -48,7 +48,7 @@ def _verdict(path: Path, text: str, complaint: str) -> str:
         project = from_text(text, path)
         with Progress(project.title) as progress:
             analysis = project.analyze(progress.show, resonances=False)
-        headline, *lines = View.of(project, analysis).told(list(first_lines(analysis)))
+        headline, *lines = View.of(project, analysis).rendered(list(first_lines(analysis)))
     except FileError as error:
         return in_options(str(error))
     except Exception as error:  # the file may be mended

@@ -71,27 +71,27 @@ def header() -> tuple[str, ...]:
 def tables(result: article.Reproduction) -> dict[str, list[Row]]:
     """Rows of both tables by their titles, of Table 4 for each set of parameters; their keys are KEYS."""
     cells = {(cell.parameters, cell.case, cell.quantity): cell for cell in result.cells}
-    found = {"Table 3": [_row(cells, "derived", "", name, name, "", "", None, None) for name in TABLE_3]}
+    by_title = {"Table 3": [_row(cells, "derived", "", name, name, "", "", None, None) for name in TABLE_3]}
     for parameters, meaning in SETS.items():
-        found[f"Table 4: {meaning}"] = [
-            _row(cells, parameters, case.name, name.format(near), base.format(near), *ends)
-            for case, near in zip(article.CASES, article.NEAR, strict=True)
-            for name, base, *ends in (TABLE_4 if near else TABLE_4[:-1])
+        by_title[f"Table 4: {meaning}"] = [
+            _row(cells, parameters, case.name, name.format(multiple), base.format(multiple), *ends)
+            for case, multiple in zip(article.CASES, article.NEAR, strict=True)
+            for name, base, *ends in (TABLE_4 if multiple else TABLE_4[:-1])
         ]
-    return found
+    return by_title
 
 
 def _row(cells: dict[Any, article.Cell], parameters: str, case: str, name: str, base: str, *ends: str | None) -> Row:
     """One row from its cells: as printed, corrected, by integration, of second order."""
-    found = [None if end is None else cells.get((parameters, case, base + end)) for end in ends]
-    printed = [number(cell.printed) for cell in (found[2], found[1]) if cell and cell.printed is not None]
-    agree = [name for name, cell in zip(KEYS[4:7], found, strict=False) if cell and cell.verdict == "reproduced"]
-    told = next(cell for cell in found[2::-1] if cell)
-    at = cells.get((parameters, case, "omega"))
-    values = [cell.value if cell else None for cell in found]
+    row = [None if end is None else cells.get((parameters, case, base + end)) for end in ends]
+    printed = [number(cell.printed) for cell in (row[2], row[1]) if cell and cell.printed is not None]
+    agree = [name for name, cell in zip(KEYS[4:7], row, strict=False) if cell and cell.verdict == "reproduced"]
+    best = next(cell for cell in row[2::-1] if cell)
+    speed = cells.get((parameters, case, "omega"))
+    values = [cell.value if cell else None for cell in row]
     verdict = ", ".join(agree).replace("_", " ") or ("none" if printed else None)
-    place, both = f"{case} {number(at.value)} rad/s" if at else "", " / ".join(dict.fromkeys(printed)) or None
-    return dict(zip(KEYS, (place, name, told.unit, both, *values, verdict, told.why), strict=True))
+    where, both = f"{case} {number(speed.value)} rad/s" if speed else "", " / ".join(dict.fromkeys(printed)) or None
+    return dict(zip(KEYS, (where, name, best.unit, both, *values, verdict, best.why), strict=True))
 
 
 def shown(rows: Sequence[Row], second_order: bool) -> list[list[Any]]:
@@ -104,9 +104,9 @@ def shown(rows: Sequence[Row], second_order: bool) -> list[list[Any]]:
     return table
 
 
-def reasons(found: dict[str, list[Row]]) -> list[str]:
-    """Why printed numbers are met or not, each sentence once."""
-    return list(dict.fromkeys(row["why"] for rows in found.values() for row in rows))
+def reasons(by_title: dict[str, list[Row]]) -> list[str]:
+    """Sentences on printed numbers that are met or not, each once."""
+    return list(dict.fromkeys(row["why"] for rows in by_title.values() for row in rows))
 
 
 def regimes(runs: Sequence[article.Run]) -> list[list[Panel]]:
@@ -115,14 +115,14 @@ def regimes(runs: Sequence[article.Run]) -> list[list[Panel]]:
     for case, system, t, exact, theory, rms in runs:
         omega_0, end = math.sqrt(system.law.K / system.J), float(t[-1])
         title = f"{case.name}, ω = {number(system.omega)} rad/s: RMS difference {number(rms, 2)} %"
-        whole, close = Panel(title, TIME, X), Panel("a close view", TIME, X)
-        overlaid(whole, (t, exact), (t, theory), int(end * omega_0))
+        decay, close = Panel(title, TIME, X), Panel("a close view", TIME, X)
+        overlaid(decay, (t, exact), (t, theory), int(end * omega_0))
         first, last = np.searchsorted(t, [LATE * end, LATE * end + CYCLES * 2.0 * math.pi / omega_0])
         part = slice(int(first), int(last))
         close.line(t[part], exact[part], LIGHT, "integration", width=4.0)
         close.line(t[part], theory[part], ORANGE, "multiple scales", DASHES, 1.3)
-        whole.xlim, close.xlim = (0.0, end), (float(t[first]), float(t[last]))
-        rows.append([whole, close])
+        decay.xlim, close.xlim = (0.0, end), (float(t[first]), float(t[last]))
+        rows.append([decay, close])
     return rows
 
 
@@ -140,11 +140,11 @@ def responses(curves: Sequence[tuple[SlowFlow, SlowResponse]]) -> list[list[Pane
 
     panel = Panel("no resonance: C = A/(ω₀² − ω²)", Axis("forcing frequency ω", "rad/s"), Axis("|C|", "mrad", 1e-3))
     panel.log, panel.xlog, panel.xlim, panel.ylim = True, True, (3.0, 1800.0), (5e-5, 1.0)
-    omega, places = np.geomspace(0.01 * omega_0, 4.0 * omega_0, 800), np.array([10.47, omega_0 / 3.0, 3.0 * omega_0])
+    omega, marks = np.geomspace(0.01 * omega_0, 4.0 * omega_0, 800), np.array([10.47, omega_0 / 3.0, 3.0 * omega_0])
     panel.line(omega, forced(omega), BLUE, width=2.0)
-    panel.points(places, forced(places), BLACK, "frequencies of Table 4", "o", BLACK)
+    panel.points(marks, forced(marks), BLACK, "frequencies of Table 4", "o", BLACK)
     names = ("10.47 rad/s", "ω₀/3", "3ω₀")
-    panel.notes = [Note(x, float(forced(x)), name) for x, name in zip(places, names, strict=True)]
+    panel.notes = [Note(x, float(forced(x)), name) for x, name in zip(marks, names, strict=True)]
     panels = [panel, *(_over_sigma(*curve) for curve in curves)]
     return [panels[:2], panels[2:]]
 
@@ -162,20 +162,20 @@ def _over_sigma(flow: SlowFlow, response: SlowResponse) -> Panel:
 
 def files(result: article.Reproduction, second_order: bool) -> dict[str, Any]:
     """Contents of the folder by file names: the page, its figures as SVG, tables and curves as CSV."""
-    found, responded, proof = tables(result), article.curves(), lyapunov(article.derived_system())
-    said = ". ".join(f"{flow.resonance}: {flow.existence}" for flow, _ in responded)
+    titled, responded, proof = tables(result), article.curves(), lyapunov(article.derived_system())
+    existence = ". ".join(f"{flow.resonance}: {flow.existence}" for flow, _ in responded)
     contents: dict[str, Any] = {}
     body = [f"<p>{escape(line)}</p>" for line in (*header(), f"Rule: {result.rule}.")]
-    for (title, rows), name in zip(found.items(), ("table-3", *(f"table-4-{slug(key)}" for key in SETS)), strict=True):
+    for (title, rows), name in zip(titled.items(), ("table-3", *(f"table-4-{slug(key)}" for key in SETS)), strict=True):
         contents[f"{name}.csv"] = as_csv(list(KEYS), [row.values() for row in rows])
         body.append(
             f"<h2>{escape(title)}</h2>{html_table(shown(rows, second_order)[0], shown(rows, second_order)[1:])}"
         )
-    body += [f'<p class="note">{escape(why[0].upper() + why[1:])}.</p>' for why in reasons(found)]
+    body += [f'<p class="note">{escape(why[0].upper() + why[1:])}.</p>' for why in reasons(titled)]
     body.append(f"<h2>Formulas</h2>{html_table(FORM_HEADS, FORMS)}")
     for name, title, panels, height, note in (
         ("regimes", "Runge-Kutta and multiple scales", regimes(result.runs), 205.0, "From rest to 5/mu"),
-        ("responses", "Responses over the detuning", responses(responded), 260.0, said),
+        ("responses", "Responses over the detuning", responses(responded), 260.0, existence),
         ("phase-portrait", "Phase portrait", [proof_panels(proof)], 420.0, proof.claim),
     ):
         contents[f"{name}.svg"] = svg = figure(panels, height, title)
@@ -184,8 +184,8 @@ def files(result: article.Reproduction, second_order: bool) -> dict[str, Any]:
         motions = {"t_s": run.t, "x_integration_rad": run.integration, "x_multiple_scales_rad": run.multiple_scales}
         contents[f"regime-{run.case.name}.csv"] = [(key, values[::EVERY]) for key, values in motions.items()]
     for flow, response in responded:
-        places = response.coordinates()
-        arrays = columns(places, response.variables())
+        coordinates = response.coordinates()
+        arrays = columns(coordinates, response.variables())
         name = f"response-{slug(str(flow.resonance))}.csv"
-        contents[name] = [("sigma_rad_per_s", detuning(flow, places["omega"][1])), *arrays]
+        contents[name] = [("sigma_rad_per_s", detuning(flow, coordinates["omega"][1])), *arrays]
     return {"article.html": plain_page(TITLE, "\n".join(body)), **contents}

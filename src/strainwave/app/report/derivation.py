@@ -50,8 +50,8 @@ def reduction(project: Project) -> tuple[Fact, ...]:
 
 def derivation_page(steps: Derivation, title: str, facts: Sequence[Fact]) -> str:
     """Write the HTML page of a derivation, its formulas in MathML and as LaTeX to be copied."""
-    own = f"<pre>{escape(chr(10).join(lines(facts)))}</pre>" if facts else ""
-    return plain_page(title, own + "".join(map(_section, steps.parts)), STYLE)
+    equation = f"<pre>{escape(chr(10).join(lines(facts)))}</pre>" if facts else ""
+    return plain_page(title, equation + "".join(map(_section, steps.parts)), STYLE)
 
 
 def _section(part: Steps) -> str:

@@ -48,12 +48,12 @@ def _row(view: View, remedy: Remedy, largest: float) -> dict[str, Any]:
 
 
 def can_be_ordered(remedy: Remedy) -> bool:
-    """Whether a change can be bought or set: another gear, the loop, a preload, damping."""
+    """True for a change that can be bought or set: another gear, the loop, a preload, damping."""
     return bool(remedy.gear or remedy.by or "loop" in remedy.what or remedy.what.startswith("damping"))
 
 
 def after_change(view: View, remedy: Remedy) -> dict[str, Any]:
-    """What a change leaves of the largest oscillation."""
+    """Largest oscillation after a change."""
     avoid = view.analysis.avoid
     return sizes(None if avoid is None else remedy.ratio * largest_of(view, avoid)[0], "oscillation")
 
@@ -74,15 +74,15 @@ def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
     load = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
     effects = Sentence("; ").join(_effect(remedy, speed) for remedy in helpful[:FEW])
     others = f"; the table of the report has {len(helpful) - FEW} more" if len(helpful) > FEW else ""
-    said = f"Most helpful: {helpful[0]}. Computed again{load} with one thing changed at a time: " + effects
-    return said + others + "." + (f" {useless}" if useless else "")
+    text = f"Most helpful: {helpful[0]}. Computed again{load} with one thing changed at a time: " + effects
+    return text + others + "." + (f" {useless}" if useless else "")
 
 
 def _effect(remedy: Remedy, speed: float) -> str:
     shifted = abs(remedy.at / speed - 1.0) > NOTHING and remedy.ratio > NOTHING
-    place = ", at " + _speed(remedy.at) + " instead of " + _speed(speed) if shifted else ""
+    speed_text = ", at " + _speed(remedy.at) + " instead of " + _speed(speed) if shifted else ""
     within = ", within the limit" if remedy.exceeds is False else ""
-    return f"{remedy}: {number(100.0 * (1.0 - remedy.ratio), 2)} % less oscillation{within}" + place
+    return f"{remedy}: {number(100.0 * (1.0 - remedy.ratio), 2)} % less oscillation{within}" + speed_text
 
 
 def _speed(omega: float) -> Speed:

@@ -85,11 +85,11 @@ def write(
     project : Project, str or Path
         The project, or its file.
     folder : str or Path, optional
-        Where the files go, all at once when they are complete; it keeps its other files. Default: none is written.
+        Folder of the files, written all at once; it keeps its other files. Default: none is written.
     sections : sequence of functions of a View, or of Section
         Parts of the report in order. Default: `SECTIONS`.
     progress : callable
-        Told before every step what is done now, and the share of the work that is done; default: nobody.
+        progress(stage, share): called before each stage. Default: none.
 
     Raises
     ------
@@ -129,12 +129,12 @@ def write_view(view: View, folder: Path | None, sections: Sequence[Any] = SECTIO
 
 def together(parts: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     """Join the data of all sections, each of which has keys of its own (ValueError)."""
-    found: dict[str, Any] = {}
+    joined: dict[str, Any] = {}
     for part in parts:
-        if both := sorted(found.keys() & part.keys()):
+        if both := sorted(joined.keys() & part.keys()):
             raise ValueError(f"two sections of the report have the key {both[0]!r}; rename one of them")
-        found |= part
-    return found
+        joined |= part
+    return joined
 
 
 def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
@@ -153,14 +153,14 @@ def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
     return plain_page(f"{title} – {'appendix' if appendix else 'dynamic error'}", "".join(body), foot=foot)
 
 
-def comparison_page(found: ProjectComparison, figure: str) -> str:
+def comparison_page(compared: ProjectComparison, figure: str) -> str:
     """Write the HTML page of `strainwave compare` and its figure (SVG), the smallest oscillation first."""
-    order = np.argsort(found.oscillation).tolist()
-    heads, *cells = table([found.row(i) for i in order])
+    order = np.argsort(compared.oscillation).tolist()
+    heads, *cells = table([compared.row(i) for i in order])
     named = [
         [f"{i + 1}: {title}", *row] for i, (title, *row) in zip(order, cells, strict=True)
     ]  # as the figure has them
-    passed = sum(verdict.answer is Answer.ALL_RIGHT for verdict in found.verdicts)
+    passed = sum(verdict.answer is Answer.ALL_RIGHT for verdict in compared.verdicts)
     first, *rows = zip(heads, *named, strict=True)
     return _page(len(order), passed, html_table(first, rows), figure, NOTE)
 
@@ -189,8 +189,8 @@ def verdicts_page(reports: dict[str, Report]) -> str:
 
 
 def _page(count: int, passed: int, table: str, figure: str, note: str) -> str:
-    title, said = f"Comparison of {count} drives", f"{passed} of {count} drives pass at all their speeds."
-    return plain_page(title, paragraph(said) + table + figured(figure) + paragraph(note, "note"), STYLE)
+    title, passing = f"Comparison of {count} drives", f"{passed} of {count} drives pass at all their speeds."
+    return plain_page(title, paragraph(passing) + table + figured(figure) + paragraph(note, "note"), STYLE)
 
 
 def plain_page(title: str, body: str, style: str = "", foot: str = "") -> str:
@@ -223,9 +223,9 @@ def _tables(view: View) -> Iterator[tuple[str, list[tuple[str, Floats]]]]:
         yield name, columns + [(key, np.array(values, float)) for key, values in sizes.items()]
     of_equation = {"oscillation_of_x_rad": exact.oscillation, "peak_x_rad": exact.peak}
     yield "exact-response", curve_columns(speeds, exact, of_equation)
-    for torque, found in analysis.curves:
+    for torque, response in analysis.curves:
         under = "" if torque is None else f"-at-{number(torque, 5).replace('−', '-')}-Nm"
-        yield f"drive-response{under}", drive_columns(speeds, found)
+        yield f"drive-response{under}", drive_columns(speeds, response)
     for regime in analysis.regimes:
         for i, branch in enumerate(regime.response.branches if regime.response else ()):
             polar = ("amplitude_rad", branch.amplitude), ("phase_rad", branch.phase)

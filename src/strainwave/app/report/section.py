@@ -52,9 +52,9 @@ class Part(NamedTuple):
     figures : list of str or (str, str)
         SVG, and its caption.
     lines : list of str
-        What the terminal says.
+        Lines of the terminal.
     appendix : bool
-        Whether it stands in the appendix.
+        True for a part of the appendix.
     kind : str
         Class of the box around the sentences, or of the row of figures.
     page : str
@@ -74,18 +74,18 @@ class Part(NamedTuple):
 
     def html(self, view: View) -> str:
         """Its part of the page, without its heading."""
-        said = "".join(map(paragraph, self.sentences))
+        sentences = "".join(map(paragraph, self.sentences))
         small = "".join(paragraph(text, "note") for text in self.notes)
         shown = "".join(tabled(view, table) for table in self.tables)
         drawn = "".join(figured(*((one, "") if isinstance(one, str) else one)) for one in self.figures)
         if self.kind and drawn:
             drawn = f'<div class="{self.kind}">{drawn}</div>'
-        elif self.kind and said:
-            return f'<div class="{self.kind}">{said}{small}</div>'
-        return self.page or said + shown + small + drawn
+        elif self.kind and sentences:
+            return f'<div class="{self.kind}">{sentences}{small}</div>'
+        return self.page or sentences + shown + small + drawn
 
 
-Section = Callable[[View], Part]  # what gives a part of the report
+Section = Callable[[View], Part]  # gives a part of the report
 
 
 def paragraph(text: str, kind: str = "") -> str:
@@ -136,12 +136,12 @@ def tabled(view: View, table: Table) -> str:
 
 
 def head(view: View, key: str) -> str:
-    """What stands above the numbers of a key, with their unit."""
+    """Head of a column: the name of a key, with the unit of its numbers."""
     ending = next((ending for ending in sorted(ENDINGS, key=len, reverse=True) if key.endswith(ending)), "")
-    own = {"_rad": "rad" if "phase" in key else view.angle.name, "_rad_per_s": view.speeds.unit}
+    units = {"_rad": "rad" if "phase" in key else view.angle.name, "_rad_per_s": view.speeds.unit}
     name = key.removesuffix(ending).removesuffix(".omega").replace(".", " ").replace("_", " ").strip()
     name = {"omega": view.speeds.name, "": "frequency"}.get(name, name)
-    return f"{name} ({own.get(ending, ENDINGS[ending])})" if ending else name
+    return f"{name} ({units.get(ending, ENDINGS[ending])})" if ending else name
 
 
 def cell(view: View, key: str, value: Any) -> str:
@@ -168,9 +168,9 @@ def _is_number(value: object) -> bool:
 
 def _at(row: Any, path: str) -> Any:
     """Value at a path of keys; that of every row of a list."""
-    name, _, rest = path.partition(".")
-    found = [_at(one, path) for one in row] if isinstance(row, list) else row and row.get(name)
-    return found if isinstance(row, list) or not rest else _at(found, rest)
+    name, _, below = path.partition(".")
+    value = [_at(one, path) for one in row] if isinstance(row, list) else row and row.get(name)
+    return value if isinstance(row, list) or not below else _at(value, below)
 
 
 def _flat(value: Any, name: str) -> Iterator[tuple[str, str]]:
@@ -190,7 +190,7 @@ def _flat(value: Any, name: str) -> Iterator[tuple[str, str]]:
 def asked(section: Section, view: View) -> Part:
     """Part of a report, with its data and its texts in the units of the report."""
     part = section(view)
-    told = {name: view.told(getattr(part, name)) for name in ("data", "sentences", "notes", "figures", "lines")}
+    rendered = {name: view.rendered(getattr(part, name)) for name in ("data", "sentences", "notes", "figures", "lines")}
     for name in ("sentences", "notes"):
-        told[name] = [PRODUCT.sub("·", text).replace("m^2", "m²") for text in told[name]]
-    return part._replace(tables=[one._replace(data=view.told(one.data)) for one in part.tables], **told)
+        rendered[name] = [PRODUCT.sub("·", text).replace("m^2", "m²") for text in rendered[name]]
+    return part._replace(tables=[one._replace(data=view.rendered(one.data)) for one in part.tables], **rendered)

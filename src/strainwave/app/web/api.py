@@ -101,8 +101,8 @@ class Job:
         """The job as data for the page."""
         took = monotonic() - self.begun
         left = took * (1.0 / self.share - 1.0) if self.state == "running" and self.share > 0.02 else None
-        told = {"kind": self.kind, "state": self.state, "stage": self.stage, "share": self.share, "seconds_left": left}
-        return told | {"result": self.result, "error": self.error or None}
+        data = {"kind": self.kind, "state": self.state, "stage": self.stage, "share": self.share, "seconds_left": left}
+        return data | {"result": self.result, "error": self.error or None}
 
 
 class Jobs:
@@ -139,7 +139,7 @@ class Jobs:
         return job
 
     def _awaited(self, job: Job) -> str:
-        """What a job waits for, in words."""
+        """Sentence on the jobs that a job waits for."""
         ahead = [one for one in self._jobs.values() if one.state in ("waiting", "running")]
         kinds = [WORDS.get(one.kind, "a job") for one in ahead[: ahead.index(job)]]
         return " ".join(["waiting for", " and ".join(kinds), "of this page or of another"]) if kinds else "starting"
@@ -216,8 +216,8 @@ async def _view(request: Request, work: Callable[..., Any], *args: Any) -> Respo
 
 @cache
 def _gears() -> list[dict[str, Any]]:
-    own = [gear for gear in map(catalogue.gear, catalogue.names()) if gear.K2 is not None and gear.T1 is not None]
-    return [{"name": gear.name, "series": gear.series, "size": gear.size, "ratio": gear.ratio} for gear in own]
+    complete = [gear for gear in map(catalogue.gear, catalogue.names()) if gear.K2 is not None and gear.T1 is not None]
+    return [{"name": gear.name, "series": gear.series, "size": gear.size, "ratio": gear.ratio} for gear in complete]
 
 
 async def gears(_request: Request) -> Response:
@@ -249,7 +249,7 @@ def _name(request: Request) -> str:
 
 
 def _columns(request: Request) -> requests.LogColumns:
-    """What the visitor says of the columns of a log (Refused)."""
+    """Columns of a log as the visitor names them (Refused)."""
     return requests.parsed(request.query_params.get("columns", "{}").encode(), requests.LogColumns)
 
 
@@ -277,10 +277,10 @@ async def job(request: Request) -> Response:
     """State of a job, and its result; DELETE cancels it."""
     jobs: Jobs = request.app.state.jobs
     name = request.path_params["name"]
-    found = jobs.cancel(name) if request.method == "DELETE" else jobs.find(name)
-    if found is None:
+    asked = jobs.cancel(name) if request.method == "DELETE" else jobs.find(name)
+    if asked is None:
         return refusal(404, "there is no such job; it was cancelled, or it has expired")
-    return JSONResponse(found.as_dict())
+    return JSONResponse(asked.as_dict())
 
 
 async def status(request: Request) -> Response:

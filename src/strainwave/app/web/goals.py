@@ -1,4 +1,4 @@
-"""What helps: numbers that meet the limit, gains of the motor's loop, a controller."""
+"""Remedies: numbers that meet the limit, gains of the motor's loop, a controller."""
 
 import math
 from collections.abc import Callable
@@ -46,26 +46,26 @@ def goal(project: Project, name: str) -> dict[str, Any]:
         raise Refused("the project has no limit of the oscillation; add one")
     excess = cache(partial(_excess, project, name, row["unit"]))
     now, ends = math.log(row["value"]), (math.log(row["low"]), math.log(row["high"]))
-    found = [value for end in ends if (value := _crossing(excess, now, end)) is not None]
-    near = min(found, key=lambda value: abs(math.log(value) - now), default=None)
-    return {"name": name, "value": near, "unit": row["unit"]}
+    crossings = [value for end in ends if (value := _crossing(excess, now, end)) is not None]
+    nearest = min(crossings, key=lambda value: abs(math.log(value) - now), default=None)
+    return {"name": name, "value": nearest, "unit": row["unit"]}
 
 
 def _excess(project: Project, name: str, unit: str, x: float) -> float:
     """Logarithm of the largest oscillation over the limit, of the number exp(x); infinite where there is no motion."""
     try:
-        found = solved(replaced(project, {name: f"{math.exp(x)!r} {unit}".strip()}, retune=True))
-        return math.log(float(found.oscillation[found.top]) / (project.limit or math.inf))
+        motions = solved(replaced(project, {name: f"{math.exp(x)!r} {unit}".strip()}, retune=True))
+        return math.log(float(motions.oscillation[motions.top]) / (project.limit or math.inf))
     except (ValueError, SolveError):  # no drive, or none with a motion
         return math.inf
 
 
 def _crossing(excess: Callable[[float], float], begin: float, end: float) -> float | None:
     """The first number on the way, of four digits, that meets the limit beside one that does not; None without one."""
-    for x, at in pairwise(begin + (end - begin) * step / STEPS for step in range(STEPS + 1)):
-        before, after = excess(x), excess(at)
+    for x, y in pairwise(begin + (end - begin) * step / STEPS for step in range(STEPS + 1)):
+        before, after = excess(x), excess(y)
         if math.isfinite(before) and math.isfinite(after) and (before <= 0.0) != (after <= 0.0):
-            return _met(excess, x, at)
+            return _met(excess, x, y)
     return None
 
 
@@ -74,12 +74,12 @@ def _met(excess: Callable[[float], float], begin: float, end: float) -> float | 
     good, bad = (begin, end) if excess(begin) <= 0.0 else (end, begin)
     met = [good]
 
-    def told(y: float) -> float:
+    def kept(y: float) -> float:
         if excess(y) <= 0.0:
             met.append(y)
         return excess(y)
 
-    brentq(told, begin, end, xtol=SHARP, rtol=SHARP)
+    brentq(kept, begin, end, xtol=SHARP, rtol=SHARP)
     exact = math.exp(min(met, key=lambda y: abs(y - bad)))
     digit = 10.0 ** (math.floor(math.log10(exact)) - 3)
     value = float(f"{digit * (math.floor if good < bad else math.ceil)(exact / digit):.4g}")
@@ -147,8 +147,8 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
     }
 
 
-def _curve(found: DriveResponse | None, scale: float) -> dict[str, Any] | None:
-    if found is None:
+def _curve(response: DriveResponse | None, scale: float) -> dict[str, Any] | None:
+    if response is None:
         return None
-    stable = np.where(found.stable, found.oscillation / ARCSEC, np.nan)
-    return {"speed": scale * found.omega, "oscillation_arcsec": stable}
+    stable = np.where(response.stable, response.oscillation / ARCSEC, np.nan)
+    return {"speed": scale * response.omega, "oscillation_arcsec": stable}

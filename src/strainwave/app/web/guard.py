@@ -89,25 +89,25 @@ def _wrong(scope: Scope, headers: dict[str, str]) -> JSONResponse | None:
         origin, site = headers.get("origin"), headers.get("sec-fetch-site", "same-origin")
         if (origin is not None and origin != f"http://{host}") or site not in ("same-origin", "none"):
             return refusal(403, "the request comes from a page of another site; use the page of this app")
-    most = LOG if scope["path"] in LOG_PATHS else BODY
+    limit = LOG if scope["path"] in LOG_PATHS else BODY
     length = headers.get("content-length", "0")
-    if not length.isdecimal() or int(length[:20]) > most:
-        return refusal(413, _too_large(most))
+    if not length.isdecimal() or int(length[:20]) > limit:
+        return refusal(413, _too_large(limit))
     return None
 
 
-def _too_large(most: int) -> str:
-    return f"the body of the request is larger than {most // 1024} KiB; send less"
+def _too_large(limit: int) -> str:
+    return f"the body of the request is larger than {limit // 1024} KiB; send less"
 
 
-def _limited(receive: Receive, most: int) -> Receive:
+def _limited(receive: Receive, limit: int) -> Receive:
     """Messages of a body until it is too large or too slow."""
     got, end = 0, asyncio.get_running_loop().time() + PATIENCE
-    whole = False
+    complete = False
 
     async def limited() -> Any:
-        nonlocal got, whole
-        if whole:
+        nonlocal got, complete
+        if complete:
             return await receive()
         try:
             async with asyncio.timeout_at(end):
@@ -115,9 +115,9 @@ def _limited(receive: Receive, most: int) -> Receive:
         except TimeoutError:
             raise Unread(408, f"the body of the request took longer than {PATIENCE:g} s; send it again") from None
         got += len(message.get("body", b""))
-        if got > most:
-            raise Unread(413, _too_large(most))
-        whole = not message.get("more_body", False)
+        if got > limit:
+            raise Unread(413, _too_large(limit))
+        complete = not message.get("more_body", False)
         return message
 
     return limited

@@ -43,8 +43,8 @@ def log_of(name: str, content: bytes, chosen: LogColumns) -> dict[str, Any]:
     with _filed(name, content) as path:
         columns = [(one.name, one.unit, named(one.name)) for one in columns_of(path, None, None)[0]]
         rows = [
-            {"name": name, "unit": unit or told.unit, "channel": canonical(told.name) or ""}
-            for name, unit, told in columns
+            {"name": name, "unit": unit or parsed.unit, "channel": canonical(parsed.name) or ""}
+            for name, unit, parsed in columns
         ]
         table = {"columns": rows, "as": ["time", *CANONICAL]}
         try:
@@ -100,7 +100,7 @@ def unpacked(path: Path) -> int:
 
 @contextmanager
 def _filed(name: str, content: bytes) -> Iterator[Path]:
-    """The log as a file of its kind; what is wrong with it is told without the file's place (Refused)."""
+    """The log as a file of its kind; its faults are reported without the file's path (Refused)."""
     suffix = Path(name).suffix.lower()
     if suffix not in SUFFIXES:
         raise Refused(f"a log ends in {', '.join(SUFFIXES)}; this name ends in {suffix[:20]!r}")
@@ -118,7 +118,7 @@ def _filed(name: str, content: bytes) -> Iterator[Path]:
 
 
 def _sentence(error: Exception, path: Path) -> str:
-    """What is wrong with a log, without the place of its file."""
+    """Sentence on a fault of a log, without the path of its file."""
     return " ".join(str(error).replace(str(path), "log").split())
 
 

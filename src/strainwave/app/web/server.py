@@ -122,8 +122,8 @@ def application(warm: bool = True) -> Starlette:
 
     async def refused(_request: Request, error: Exception) -> Response:
         status = error.status_code if isinstance(error, HTTPException) else 500
-        said = {404: "there is nothing at this address", 405: "this address does not take this method"}
-        return refusal(status, said.get(status, "the request cannot be answered"))
+        sentences = {404: "there is nothing at this address", 405: "this address does not take this method"}
+        return refusal(status, sentences.get(status, "the request cannot be answered"))
 
     @asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
@@ -133,8 +133,8 @@ def application(warm: bool = True) -> Starlette:
         yield
         if warming is not None:
             warming.cancel()
-        for own in (app.state.jobs, app.state.workers, app.state.later):
-            await own.close()
+        for service in (app.state.jobs, app.state.workers, app.state.later):
+            await service.close()
 
     return Starlette(
         routes=[Route("/", asset), Route("/static/{name:str}", asset), *routes],
@@ -172,10 +172,10 @@ def listening(port: int) -> tuple[socket.socket, int]:
 
 
 def serve(port: int, opened: Callable[[str, int], None]) -> None:
-    """Serve until the process is interrupted; `opened` is told the address and the port once requests are answered."""
-    sock, own = listening(port)
+    """Serve until the process is interrupted; `opened(address, port)` is called once requests are answered."""
+    sock, actual = listening(port)
     sock.listen(256)
-    opened(f"http://{HOST}:{own}/", own)
+    opened(f"http://{HOST}:{actual}/", actual)
     uvicorn.Server(configured(application())).run(sockets=[sock])
 
 

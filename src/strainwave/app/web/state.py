@@ -107,7 +107,7 @@ class ScriptRequest(MapRequest):
 
 
 class LogColumns(Body):
-    """What is said of a log: places of columns from 0 on and units by channel, and the rate [Hz] without a time."""
+    """Columns of a log: indices from 0 on and units by channel, and the rate [Hz] without a time."""
 
     columns: Annotated[dict[str, int], Field(max_length=MOST_VALUES)] = {}
     units: Annotated[dict[str, str], Field(max_length=MOST_VALUES)] = {}
@@ -146,8 +146,8 @@ def parsed(raw: bytes, kind: type[Asked]) -> Asked:
         return kind.model_validate(content)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-        place = ".".join(map(str, first["loc"]))[:LONGEST]
-        raise Refused(f"{place or 'the request'}: {first['msg'][:200]}") from None
+        path = ".".join(map(str, first["loc"]))[:LONGEST]
+        raise Refused(f"{path or 'the request'}: {first['msg'][:200]}") from None
 
 
 def text_of(state: State) -> str:
@@ -175,9 +175,9 @@ def project_of(state: State) -> Project:
         raise Refused("; ".join(PLACE.sub("", str(error)).splitlines())) from None
 
 
-def of_state(view: Callable[..., Any], state: State, *args: Any, **told: Any) -> Any:
+def of_state(view: Callable[..., Any], state: State, *args: Any, **options: Any) -> Any:
     """Data of a view of the project of a state."""
-    return view(project_of(state), *args, **told)
+    return view(project_of(state), *args, **options)
 
 
 @lru_cache(64)

@@ -1,4 +1,4 @@
-"""What the page shows of a project, as plain data in the units of the user: rpm of the motor, arcsec, N*m, s.
+"""Views of a project for the page, as plain data in the units of the user: rpm of the motor, arcsec, N*m, s.
 
 The curve that follows a slider has fewer points.
 """
@@ -37,14 +37,14 @@ FIXED_LOAD = (
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
 
 
-def solved(project: Project, whole: bool = False) -> DriveResponse:
-    """The response with machine code; `whole` looks for motions that do not join the curve, too, at more points."""
-    return project.response() if whole else project.response(coexisting=False, points=POINTS)
+def solved(project: Project, separate: bool = False) -> DriveResponse:
+    """The response with machine code; `separate` looks for motions that do not join the curve, too, at more points."""
+    return project.response() if separate else project.response(coexisting=False, points=POINTS)
 
 
-def response(project: Project, whole: bool = False) -> dict[str, Any]:
+def response(project: Project, separate: bool = False) -> dict[str, Any]:
     """Oscillation and torque over the speed, with stability, folds, jumps, bands to avoid and limits."""
-    motions, scale = solved(project, whole), project.speeds.scale
+    motions, scale = solved(project, separate), project.speeds.scale
     speeds, curve, top, sizes = project.speeds, motions.curve, motions.top, motions.oscillation / ARCSEC
     bands = motions.sweep.bands if motions.sweep else ()
     limit, motor_limits = project.limit, project.motor_limits or MotorLimits()
@@ -100,13 +100,13 @@ def response(project: Project, whole: bool = False) -> dict[str, Any]:
             *move_note(project),
             *load_remark(project),
         ],
-        "whole": whole,
+        "whole": separate,
         "digits": project.digits(),
     }  # fmt: skip
 
 
 def _beat(motions: DriveResponse) -> dict[str, Any] | None:
-    """How long a beat takes at the largest oscillation, and the oscillation in its smallest turn; None without one."""
+    """Period of the beat at the largest oscillation, and the oscillation in its smallest turn; None without one."""
     curve, top = motions.curve, motions.top
     if curve.beat is None or curve.envelope is None:
         return None
@@ -118,7 +118,7 @@ def _beat(motions: DriveResponse) -> dict[str, Any] | None:
 
 
 def sureness(project: Project) -> dict[str, Any]:
-    """What stands beside the response after a pause.
+    """Additions to the response after a pause.
 
     The band of assumed numbers, and the curve of the held motor.
     """
@@ -144,10 +144,10 @@ def under_loads(project: Project) -> dict[str, Any] | None:
     except (ValueError, SolveError) as error:
         return {"why": str(error), "passes": None}
     ends = chart.speeds[[0, -1]]
-    whole = len(chart.windows) == 1 and bool(np.allclose(chart.windows[0], ends, rtol=1e-9))
+    full = len(chart.windows) == 1 and bool(np.allclose(chart.windows[0], ends, rtol=1e-9))
     return {
-        "count": len(chart.loads), "allowed": chart.windows * project.speeds.scale, "whole": whole,
-        "failures": chart.failures, "passes": None if project.limit is None and whole else whole and not chart.failures,
+        "count": len(chart.loads), "allowed": chart.windows * project.speeds.scale, "whole": full,
+        "failures": chart.failures, "passes": None if project.limit is None and full else full and not chart.failures,
     }  # fmt: skip
 
 

@@ -57,7 +57,7 @@ class Worker:
 
     @property
     def alive(self) -> bool:
-        """Whether the process runs."""
+        """True while the process runs."""
         return self._process.returncode is None
 
     @classmethod
@@ -65,10 +65,10 @@ class Worker:
         """Start a process, with less priority where it works in the background; `interpreted` compiles nothing."""
         folder = tempfile.mkdtemp(prefix="strainwave-app-")  # its temporary files, which go when it is killed
         same = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "TMPDIR": folder}
-        own = same | {"STRAINWAVE_JIT": "0"} if interpreted else same
+        variables = same | {"STRAINWAVE_JIT": "0"} if interpreted else same
         process = await asyncio.create_subprocess_exec(
             sys.executable, "-P", "-m", __name__, *(["background"] if background else []),
-            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, env=os.environ | ONE_THREAD | own,
+            stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, env=os.environ | ONE_THREAD | variables,
         )  # fmt: skip
         return cls(process, folder, interpreted)
 
@@ -128,11 +128,11 @@ class Worker:
         shutil.rmtree(self._folder, ignore_errors=True)
 
 
-def done(work: Callable[..., Any], args: tuple[Any, ...], told: dict[str, Any]) -> tuple[str, Any]:
+def done(work: Callable[..., Any], args: tuple[Any, ...], options: dict[str, Any]) -> tuple[str, Any]:
     """Do a piece of work, and return its outcome."""
     begun = thread_time()
     try:
-        text = json.dumps(plain(work(*args, **told)), ensure_ascii=False, separators=(",", ":"))
+        text = json.dumps(plain(work(*args, **options)), ensure_ascii=False, separators=(",", ":"))
         return "done", (text.encode(), thread_time() - begun)
     except BrokenPipeError:
         raise

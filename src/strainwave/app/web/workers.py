@@ -31,9 +31,9 @@ class Work:
     module: str
     name: str
 
-    def __call__(self, *args: Any, **told: Any) -> Any:
+    def __call__(self, *args: Any, **options: Any) -> Any:
         """Call the function."""
-        return thing(f"{__package__}.{self.module}", self.name)(*args, **told)
+        return thing(f"{__package__}.{self.module}", self.name)(*args, **options)
 
 
 class Workers:
@@ -47,7 +47,7 @@ class Workers:
         Processor time [s], without that of compiling, after which a process that has not answered is killed; at the
         latest after `SHARED` times as long, where it waits or other programs have the processor.
     background : bool
-        Whether other processes of the machine go first.
+        True to let other processes of the machine go first.
     patience : float
         Time [s], counted as `longest` is, between two looks at whether work is still wanted.
     """

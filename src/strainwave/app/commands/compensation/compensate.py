@@ -70,7 +70,7 @@ def compensate(
         if output is not None and not as_json:
             click.echo(f"  written: {output}")
     if stop:
-        kept = "nothing was finished" if run is None else f"kept: {', '.join(run.found.names)}"
+        kept = "nothing was finished" if run is None else f"kept: {', '.join(run.results.names)}"
         raise KeyboardInterrupt(f"interrupted; {kept}; the same command again computes all")
 
 
@@ -96,8 +96,8 @@ def names_of(bench: Bench, controllers: Sequence[str]) -> tuple[list[str], tuple
             f"{', '.join(blind)} measures the angle of the load, and the project has no encoder there; write "
             "'load_encoder: 24 bit' into its group 'controller'"
         )
-    said = (f"Left out, as there is no encoder on the load: {', '.join(blind)}.",) if blind else ()
-    return [name for name in names if name not in blind], said
+    sentences = (f"Left out, as there is no encoder on the load: {', '.join(blind)}.",) if blind else ()
+    return [name for name in names if name not in blind], sentences
 
 
 def plant_of(project: Project, plant: Path | None, softer: str | None) -> DriveTrain | None:
@@ -153,8 +153,8 @@ def _joined(
 
 def _tables(run: Run) -> tuple[tuple[str, Alone], ...]:
     """Tables of the best controller that can be written as tables, where the plain loop has the largest error."""
-    i = worst(run.found)
-    column = sorted((row[i] for row in run.found.results), key=lambda case: case.after.rms)
+    i = worst(run.results)
+    column = sorted((row[i] for row in run.results.results), key=lambda case: case.after.rms)
     usable = (case for case in column if case.stable and not case.excluded)
     return next((written for case in usable if (written := stated(run.benches[case.load_angle], case))), ())
 
@@ -170,7 +170,7 @@ def _write(title: str, run: Run, output: Path, *, figured: bool) -> None:
 
 def _figures(title: str, run: Run) -> dict[str, str]:
     drawn: dict[str, tuple[list[Panel], float, str]] = {
-        name: (figures.speed_panels(run.found, load_encoder=seeing), 300.0, "residual error over the speed")
+        name: (figures.speed_panels(run.results, load_encoder=seeing), 300.0, "residual error over the speed")
         for name, seeing in (("speeds", False), ("speeds-load-encoder", True))
     }
     if run.best:

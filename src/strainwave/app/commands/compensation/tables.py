@@ -49,7 +49,7 @@ class Run(NamedTuple):
 
     project: Project
     benches: dict[float, Bench]
-    found: CompensationBench
+    results: CompensationBench
     left_out: tuple[str, ...]
     best: tuple[Compensation, ...] = ()
     details: tuple[Compensation, ...] = ()
@@ -58,7 +58,7 @@ class Run(NamedTuple):
 
 def rows(run: Run) -> list[dict[str, Any]]:
     """One row for every controller at every speed."""
-    return [as_data(case.facts()) for row in run.found.results for case in row]
+    return [as_data(case.facts()) for row in run.results.results for case in row]
 
 
 def data(run: Run) -> dict[str, Any]:
@@ -72,7 +72,7 @@ def data(run: Run) -> dict[str, Any]:
         },
         "controllers": [
             {"name": name, "title": row[0].title, "load_encoder": row[0].load_encoder, "condition": row[0].condition}
-            for name, row in zip(run.found.names, run.found.results, strict=True)
+            for name, row in zip(run.results.names, run.results.results, strict=True)
         ],
         "results": rows(run),
         "best": [as_data(one.facts()) for one in run.best],
@@ -107,7 +107,7 @@ def _units(units: Units) -> dict[str, Any]:
 
 def warnings(run: Run) -> list[str]:
     """Every warning once."""
-    texts = [text for row in run.found.results for case in row for text in case.warnings]
+    texts = [text for row in run.results.results for case in row for text in case.warnings]
     return list(dict.fromkeys([*texts, *(text for case in run.details for text in case.warnings)]))
 
 
@@ -119,7 +119,7 @@ def remarks(run: Run) -> list[str]:
 def summary(run: Run) -> str:
     """Return the tables as text."""
     lines = [f"{run.project.title}: rms of the pointing error about its mean at the samples, arcsec"]
-    lines += run.found.residuals(WIDTH)
+    lines += run.results.residuals(WIDTH)
     if run.best:
         lines += ["", "best that is stable and within all limits", *_best(run)]
     for case in run.details:
@@ -133,11 +133,11 @@ def summary(run: Run) -> str:
 def _best(run: Run) -> list[str]:
     """Numbers of the best controllers at every speed, each at its worst angle: with an encoder on the load, without."""
     cases = [
-        best_at(run.found, i, load_encoder=seeing) for i in range(len(run.found.speeds)) for seeing in (True, False)
+        best_at(run.results, i, load_encoder=seeing) for i in range(len(run.results.speeds)) for seeing in (True, False)
     ]
-    angled, found = len(run.benches) > 1, [case for case in cases if case is not None]
-    told = [(*case.facts(), *_more(case, angled)) for case in found]
-    return [f"  {line}" for line in aligned(table_of(told))] if told else []
+    angled, present = len(run.benches) > 1, [case for case in cases if case is not None]
+    rows = [(*case.facts(), *_more(case, angled)) for case in present]
+    return [f"  {line}" for line in aligned(table_of(rows))] if rows else []
 
 
 def _more(case: Compensation, angled: bool) -> Iterator[Fact]:
@@ -148,7 +148,7 @@ def _more(case: Compensation, angled: bool) -> Iterator[Fact]:
 
 def _on_others(case: Compensation) -> list[str]:
     """A controller on gears and units that differ from the model."""
-    lines = [f"{case.name} at {case.axis.said(case.speed)}", *(f"  {said}" for said in case.on_others())]
+    lines = [f"{case.name} at {case.axis.said(case.speed)}", *(f"  {sentence}" for sentence in case.on_others())]
     unstable = () if case.units is None else case.units.unstable
     causes = Counter(re.sub(r" in [0-9.e+-]+ % of the samples", "", cause) for _, cause in unstable)
     return lines + [f"    {count} of them: {cause}" for cause, count in causes.most_common()]
@@ -157,7 +157,7 @@ def _on_others(case: Compensation) -> list[str]:
 def _worse(run: Run) -> list[str]:
     """Sentences about controllers that increase the error, and warnings about other gears."""
     texts = []
-    for name, row in zip(run.found.names, run.found.results, strict=True):
+    for name, row in zip(run.results.names, run.results.results, strict=True):
         grown = [case for case in row if case.stable and grows(case.before.rms, case.after.rms)]
         problems = {
             "the error grows": [case for case in row if not case.stable],
@@ -165,11 +165,11 @@ def _worse(run: Run) -> list[str]:
             "no gain": [case for case in row if case.stable and not case.gains and case not in grown and name != PLAIN],
         }
         for problem, bad in filter(itemgetter(1), problems.items()):
-            axis = run.found.axis
+            axis = run.results.axis
             speeds = ", ".join(number(axis.scale * case.speed) for case in bad)
             texts.append(f"{name}: {problem} at {speeds} {axis.unit}")
-    texts += [text for row in run.found.results for case in row for text in case.warnings if case.gains]
-    given = {text for row in run.found.results for case in row for text in case.warnings}
+    texts += [text for row in run.results.results for case in row for text in case.warnings if case.gains]
+    given = {text for row in run.results.results for case in row for text in case.warnings}
     return texts + [text for case in run.details if case.gains for text in case.warnings if text not in given]
 
 
@@ -248,14 +248,14 @@ def tables_of(bench: Bench, case: Compensation) -> dict[str, OrderTable]:
         a, b = a - ripple_a, b - ripple_b
         lines.append(Line(controller.order, hypot(a, b), atan2(-b, a)))
         controller = controller.loop
-    known = controller if isinstance(controller, TorqueTable) else None
-    controller = known.loop if known else controller
-    if known and lines:
-        ahead = known.lead * case.speed
-        lines += [Line(h.order, h.amplitude, h.phase + h.order * ahead) for h in terms_of(known.table)]
-    elif known:
-        turn = "motor" if known.turns == 1.0 else "output"
-        tables["torque"] = OrderTable.of(known.table, turn=turn, delay=known.lead, **held)
+    table = controller if isinstance(controller, TorqueTable) else None
+    controller = table.loop if table else controller
+    if table and lines:
+        ahead = table.lead * case.speed
+        lines += [Line(h.order, h.amplitude, h.phase + h.order * ahead) for h in terms_of(table.table)]
+    elif table:
+        turn = "motor" if table.turns == 1.0 else "output"
+        tables["torque"] = OrderTable.of(table.table, turn=turn, delay=table.lead, **held)
     if isinstance(controller, AngleFeedforward):
         lines += _of_inertia(controller, case.speed) if lines else []
         ahead = 0.0 if lines else round(bench.lead, DIGITS)

@@ -108,15 +108,15 @@ def fit_loop(
         contents = {"loop.svg": figure, "gear.yaml": fit.yaml, "loop.json": numbers, "loop.csv": columns}
         write_all(output, contents)
     written = [] if output is None else [f"written: {output}/loop.svg, loop.csv, loop.json, gear.yaml"]
-    told = [file.name, *lines(fit.facts()), f"for a project file:\n{fit.yaml}".rstrip(), *written]
-    click.echo(numbers if as_json else "\n".join(told))
+    text = [file.name, *lines(fit.facts()), f"for a project file:\n{fit.yaml}".rstrip(), *written]
+    click.echo(numbers if as_json else "\n".join(text))
 
 
 def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, decimal: str | None) -> Log:
     """Log of the channels torsion and torque in the order of the samples; errors as `read_log`."""
-    found = {channel: name_and_unit(text) for channel, text in wanted.items()}
-    columns = {channel: name for channel, (name, _) in found.items()}
-    units = {channel: unit for channel, (_, unit) in found.items() if unit}
+    named = {channel: name_and_unit(text) for channel, text in wanted.items()}
+    columns = {channel: name for channel, (name, _) in named.items()}
+    units = {channel: unit for channel, (_, unit) in named.items() if unit}
     options: dict[str, Any] = {"trim": 0.0, "unwrap": False, "delimiter": delimiter, "decimal": decimal}
     try:
         return log_of(file, columns, units, rate=1.0, **options)

@@ -54,7 +54,7 @@ def identify(
     inertia = None if load_inertia is None else parse(load_inertia, "kg*m**2")
     constant = None if torque_constant is None else parse(torque_constant, "N*m/A")
     guess = read_project(projects[0]) if projects else None
-    reading |= {"trim": reading["trim"] or 0.0}  # what comes before a constant speed tells most
+    reading |= {"trim": reading["trim"] or 0.0}  # the run-up tells more than a constant speed
     logs = [log_of(file, **reading) for file in files if file not in projects]
     if not logs:
         raise click.UsageError("give at least one log of the joint")
@@ -68,7 +68,7 @@ def identify(
         write_all(output, contents)
         if result.project is None:
             (output / YAML).unlink(missing_ok=True)  # of an earlier log: it would pass for this one's
-    doubts = [f"note: {said}" for log in logs for said in (*log.doubts, *log.notes)]
+    doubts = [f"note: {sentence}" for log in logs for sentence in (*log.doubts, *log.notes)]
     click.echo(numbers if as_json else "\n".join([*lines(result.facts()), *dict.fromkeys(doubts)]))
     if not result.usable:
         raise SolveError(f"no project file is written: {result.headline()}")
@@ -81,18 +81,18 @@ def identify(
 
 def verdict(project: Project) -> list[str]:
     """The verdict of `analyze` on the drive that was found, and the range of its oscillation by the intervals."""
-    said, kind = list[str](), "verdict"
+    text, kind = list[str](), "verdict"
     try:
         with Progress(project.title) as progress:
-            said += asked(SECTIONS[0], View.of(project, project.analyze(progress.show, advice=False))).lines
+            text += asked(SECTIONS[0], View.of(project, project.analyze(progress.show, advice=False))).lines
         if project.has_memory:  # each of its responses is an integration
-            return [*said, "No range by the intervals: the gear has memory, and each response would be an integration."]
+            return [*text, "No range by the intervals: the gear has memory, and each response would be an integration."]
         kind = "range by the intervals"
         peaks = [float(np.max(one.response().oscillation)) for one in scattered(project, DRAWN)]
     except (SolveError, ValueError) as error:
-        return [*said, f"No {kind}: {error}"]
+        return [*text, f"No {kind}: {error}"]
     low, high = (f"{size / ARCSEC:.4g}" for size in np.quantile(peaks, (0.025, 0.975)))
     return [
-        *said,
+        *text,
         f"By the intervals the response oscillates with up to {low} to {high} arcsec (95 % of {DRAWN} drives).",
     ]

@@ -40,9 +40,9 @@ def read_log(file: Path, output: Path | None, as_json: bool, **reading: Any) -> 
             (folder / SVG).write_text(
                 stacked(log_panels(read, parts), 165.0, "a log over the time", WIDTH) + "\n", encoding="utf-8"
             )
-    told = facts(file, read, parts)
+    report = facts(file, read, parts)
     written = [] if output is None else [f"written: {output / CSV}, {output / SVG}"]
-    click.echo(to_json(data(told)) if as_json else "\n".join([*lines(told), *written]))
+    click.echo(to_json(data(report)) if as_json else "\n".join([*lines(report), *written]))
 
 
 def _sizes(values: Floats) -> list[float]:
@@ -51,7 +51,7 @@ def _sizes(values: Floats) -> list[float]:
 
 
 def facts(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> tuple[Fact, ...]:
-    """Everything that is said of a log, once."""
+    """Every fact of a log, once."""
     sizes, shaft = {name: _sizes(values) for name, values in log.channels.items()}, "motor"
     if {"load_angle", "load_speed"} & set(log.channels):
         shaft = "load"

@@ -63,8 +63,8 @@ def _print_scan(
     except ValueError as error:
         raise FileError(complaint(file, [Problem(forward.last, 1, "angle", str(error))])) from None
     if as_json:
-        told = {"file": file.name, "turn": turn, "unit": "rad"} | asdict(scan)
-        click.echo(to_json(told | {"peak_to_peak": scan.peak_to_peak}))
+        about = {"file": file.name, "turn": turn, "unit": "rad"} | asdict(scan)
+        click.echo(to_json(about | {"peak_to_peak": scan.peak_to_peak}))
         return
     click.echo(f"{file.name}: {counted(len(scan.lines), 'line')}, orders per turn of the {turn}\n{scan}")
     if scan.aliases:
@@ -104,8 +104,8 @@ def block(lines: Sequence[Any], once: float = 1.0) -> str:
         if 2.0 * NINETY_FIVE * k.amplitude_error < k.amplitude and NINETY_FIVE * k.phase_error < 0.5 * np.pi
     ]
     out = ", ".join(f"{line.order / once:g}" for line in lines if line not in sure)
-    said = f"not for a project file, as their intervals are wider than their values: orders {out}\n" if out else ""
-    return (said + (f"for a project file:\n{project_lines(sure, once)}" if sure else "")).rstrip()
+    refused = f"not for a project file, as their intervals are wider than their values: orders {out}\n" if out else ""
+    return (refused + (f"for a project file:\n{project_lines(sure, once)}" if sure else "")).rstrip()
 
 
 @click.command("order-scan")
@@ -177,7 +177,7 @@ def order_scan(
     elif scan.unit == "rad":
         once = float(ratio) if ratio and turned == "load_angle" else 1.0
         click.echo(
-            block([line for line in scan.lines if whole(line, once)], once) or "no whole order for a project file"
+            block([line for line in scan.lines if is_whole(line, once)], once) or "no whole order for a project file"
         )
     if output is not None:
         click.echo(f"written: {output / CSV}, {JSON}, {SVG}")
@@ -199,12 +199,12 @@ def _with_torsion(log: Log, ratio: float | None) -> Log:
     if ratio is None or "torsion" in log.channels or not {"motor_angle", "load_angle"} <= set(log.channels):
         return log
     torsion = with_torsion(channels_of(log), ratio)["torsion"]
-    own = dict(log.own)
-    if "load_angle" in own:
-        time, load = own["load_angle"]
-        motor = np.interp(time, *own.get("motor_angle", (log.time, log.channels["motor_angle"])))
-        own["torsion"] = time, with_torsion({"motor_angle": motor, "load_angle": load}, ratio)["torsion"]
-    return replace(log, channels={**log.channels, "torsion": torsion}, own=own)
+    separate = dict(log.own)
+    if "load_angle" in separate:
+        time, load = separate["load_angle"]
+        motor = np.interp(time, *separate.get("motor_angle", (log.time, log.channels["motor_angle"])))
+        separate["torsion"] = time, with_torsion({"motor_angle": motor, "load_angle": load}, ratio)["torsion"]
+    return replace(log, channels={**log.channels, "torsion": torsion}, own=separate)
 
 
 def _likely(log: Log, file: Path) -> str:
@@ -249,13 +249,13 @@ def _line(line: OrderLine) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _columns(found: OrderScan) -> list[tuple[str, Any]]:
+def _columns(scan: OrderScan) -> list[tuple[str, Any]]:
     names = ("order", "order_error", "amplitude", "amplitude_error", "phase", "phase_error", "false_alarm")
-    columns = [(name, np.array([getattr(line, name) for line in found.lines])) for name in names]
-    return [*columns, ("stays_with_angle", np.array([float(line.kind == "order") for line in found.lines]))]
+    columns = [(name, np.array([getattr(line, name) for line in scan.lines])) for name in names]
+    return [*columns, ("stays_with_angle", np.array([float(line.kind == "order") for line in scan.lines]))]
 
 
-def whole(line: OrderLine, once: float = 1.0) -> bool:
-    """Whether a line may be one of a kinematic error: a whole order of the motor within what it may be off by."""
+def is_whole(line: OrderLine, once: float = 1.0) -> bool:
+    """True for a possible line of a kinematic error: a whole order of the motor within its error."""
     order, error = line.order / once, max(line.order_error / once, 1e-6)
     return line.kind != "frequency" and round(order) > 0 and abs(order - round(order)) <= error

@@ -12,7 +12,7 @@ from ....study.analysis.words import MOTOR, postures_data, under_load
 from ....study.speed_map.avoid import Avoid
 from ....study.speed_map.bands import AMPLIFIED
 from ...console import number
-from ...view import View, place, sizes
+from ...view import View, sizes, speed_data
 from ..remedies import no_help, remedies_data
 from ..section import Part, Table
 
@@ -39,8 +39,8 @@ BEYOND = " The curve goes a fifth beyond the single speeds of the file, and so d
 
 def speeds_to_avoid(view: View) -> Part:
     """Bands of speed and remedies with their numbers, rule and sentences; None where no motion is stable."""
-    said = _advice(view) or dict.fromkeys(("sentence", "about", "rule", "nominal"), "")
-    sentences, notes = ([said[key] for key in keys] for keys in (("sentence", "about"), ("rule", "nominal")))
+    advice = _advice(view) or dict.fromkeys(("sentence", "about", "rule", "nominal"), "")
+    sentences, notes = ([advice[key] for key in keys] for keys in (("sentence", "about"), ("rule", "nominal")))
     return Part(data={"advice": _advice(view)}, sentences=sentences, notes=notes, kind="do")
 
 
@@ -50,16 +50,16 @@ def postures(view: View) -> Part:
 
 
 def remedies(view: View) -> Part:
-    """What would make the error smaller, the most helpful first; its numbers are those of `speeds_to_avoid`."""
-    avoid, found = view.analysis.avoid, view.analysis.remedies
+    """Changes that make the error smaller, the most helpful first; its numbers are those of `speeds_to_avoid`."""
+    avoid, changes = view.analysis.avoid, view.analysis.remedies
     if avoid is None:
         return Part()
     rows = [row for row in remedies_data(view, avoid)["remedies"] if row["helps"]]
     limit = "" if view.project.limit is None else " above_limit"
     columns = f"what change from to unit relative_oscillation oscillation_rad at_rad_per_s{limit}"
-    cancelled = FEED_FORWARD * any(one.share == CANCELLED for one in found)
+    cancelled = FEED_FORWARD * any(one.share == CANCELLED for one in changes)
     tried = [f"Not tried: {sentence}." for sentence in view.analysis.not_tried]
-    notes = [BARS * bool(rows), cancelled, no_help(found), *tried]
+    notes = [BARS * bool(rows), cancelled, no_help(changes), *tried]
     return Part("What would help", tables=[Table(rows, columns)], notes=notes)
 
 
@@ -79,7 +79,7 @@ def _advice(view: View) -> dict[str, Any] | None:
         "at_rad_per_s": avoid.at,
         **run_up,
         "slow_oscillation_rad": avoid.slow,
-        "peaks": [view.place(at) | {"oscillation_rad": size} for at, size in avoid.peaks],
+        "peaks": [view.speed_data(w) | {"oscillation_rad": size} for w, size in avoid.peaks],
         "sentence": _avoid(view, avoid) + _limits(view, avoid),
         "by_load_torque": [
             {"load_torque_Nm": case.torque, "bands": [band_data(view.speeds, *band) for band in case.bands]}
@@ -153,16 +153,16 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
     if not avoid.bands:
         passed = 0.0 if avoid.largest_passed is None else avoid.largest_passed[1]
         largest = max(avoid.largest, passed)
-        most: Sentence | Angle = Angle(largest)
+        up_to: Sentence | Angle = Angle(largest)
         if passed > avoid.largest:
-            most = Sentence("{} in steady motions and {} in the run-up", Angle(avoid.largest), Angle(passed))
+            up_to = Sentence("{} in steady motions and {} in the run-up", Angle(avoid.largest), Angle(passed))
         times = f"{number(largest / avoid.slow, 2)} times" if avoid.slow > 0.0 else "many times"
         comparison = f"{times} the " + slow
         if avoid.limit is not None:
             comparison = "within the limit of " + Angle(avoid.limit)
         return Sentence(
             "No speed of the range has to be avoided for its oscillation: the error oscillates with at most {}, {}{}.",
-            most, comparison, "" if sweep is not None and sweep.alone else ", and nothing jumps",
+            up_to, comparison, "" if sweep is not None and sweep.alone else ", and nothing jumps",
         )  # fmt: skip
     reasons: list[str] = []
     if avoid.peaks:
@@ -205,13 +205,13 @@ def compensation(view: View) -> Part:
     try:
         bench, results = steady_bench_of(view.project), [compensate(view.project, name) for name in _names(view)]
     except ValueError as error:
-        said = [f"compensation was not computed: {error}"]
+        sentences = [f"compensation was not computed: {error}"]
         data = {"not_computed": str(error), "controllers": [], "remarks": []}
-        return Part(heading, {"compensation": data}, said, lines=said)
+        return Part(heading, {"compensation": data}, sentences, lines=sentences)
     controllers, first = [_controller_row(result) for result in results], results[0]
     speed, before = first.axis.said(first.speed), sizes(first.before.rms, "rms_before")
     remarks = list(dict.fromkeys(text for result in results for text in (*result.warnings, *result.remarks)))
-    found = {"not_computed": "", "speed": speed, **place(speeds, first.speed), **before, "controllers": controllers}
+    body = {"not_computed": "", "speed": speed, **speed_data(speeds, first.speed), **before, "controllers": controllers}
     others = [{"controller": c["title"]} | gear for c in controllers for gear in c["other_gears"]]
     panels = error_panels(
         motion(bench, "loop", first.speed, "plain loop"),
@@ -219,7 +219,7 @@ def compensation(view: View) -> Part:
     )
     return Part(
         heading,
-        {"compensation": found | {"remarks": remarks}},
+        {"compensation": body | {"remarks": remarks}},
         tables=[
             Table(controllers, "title rms_after_rad reduction_dB peak_torque_Nm stable excluded"),
             Table(others, "controller stiffness rms_before_rad rms_after_rad", "On gears of another stiffness"),

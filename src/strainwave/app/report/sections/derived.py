@@ -152,10 +152,10 @@ def _damping_facts(numbers: dict[str, Any]) -> list[Fact]:
 
 def _at_rest(view: View, stiffness: float, zeta: float) -> str:
     """Say which stiffness the ratio refers to, where there are two."""
-    rest = float(spring_stiffness(view.project.drive.law, 0.0))
-    if not rest > 0.0 or abs(stiffness / rest - 1.0) < 1e-9:
+    at_zero = float(spring_stiffness(view.project.drive.law, 0.0))
+    if not at_zero > 0.0 or abs(stiffness / at_zero - 1.0) < 1e-9:
         return ""
-    ratio = percent(zeta * math.sqrt(stiffness / rest))
+    ratio = percent(zeta * math.sqrt(stiffness / at_zero))
     return f"; at the operating point ({ratio} at rest without torque, where 'damping: ratio' belongs)"
 
 
@@ -191,13 +191,13 @@ def parametric_resonances(view: View) -> Part:
     rows, varies = [_row(view, r) for r in view.analysis.parametric], view.project.stiffness is not None
     columns = "cause omega_rad_per_s unstable growth_per_s low_rad_per_s high_rad_per_s damping_ratio damping_needed"
     data = {"parametric_resonances": rows, "stiffness_varies": varies}
-    said = HILL if rows else MEETS_NONE * varies
-    return Part("Parametric resonances", data, [said], [Table(rows, columns)])
+    sentence = HILL if rows else MEETS_NONE * varies
+    return Part("Parametric resonances", data, [sentence], [Table(rows, columns)])
 
 
 def _row(view: View, r: ParametricResonance) -> dict[str, Any]:
     return {
-        **view.place(r.omega),
+        **view.speed_data(r.omega),
         "cause": r.cause.replace("omega_0", "ω₀"),
         "growth_per_s": r.growth,
         "unstable": r.unstable,
@@ -265,8 +265,8 @@ def assumptions(view: View) -> list[str]:
         "Shafts and housing are rigid, but for the couplings of the file.",
         "Skipping teeth are not computed: results above the ratcheting torque are void.",
     ]
-    said = f"The error equation of closed forms and proofs leaves out {listed(project.left_out)}; "
-    return texts + [said + "the steady motions of the whole drive have them."] * bool(project.left_out)
+    reduced = f"The error equation of closed forms and proofs leaves out {listed(project.left_out)}; "
+    return texts + [reduced + "the steady motions of the whole drive have them."] * bool(project.left_out)
 
 
 def certificates(view: View) -> list[dict[str, Any]]:
@@ -308,12 +308,12 @@ SCOPES = {
 def stability(view: View) -> Part:
     """The proof that the error decays, with the phase portrait, or the reason without one."""
     proof = view.analysis.stability
-    said = {name: getattr(proof, name) for name in ("holds", "scope", "claim", "reason", "obstacle")}
+    facts = {name: getattr(proof, name) for name in ("holds", "scope", "claim", "reason", "obstacle")}
     claim = SCOPES[proof.scope] + (": " + proof.claim if proof.scope != "none" else "") + "."
     region, panels = str(proof.region or "none"), proof_panels(proof)
     drawn = [figure([panels], 400.0, "phase portrait without excitation")] if panels else []
     return Part(
-        "Stability without excitation", {"stability": said | {"region": region}}, [claim],
+        "Stability without excitation", {"stability": facts | {"region": region}}, [claim],
         notes=[f"Region: {region}. Reason: " + proof.reason + "."], figures=drawn, appendix=True,
     )  # fmt: skip
 

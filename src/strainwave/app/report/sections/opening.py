@@ -42,7 +42,7 @@ def opening(view: View) -> Part:
         "project": project.text,
         "motor": project.motor,
         "base_angle": project.speeds.base_angle,
-        "verdict": (verdict := view.told(told_once(analysis.facts())["verdict"])),
+        "verdict": (verdict := view.rendered(told_once(analysis.facts())["verdict"])),
         "conventions": CONVENTIONS,
         "speed_range_rad_per_s": list(analysis.speeds),
         "natural_frequencies": natural_frequencies(view),
@@ -65,7 +65,7 @@ def opening(view: View) -> Part:
     }
     quiet = {*IN_SENTENCE, *(("jumps",) if not analysis.jumping else ())}
     quiet |= {"loop"} if project.loop and not project.loop.weak and not analysis.verdict.fault else set()
-    answers = (f"{what}: {said}" for what, said in verdict["answers"].items() if what not in quiet)
+    answers = (f"{what}: {answer}" for what, answer in verdict["answers"].items() if what not in quiet)
     return Part(data=data, lines=[verdict["sentence"], *answers], page=_first(view, verdict))
 
 
@@ -76,12 +76,12 @@ def _first(view: View, verdict: dict[str, Any]) -> str:
     ends = speeds.name + " " + Speed(*view.analysis.speeds, digits=5, between=" to ", bare=True) + f" {speeds.unit}"
     revision = f" · revision {project.revision}" if project.revision else ""
     drawn = stacked(drive_figure(view)[:1], 250.0, "oscillation of the error against speed", PAGE)
-    rows = "".join(f"<tr><th>{escape(w)}</th><td>{escape(said)}</td></tr>\n" for w, said in verdict["answers"].items())
+    rows = "".join(f"<tr><th>{escape(w)}</th><td>{escape(text)}</td></tr>\n" for w, text in verdict["answers"].items())
     over = "" if verdict["answer"] == "all right" else " over"
     marks = MARKS if view.analysis.train_curve is None and view.analysis.regimes else ""
     return (
         f"<header><h1>{escape(project.title)}</h1>\n"
-        + paragraph(f"Dynamic error analysis · {gear} · {_about(view)} · {view.told(ends)}{revision}", "sub")
+        + paragraph(f"Dynamic error analysis · {gear} · {_about(view)} · {view.rendered(ends)}{revision}", "sub")
         + f'</header>\n<div class="verdict{over}">{paragraph(verdict["headline"], "answer")}'
         + f'<div class="first"><figure>{drawn}</figure>{_orders(view)}</div>\n'
         + paragraph(marks, "note")
@@ -90,7 +90,7 @@ def _first(view: View, verdict: dict[str, Any]) -> str:
 
 
 def _orders(view: View) -> str:
-    """What can be ordered or set, the oscillation that it leaves, and whether that is above the limit."""
+    """Table of changes that can be ordered or set, the oscillation after each, and its mark against the limit."""
     rows, mark = list[tuple[str, str]](), {True: " ✗", False: " ✓", None: ""}
     for remedy in [one for one in view.analysis.remedies if can_be_ordered(one) and one.helps][:FIRST]:
         left = view.angle.text(after_change(view, remedy)["oscillation_rad"], view.project.digits())
@@ -99,7 +99,7 @@ def _orders(view: View) -> str:
     note = f"Each alone, with the oscillation that it leaves{within}." * bool(rows)
     verdict = view.analysis.verdict
     if verdict.answer is Answer.BUT:
-        rows.append((str(view.told(Sentence("keep to {}", ranges(verdict.allowed, -1)))), ""))
+        rows.append((str(view.rendered(Sentence("keep to {}", ranges(verdict.allowed, -1)))), ""))
     table = html_table(("what", "leaves"), rows) + paragraph(note, "note")
     return f"<div><h2>What can be ordered or set</h2>{table}</div>" if rows else ""
 
@@ -116,7 +116,7 @@ def _largest(view: View, largest: Largest, name: str) -> dict[str, Any]:
     """A largest error as data; the torque is that of the load, where the drive has a range of them."""
     origin = {"method": largest.method, "of": largest.of, "load_torque_Nm": largest.torque}
     beat = {} if largest.beat is None else sizes(largest.smallest, "smallest") | {"beat_s": largest.beat}
-    return view.place(largest.omega) | sizes(largest.peak, name) | origin | beat
+    return view.speed_data(largest.omega) | sizes(largest.peak, name) | origin | beat
 
 
 def natural_frequencies(view: View) -> list[dict[str, Any]]:
@@ -144,7 +144,7 @@ def _required_motor(view: View) -> dict[str, Any] | None:
     motor, limits = view.analysis.motor, view.project.motor_limits or MotorLimits()
     if motor is None:
         return None
-    return view.place(motor.at) | {
+    return view.speed_data(motor.at) | {
         "torque_Nm": motor.torque,
         "holding_torque_Nm": motor.holding,
         "load_torque_Nm": motor.load,
@@ -163,15 +163,15 @@ def _largest_torque(view: View) -> dict[str, Any]:
     loads = [load for load, drive in view.analysis.curves if drive.usage.peak_torque == used.peak_torque]
     names = ("repeated_peak_torque", "ratcheting_torque", "momentary_torque")
     of_gear = {f"{name}_Nm": getattr(view.project.gear, name, None) for name in names}
-    known = {"torque_Nm": used.peak_torque, "load_torque_Nm": loads[0] if loads else None}
-    return view.place(used.at_peak) | known | of_gear
+    carried = {"torque_Nm": used.peak_torque, "load_torque_Nm": loads[0] if loads else None}
+    return view.speed_data(used.at_peak) | carried | of_gear
 
 
 def cautions(view: View) -> Part:
     """Warnings of the analysis, exceeded limits of the gear, and doubts about the file."""
-    said = warnings(view)
-    lines = [f"{counted(len(said), 'warning')} in the report"] if said else []
-    return Part(data={"warnings": said}, sentences=said, lines=lines, kind="warn")
+    sentences = warnings(view)
+    lines = [f"{counted(len(sentences), 'warning')} in the report"] if sentences else []
+    return Part(data={"warnings": sentences}, sentences=sentences, lines=lines, kind="warn")
 
 
 def warnings(view: View) -> list[str]:

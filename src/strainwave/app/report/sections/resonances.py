@@ -44,9 +44,9 @@ def resonances(view: View) -> Part:
     regimes, jumps = view.analysis.regimes, _jumps(view.analysis)
     rows = [_resonance(view, i, regime, jumps[i - 1]) for i, regime in enumerate(regimes, 1)]
     data = {"resonances": rows, "resonance_remark": "" if rows else _remark(view)}
-    found = [(i, regime) for i, regime in enumerate(regimes, 1) if regime.inside]
-    without = [f"Resonance {i}: " + (r.reason or r.existence) + "." for i, r in found if not _branches(r)]
-    same = len(found) > 1 and len({regime.reason or i for i, regime in found}) == 1
+    inside = [(i, regime) for i, regime in enumerate(regimes, 1) if regime.inside]
+    without = [f"Resonance {i}: " + (r.reason or r.existence) + "." for i, r in inside if not _branches(r)]
+    same = len(inside) > 1 and len({regime.reason or i for i, regime in inside}) == 1
     notes = [f"{HEADS} Order: repeats per turn of the {view.speeds.base_angle}.", *without[: 1 if same else None]]
     drawn = [(figure_of(view, r), verdict(row)) for r, row in zip(regimes, rows, strict=True) if _branches(r)]
     return Part(
@@ -96,7 +96,7 @@ def escalation(row: dict[str, Any]) -> str:
 
 
 def _remark(view: View) -> str | Sentence:
-    """Why no resonance is listed; where motions beat, the speeds of small oscillations."""
+    """Reason why no resonance is listed; of motions that beat, the speeds of small oscillations."""
     omega_0, orders = view.analysis.point.omega_0, equation_orders(view.analysis.system)
     if not (omega_0 and any(order % 1 for order in orders)):
         return NO_STIFFNESS
@@ -135,10 +135,10 @@ def _resonance(view: View, index: int, regime: Regime, jumps: list[float]) -> di
         "name": regime.name,
         "order": regime.order,
         "resonance": f"{regime.resonance.p}:{regime.resonance.q}",
-        **view.place(regime.omega),
+        **view.speed_data(regime.omega),
         "inside_range": regime.inside,
         "top": None if regime.top is None else _at(view, *regime.top),
-        "jumps": [view.place(value) for value in jumps],
+        "jumps": [view.speed_data(value) for value in jumps],
         "steady_amplitudes_rad": [{"value": s.amplitude, "stable": s.stable} for s in regime.states],
         "existence": regime.existence,
         "certificate": _certificate(regime.certificate),
@@ -153,7 +153,7 @@ def _resonance(view: View, index: int, regime: Regime, jumps: list[float]) -> di
 
 
 def _at(view: View, omega: float, amplitude: float) -> dict[str, Any]:
-    return view.place(omega) | sizes(amplitude, "amplitude")
+    return view.speed_data(omega) | sizes(amplitude, "amplitude")
 
 
 def _peak_error(regime: Regime, peak: tuple[float, float] | None) -> dict[str, Any] | None:
@@ -163,9 +163,9 @@ def _peak_error(regime: Regime, peak: tuple[float, float] | None) -> dict[str, A
     if regime.top is not None:
         omega, amplitude = regime.top
         return {"amplitude": peak[1] / amplitude - 1.0, "speed": peak[0] / omega - 1.0, "predicted": False}
-    if (found := regime.at_peak) is None:
+    if (predicted := regime.at_peak) is None:
         return None
-    return {"amplitude": found.amplitude, "speed": abs(found.speed), "predicted": True}
+    return {"amplitude": predicted.amplitude, "speed": abs(predicted.speed), "predicted": True}
 
 
 def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
@@ -273,15 +273,15 @@ def _repeated_time(cycle: Cycle, times: int) -> Floats:
 
 
 def envelope(t: Floats, x: Floats, starts: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
-    """Lowest and highest value in each piece that begins with a sample of `starts`, and where: its middle, or the end.
+    """Lowest and highest value and middle of each piece that begins with a sample of `starts`; of both ends the end.
 
     Of more than `BINS` pieces neighbours are taken together.
     """
     starts = starts[:: -(-len(starts) // BINS)]
     low, high = np.minimum.reduceat(x, starts), np.maximum.reduceat(x, starts)
-    at = np.add.reduceat(t, starts) / np.diff([*starts, len(t)])
-    at[0], at[-1] = t[0], t[-1]
-    return low, high, at
+    middles = np.add.reduceat(t, starts) / np.diff([*starts, len(t)])
+    middles[0], middles[-1] = t[0], t[-1]
+    return low, high, middles
 
 
 def figure_of(view: View, regime: Regime) -> str:
@@ -293,16 +293,16 @@ def figure_of(view: View, regime: Regime) -> str:
     low, high = regime.band()
     p, q = regime.resonance
     turning = speeds.name.removeprefix("forcing frequency ")
-    place = turning if regime.resonance.ratio == 1 else f"{regime.resonance.ratio} × {turning}"
-    panel = Panel("", of_speeds(speeds), view.angle.axis(f"torsion amplitude at {place}"), xlim=(low, high))
+    speed_name = turning if regime.resonance.ratio == 1 else f"{regime.resonance.ratio} × {turning}"
+    panel = Panel("", of_speeds(speeds), view.angle.axis(f"torsion amplitude at {speed_name}"), xlim=(low, high))
     top = curve.peak[1]
     if q == 1:
-        near = fine(analysis.close.get(regime.resonance, analysis.exact))
-        exact = near.curve
+        smooth = fine(analysis.close.get(regime.resonance, analysis.exact))
+        exact = smooth.curve
         keep = (exact.omega >= low * (1.0 - 1e-12)) & (exact.omega <= high * (1.0 + 1e-12))
-        amplitude = near.torsion_amplitude(analysis.system, p)
+        amplitude = smooth.torsion_amplitude(analysis.system, p)
         top = max(top, float(np.max(amplitude[keep], initial=0.0)))
-        draw_exact(panel, near.method, exact.omega, amplitude, exact.stable, keep)
+        draw_exact(panel, smooth.method, exact.omega, amplitude, exact.stable, keep)
         folds = [fold.omega for fold in exact.folds if low <= fold.omega <= high]
         draw_folds(panel, folds, [float(amplitude[exact.omega == omega][0]) for omega in folds])
     for branch in curve.branches:

@@ -50,7 +50,7 @@ def _run_up(view: View) -> list[dict[str, Any]]:
     sides = (("up", run.up, run.curve_up), ("down", run.down, run.curve_down))
     return [
         {"direction": direction}
-        | view.place(motion.omega)
+        | view.speed_data(motion.omega)
         | sizes(motion.peak if motion.status else None)
         | {
             "exact_peak_rad": float(curve),
@@ -65,17 +65,17 @@ def _run_up(view: View) -> list[dict[str, Any]]:
 
 
 def sweep_sentences(exact: DriveResponse) -> list[str]:
-    """What a slow run-up and run-down do, a sentence for each."""
+    """Sentences on a slow run-up and a slow run-down."""
     sweep, sentences = exact.sweep, list[str]()
     if sweep is None:
         return ["No motion on the curve is stable."]
     if sweep.finished_up and sweep.finished_down and not (sweep.on_run_up or sweep.on_run_down):
         return ["On a slow run-up or run-down the largest |error|, its mean included, does not jump."]
     up, down = (sweep.on_run_up, sweep.finished_up), (sweep.on_run_down, sweep.finished_down)
-    for name, (jumps, whole) in {"run-up": up, "run-down": down}.items():
+    for name, (jumps, complete) in {"run-up": up, "run-down": down}.items():
         steps = [Sentence("from {} to {} at {}", Angle(j.before), Angle(j.after), Speed(j.value)) for j in jumps]
         does = "jumps " + Sentence(" and ").join(steps) if jumps else "does not jump"
-        end = "." if whole else "; the curve has no stable motion all the way, so the drive leaves it."
+        end = "." if complete else "; the curve has no stable motion all the way, so the drive leaves it."
         sentences.append(f"On a slow {name} the largest |error|, its mean included, " + does + end)
     return sentences
 
@@ -108,14 +108,14 @@ OF_THEORY = (
 
 
 def single_speeds(view: View) -> Part:
-    """The speeds that the project names, or the main resonances and a place away from them, with the drive's motion."""
+    """The speeds that the project names, or the main resonances and a speed away from them, with the drive's motion."""
     cases, remarks = _cases(view), list(view.analysis.remarks)
     rows = [_case(view, case) | {"drive": _drive(case, motion)} for case, motion in cases]
-    known = [row for row in rows if row["drive"]]
+    of_drive = [row for row in rows if row["drive"]]
     motor = "a motor driven by torque" if view.project.motor == "free" else "an ideally held motor, a rigid load"
-    alone = ALONE.format(motor, ", ".join(view.project.left_out)) if known else ""
+    alone = ALONE.format(motor, ", ".join(view.project.left_out)) if of_drive else ""
     tables = [
-        Table(known, OF_DRIVE, "The whole drive"),
+        Table(of_drive, OF_DRIVE, "The whole drive"),
         Table(rows, OF_EQUATION, "The error equation"),
         Table(rows, OF_THEORY, "Multiple scales against integration"),
     ]
@@ -138,15 +138,15 @@ def beat_of_turns(view: View) -> Part:
     beat, motions = view.analysis.beat, view.analysis.drive
     if beat is None:
         return Part(data={"beat": None})
-    known = {"turns": beat.turns, "period_s": beat.period, "difference_to_integration": beat.difference}
-    data = view.place(beat.omega) | known | {"oscillation_of_each_turn_rad": beat.balanced.tolist()}
+    period = {"turns": beat.turns, "period_s": beat.period, "difference_to_integration": beat.difference}
+    data = view.speed_data(beat.omega) | period | {"oscillation_of_each_turn_rad": beat.balanced.tolist()}
     smallest = view.analysis.largest_oscillation().smallest or 0.0
     sizes_of = [Angle(size) for size in (float(np.max(beat.balanced)), smallest)]
     text = "The error {}, {} s at {}: it oscillates with {} in the largest turn and "
     every, text = beat_said(view.project.whole)[1], f"{text}with {{}} in the smallest; {A_TURN}."
-    said = Sentence(text, every, number(beat.period, 3), Speed(beat.omega), *sizes_of)
+    sentence = Sentence(text, every, number(beat.period, 3), Speed(beat.omega), *sizes_of)
     if beat.difference is not None:
-        said += f" Integration gives the same within {percent(beat.difference, 2)} of the largest turn."
+        sentence += f" Integration gives the same within {percent(beat.difference, 2)} of the largest turn."
     number_of = np.arange(1, len(beat.balanced) + 1)
     panel = Panel("", Axis("turn of the motor"), view.angle.axis("oscillation of the turn"), ylim=(0.0, None))
     panel.line(number_of, beat.balanced, BLUE, "harmonic balance")
@@ -157,7 +157,7 @@ def beat_of_turns(view: View) -> Part:
         waves_data(motions.curve, motions.top),
     )
     table = Table(waves[:8], title=f"The largest of {len(waves)} waves, repeats per turn of motor and output")
-    return Part("The beat", {"beat": data}, [said], [table], figures=[drawn])
+    return Part("The beat", {"beat": data}, [sentence], [table], figures=[drawn])
 
 
 def _cases(view: View) -> list[tuple[TimeCase, DriveMotion | None]]:
@@ -188,7 +188,7 @@ def _case(view: View, case: TimeCase) -> dict[str, Any]:
     theory, simulated = case.amplitudes
     return {
         "name": case.name,
-        **view.place(case.omega),
+        **view.speed_data(case.omega),
         "regime": str(case.resonance),
         **sizes(case.peak_from_rest if case.transient.status else None, "peak_from_rest"),
         "peak_multiple_scales_rad": compared.peak_theory if compared else None,

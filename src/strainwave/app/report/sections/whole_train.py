@@ -38,21 +38,21 @@ def whole_train(view: View) -> Part:
     if study is None:
         return Part(data={"train": None, "reduction": reduced})
     data = train_data(view, study)
-    at, control = data["operating_point"], study.train.motor.control
+    point, control = data["operating_point"], study.train.motor.control
     gains = ", ".join(f"{p.path.removeprefix('loop.')} = {number(p.value)} {sign(p.unit)}" for p in parameters(control))
-    angle = "" if at["load_angle_rad"] is None else f", at a load angle of {number(at['load_angle_rad'])}"
-    made, torque = data["parts"], number(at["torque_in_gear_Nm"])
-    said = (
+    angle = "" if point["load_angle_rad"] is None else f", at a load angle of {number(point['load_angle_rad'])}"
+    made, torque = data["parts"], number(point["torque_in_gear_Nm"])
+    text = (
         f"{made[:1].upper()}{made[1:]}. {gains and f'Motor control: {gains}. '}Operating point{angle}: "
-        f"{number(at['motor_speed_rpm'])} rpm, mean torque in the gear {torque} N·m. Linearised about it the "
+        f"{number(point['motor_speed_rpm'])} rpm, mean torque in the gear {torque} N·m. Linearised about it the "
         f"train is {'stable' if data['stable'] else 'NOT stable'}; its modes, and the speeds in rpm at which an "
         "order of the excitation meets them:"
     )
     on = "load, as the motor is held" if data["control"] == "Held" else "motor"
     drawn = figure([study.bode.panels()], 290.0, "Bode plot"), f"{RESPONSE} {on}, about that operating point."
     table = Table(data["modes"], "hertz damping_ratio met_at_rpm")
-    known = {"train": data, "reduction": reduced}
-    return Part("The whole drive train", known, [said], [table], study.remarks, [drawn], lines=[])
+    both = {"train": data, "reduction": reduced}
+    return Part("The whole drive train", both, [text], [table], study.remarks, [drawn], lines=[])
 
 
 def run_up_of_train(view: View) -> Part:
@@ -73,17 +73,17 @@ def _run_said(ramp: Ramp) -> Sentence:
     run = _run_data(ramp)
     lost = sorted(((J, name) for name, J in run["heat_J"].items() if J), reverse=True)
     heat = ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
-    said = Sentence(
+    sentence = Sentence(
         "A run-up through the speeds in {} s, after {} s at the lowest one: largest |pointing error| {} at {} rpm, "
         "largest torque through the gear {} N·m; heat: {}; energy balance closed to {}.",
         number(run["seconds"], 3), number(run["held_before_s"], 3), Angle(run["largest_pointing_error_rad"]),
         number(run["at_rpm"], 5), number(run["largest_torque_Nm"]), heat, number(run["imbalance"], 1),
     )  # fmt: skip
-    return Sentence(" ").join([said, *run["warnings"]])
+    return Sentence(" ").join([sentence, *run["warnings"]])
 
 
 def train_data(view: View, study: TrainStudy) -> dict[str, Any]:
-    """What a train is made of, its operating point, its modes, its steady motions and its run-up."""
+    """Parts of a train, its operating point, its modes, its steady motions and its run-up."""
     control = study.train.motor.control
     state = tuple(study.state.tolist())
     return {
@@ -104,7 +104,7 @@ def train_data(view: View, study: TrainStudy) -> dict[str, Any]:
         ],
         "curve": None if study.curve is None else _curve_data(view, study.curve),
         "run_up": None if study.ramp is None else _run_data(study.ramp),
-        "gravity_exactly": (at := study.gravity) and view.place(at[0]) | sizes(at[1], "oscillation"),
+        "gravity_exactly": (top := study.gravity) and view.speed_data(top[0]) | sizes(top[1], "oscillation"),
         "remarks": list(study.remarks),
     }
 
@@ -125,7 +125,7 @@ def modes(view: View) -> list[dict[str, Any]]:
 
 
 def parts(view: View) -> str:
-    """What the train of a project is made of, in words."""
+    """Parts of the train of a project, in words."""
     train: Any = view.project.train
     couplings = len(train.load.couplings())
     shafts = (("motor", train.motor), ("load", train.load.end()))
@@ -143,17 +143,17 @@ def parts(view: View) -> str:
 
 def motor_in_words(name: str) -> str:
     """The motor of a `motor_name`: ideally held, free, in a loop, or with a control of the user's own."""
-    known = {"held": "a motor that is ideally held", "free": "a free motor"}
-    return known.get(name, f"a motor in a {name}" if "loop" in name else f"a motor with the control {name}")
+    ideal = {"held": "a motor that is ideally held", "free": "a free motor"}
+    return ideal.get(name, f"a motor in a {name}" if "loop" in name else f"a motor with the control {name}")
 
 
 def _curve_data(view: View, curve: DriveResponse) -> dict[str, Any]:
-    at, known = curve.largest(), curve_data(view.speeds, curve)
-    return {key: known[key] for key in ("harmonics", "left_out_relative", "complete", "rough", "message")} | {
+    top, facts = curve.largest(), curve_data(view.speeds, curve)
+    return {key: facts[key] for key in ("harmonics", "left_out_relative", "complete", "rough", "message")} | {
         "without_gravity": curve.without_angle,
         "all_stable": bool(np.all(curve.stable)),
         "largest_across_gear_rad": curve.gear_peak,
-        "at_rpm": None if at is None else float(curve.omega[at]) / RPM,
+        "at_rpm": None if top is None else float(curve.omega[top]) / RPM,
         "jumps": [{"omega_rad_per_s": w, "motor_speed_rpm": w / RPM} for w in jump_speeds(curve)],
     }
 
@@ -180,7 +180,7 @@ def _run_data(ramp: Ramp) -> dict[str, Any]:
 
 
 def reduction(view: View) -> dict[str, Any] | None:
-    """What the error equation makes of the drive in place of its train; None without a curve of that.
+    """Comparison of the error equation with the train of the drive; None without a curve of that.
 
     The oscillations are compared: the mean holds the wind-up of a loop, which that equation has not.
     """
@@ -190,18 +190,18 @@ def reduction(view: View) -> dict[str, Any] | None:
         return None
     motor = "a free motor" if view.project.motor == "free" else "an ideally held motor"
     load = under_load(view.project.mean_load_torque if view.analysis.load_cases else None)
-    whole, reduced = float(curve.oscillation[top]), float(exact.oscillation[top_reduced])
+    full, reduced = float(curve.oscillation[top]), float(exact.oscillation[top_reduced])
     fast, slow = float(curve.omega[top]), float(exact.omega[top_reduced])
-    apart = max(abs(np.log(reduced / whole)), abs(np.log(slow / fast))) > np.log1p(APART)
+    apart = max(abs(np.log(reduced / full)), abs(np.log(slow / fast))) > np.log1p(APART)
     return {
         **sizes(reduced, "oscillation"),
-        **view.place(slow),
-        "oscillation_relative_to_train": reduced / whole,
+        **view.speed_data(slow),
+        "oscillation_relative_to_train": reduced / full,
         "speed_relative_to_train": slow / fast,
         "far_apart": bool(apart),
         "sentence": Sentence(
             f"With {motor} and a rigid load, as in the error equation, the oscillation{load} would reach {{}} at "
-            f"{{}}: {_times(reduced / whole, 'as large as that', ' that')} of the train, at "
+            f"{{}}: {_times(reduced / full, 'as large as that', ' that')} of the train, at "
             f"{_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
             Speed(slow, digits=5),
@@ -210,11 +210,11 @@ def reduction(view: View) -> dict[str, Any] | None:
 
 
 def about_appendix(view: View) -> str:
-    """What the appendix is about, where that is not the whole drive, and how far it is from it; empty otherwise."""
+    """Sentences on an appendix that is not about the whole drive, and its distance from that; empty otherwise."""
     if view.analysis.train is None:
         return ""
-    said, found = "Resonances, single speeds and stability are those of the error equation.", reduction(view)
-    return f"{said} {view.told(found['sentence'])}" if found else said
+    text, compared = "Resonances, single speeds and stability are those of the error equation.", reduction(view)
+    return f"{text} {view.rendered(compared['sentence'])}" if compared else text
 
 
 def _times(ratio: float, same: str, of: str) -> str:
@@ -226,9 +226,9 @@ def train_warning(view: View) -> list[str]:
     study = view.analysis.train
     if study is None or study.left_out is not None:
         return []
-    if (found := reduction(view)) is not None:
+    if (compared := reduction(view)) is not None:
         about = " Resonances, single speeds and the proof of stability in the appendix are about that equation."
-        return [found["sentence"] + about] if found["far_apart"] else []
+        return [compared["sentence"] + about] if compared["far_apart"] else []
     return [
         "Resonances, single speeds, speeds to avoid and the proof of stability are about the error equation with an "
         "ideally held motor and a rigid load: the whole drive train has a run-up alone."
@@ -240,8 +240,8 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> tuple[str, Sentenc
     keep = run.trajectory.t >= ramp.begin
     speed = run.motor_speed[keep]
     panel = Panel("", MOTOR, view.angle.axis("pointing error"))
-    low, high, at = envelope(speed, run.pointing[keep], turns(run.trajectory.t[keep], speed))
-    panel.band(at, low, high, BLUE, "run-up of the whole train (band of its turns)")
+    low, high, middles = envelope(speed, run.pointing[keep], turns(run.trajectory.t[keep], speed))
+    panel.band(middles, low, high, BLUE, "run-up of the whole train (band of its turns)")
     curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |error|", DASHES)]
     if study.curve is not None:
         name = "whole train, steady, largest |error|" + (" without gravity" if study.curve.without_angle else "")
@@ -262,20 +262,20 @@ def motors(view: View) -> Part:
         {
             "motor": case.name,
             **sizes(None if case.drive is None else case.oscillation, "oscillation"),
-            **view.place(case.omega),
+            **view.speed_data(case.omega),
             "jumps": case.jumps,
             "remark": "no steady curve" if case.drive is None else "",
         }
         for case in view.analysis.motors
     ]
-    ratio, said = spread(view.analysis.motors) if rows else None, list[str]()
+    ratio, texts = spread(view.analysis.motors) if rows else None, list[str]()
     if cases := [case for case in view.analysis.motors if case.drive is not None]:
-        places = [Sentence("{} at {} with ", Angle(case.oscillation), Speed(case.omega, digits=4)) for case in cases]
-        oscillations = listed(one + motor_in_words(case.name) for one, case in zip(places, cases, strict=True))
+        motions = [Sentence("{} at {} with ", Angle(case.oscillation), Speed(case.omega, digits=4)) for case in cases]
+        oscillations = listed(one + motor_in_words(case.name) for one, case in zip(motions, cases, strict=True))
         decides = f"the choice changes it {number(ratio, 2)} times" if ratio and ratio > MATTERS else LITTLE
-        said = [
+        texts = [
             "The file names no motor: this report is about one that is ideally held. The error oscillates with "
             + oscillations
             + f"; {decides}. Write the loop of the drive, for example 'loop: {{bandwidth: 30 Hz, damping: 0.7}}'."
         ]
-    return Part("What the motor changes", {"motors": rows, "motor_ratio": ratio}, said, [Table(rows)], lines=said)
+    return Part("What the motor changes", {"motors": rows, "motor_ratio": ratio}, texts, [Table(rows)], lines=texts)
