@@ -1,1 +1,1 @@
-"""Which gains of the motor's loop are best: what they are judged by, the search, its result."""
+"""Best gains of the motor's loop: goals and limits, the search, its result."""

@@ -25,7 +25,7 @@ SETTLED, TIMES = 0.02, 4000  # share of the largest deviation, and times that ar
 
 
 class LoopFigures(NamedTuple):
-    """What the linear loop shows with some gains.
+    """Figures of the linear loop with some gains.
 
     Attributes
     ----------
@@ -91,8 +91,8 @@ class OpenLoop:
         extra = np.append(around_poles(poles, ABOUT), self.grid[0] * np.exp(-lower))
         grid = np.concatenate([self.grid, extra])
         if self.sampling is not None:
-            found, answered = self._sampled(control, self.sampling), _disturbed(poles[moving], angle, grid)
-            return UNSTABLE if found is None else LoopFigures(*map(float, (*found, *answered)))
+            margins, answered = self._sampled(control, self.sampling), _disturbed(poles[moving], angle, grid)
+            return UNSTABLE if margins is None else LoopFigures(*map(float, (*margins, *answered)))
         order = np.argsort(grid)
         grid = grid[order]
         answer = np.concatenate([self.answer, self.loop.answer(extra)])[order]
@@ -143,9 +143,9 @@ def crossings(grid: Floats, L: Complexes) -> tuple[Floats, Floats]:
     turn = (np.diff(phase) + pi) % (2.0 * pi) - pi
     rows = []
     for values, steps, level, slopes in ((size, np.diff(size), phase, turn), (phase, turn, -size, -np.diff(size))):
-        at = np.flatnonzero((values[:-1] * (values[:-1] + steps) < 0.0) & (np.abs(steps) < 0.5 * pi))
-        share = -values[at] / steps[at]
-        rows.append(np.column_stack([grid[at] + share * np.diff(grid)[at], level[at] + share * slopes[at]]))
+        k = np.flatnonzero((values[:-1] * (values[:-1] + steps) < 0.0) & (np.abs(steps) < 0.5 * pi))
+        share = -values[k] / steps[k]
+        rows.append(np.column_stack([grid[k] + share * np.diff(grid)[k], level[k] + share * slopes[k]]))
     return rows[0], np.column_stack([rows[1][:, 0], np.exp(rows[1][:, 1])])
 
 

@@ -21,7 +21,7 @@ LABELS = {"settling": "settling of the move", "move": "error in the move", "moto
 
 
 class GainSensitivity(NamedTuple):
-    """How the measure answers to one gain: its relative change for a step up and a step down.
+    """Sensitivity of the measure to one gain: its relative change for a step up and a step down.
 
     None where the step breaks a limit or leaves the range; the measure is the geometric mean of the goals.
     """
@@ -36,13 +36,13 @@ class GainSensitivity(NamedTuple):
         return tuple(map(Fact, self._fields, self))
 
     def __str__(self) -> str:
-        ways = ("more", self.up), ("less", self.down)
-        sides = [f"{number(100.0 * self.step)} % {way} {changed(change)}" for way, change in ways]
+        changes = ("more", self.up), ("less", self.down)
+        sides = [f"{number(100.0 * self.step)} % {word} {changed(change)}" for word, change in changes]
         return f"{self.gain}: {', '.join(sides)}"
 
 
 class GainCost(NamedTuple):
-    """What 5 % more or less of a gain costs most: the gain, its change, what becomes worse, before, after, its unit."""
+    """Largest cost of 5 % more or less of a gain: the gain, its change, the worse measure, before, after, its unit."""
 
     gain: str
     step: float
@@ -52,10 +52,10 @@ class GainCost(NamedTuple):
     unit: str
 
     def __str__(self) -> str:
-        way = "more" if self.step > 0.0 else "less"
+        word = "more" if self.step > 0.0 else "less"
         ratio = self.after / self.before - 1.0
         much = f"{number(100.0 * ratio, 2)} % more" if isfinite(ratio) else "without end"
-        return f"{number(100.0 * abs(self.step))} % {way} {self.gain} costs most: {self.measure} {much}"
+        return f"{number(100.0 * abs(self.step))} % {word} {self.gain} costs most: {self.measure} {much}"
 
 
 class NotchAdvice(NamedTuple):
@@ -75,9 +75,9 @@ class TunedLoop(Result):
     Attributes
     ----------
     goals, gains : tuple of str
-        What is made small, and the gains that are tuned.
+        Goals, which are made small, and the gains that are tuned.
     limits : TuningLimits
-        What must hold.
+        Limits that hold.
     ranges : tuple of (float, float)
         Range of each gain that was searched.
     before, rule, recommended : TuningPoint
@@ -88,22 +88,22 @@ class TunedLoop(Result):
     binding : tuple of str
         Limits, and ends of the range of a gain, at which the recommended gains stand.
     sensitivities : tuple of GainSensitivity
-        How the goals answer to each gain.
+        Changes of the goals by each gain.
     control : loop
         The loop with the recommended gains.
     response_before, response_after : DriveResponse or None
         Nonlinear response of the project with both, under the load with the largest oscillation; None where no motion
         is stable.
     computed : int
-        How many nonlinear responses and moves were computed.
+        Number of nonlinear responses and moves that were computed.
     notch : NotchAdvice or None
         A notch filter that makes the goals better, where one was asked for and does.
     remarks : tuple of str
-        What was assumed.
+        Assumptions.
     drive_units : tuple of DriveUnit
-        What 1 of the drive's own parameters is, where the file says it.
+        Sizes of 1 of the drive's own parameters, where the file gives them.
     cost : GainCost or None
-        What a change of one gain by 5 % costs most; None where nothing becomes worse.
+        Largest cost of a change of one gain by 5 %; None where nothing becomes worse.
     """
 
     goals: tuple[str, ...]
@@ -143,7 +143,7 @@ class TunedLoop(Result):
         return {name: ("point", table[:, i], units[i]) for i, name in enumerate(names)}
 
     def facts(self) -> tuple[Fact, ...]:
-        """Everything that is said of a tuning, once."""
+        """Every fact of a tuning, once."""
         rows = (("file", self.before), ("rule", self.rule), ("recommended", self.recommended))
         stable = isfinite(self.before.figures.peak_sensitivity)
         broken = [name for name, used in self.before.used(self.limits).items() if used > 1.0]
@@ -176,7 +176,7 @@ class TunedLoop(Result):
         )  # fmt: skip
 
     def _beside(self, p: TuningPoint) -> Iterator[tuple[str, float | None]]:
-        """What is told beside the goals: the same of every point, None where an unstable loop has none."""
+        """Figures beside the goals: the same of every point, None where an unstable loop has none."""
         beside = {"pointing": p.pointing, "compliance": p.figures.compliance, "settling": p.move_settling}
         moves = not isnan(self.recommended.move_settling)
         for name, value in beside.items():
@@ -191,12 +191,12 @@ class TunedLoop(Result):
     def _in_drive_units(self) -> Iterator[Fact]:
         """The recommended gains as the drive has them."""
         gains, units = dict(zip(self.gains, self.recommended.gains, strict=True)), self.drive_units
-        known = [one for one in units if one.gain in gains and gain_unit(self.control, one.gain) == one.unit]
-        values = {one.gain: gains[one.gain] / one.size for one in known}
+        usable = [one for one in units if one.gain in gains and gain_unit(self.control, one.gain) == one.unit]
+        values = {one.gain: gains[one.gain] / one.size for one in usable}
         if values:
             yield Fact("in_drive_units", values)
-            said = ", ".join(f"{gain} {number(value)}" for gain, value in values.items())
-            yield Fact("", said, "recommended, in the drive's own units: {}")
+            text = ", ".join(f"{gain} {number(value)}" for gain, value in values.items())
+            yield Fact("", text, "recommended, in the drive's own units: {}")
 
     def _notch(self, notch: NotchAdvice) -> tuple[Fact, ...]:
         change = np.mean(np.log(np.array(notch.point.goals) / np.array(self.recommended.goals)))

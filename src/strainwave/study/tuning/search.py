@@ -64,8 +64,8 @@ class Search:
         """Best gains that stay about as good where one is 5 % more or less; the best of all if none does."""
         value = self.measure(best)
         others = sorted((self.of(point), key) for key, point in self.computed.items() if value < self.of(point) < inf)
-        places = [best, *(np.array(key) for _, key in others[:CHOICES])]
-        return next((x for x in places if self.measure(x) < inf and self.trial.sturdy(x, True)), best)
+        candidates = [best, *(np.array(key) for _, key in others[:CHOICES])]
+        return next((x for x in candidates if self.measure(x) < inf and self.trial.sturdy(x, True)), best)
 
     def of(self, point: TuningPoint) -> float:
         """The measure of a point; infinite where it breaks a limit."""
@@ -73,7 +73,7 @@ class Search:
         return inf if broken else self._mean(np.array(point.goals))
 
     def _beaten(self, goals: Floats, x: Floats) -> bool:
-        """Whether a computed point is better in all goals and the peak sensitivity; of many drives it is not asked."""
+        """True for goals that a computed point beats, its peak sensitivity too; always of many drives."""
         if len(self.trial.drives) > MANY:
             return True
         peak = self.trial.linear(x).figures.peak_sensitivity
@@ -84,7 +84,7 @@ class Search:
             return float(np.mean(np.log(goals / self.reference)))
 
     def run(self, starts: Sequence[Floats], progress: Callable[[str, float], None]) -> Floats:
-        """Best place of all, from the starts and points of the box; the starts have a place in the box."""
+        """Best gains of all, from the starts and points of the box; the starts lie in the box."""
         from scipy.stats import qmc  # a second of every start that a search alone waits for
 
         sown = self.low + qmc.Halton(len(self.low), scramble=False).random(SPREAD + 1)[1:] * (self.high - self.low)
@@ -92,12 +92,12 @@ class Search:
         values: list[float] = []
         for x in begins:
             values.append(self.measure(x, sorted(values)[STARTS - 1] if len(values) >= STARTS else inf))
-        places = []
-        for i, place in enumerate(np.argsort(values, kind="stable")[:STARTS]):
+        ends = []
+        for i, index in enumerate(np.argsort(values, kind="stable")[:STARTS]):
             progress(f"descent {i + 1} of {STARTS}", 0.2 + 0.15 * i)
-            places.append(self.descend(begins[place], COARSE, WORTH))
+            ends.append(self.descend(begins[index], COARSE, WORTH))
         progress("fine steps", 0.6)
-        x = self.fine(min(places, key=self.measure))
+        x = self.fine(min(ends, key=self.measure))
         progress("proof", 0.7)
         return self.descend(x, PROOF, GAINED, mixed=True)
 
@@ -150,9 +150,9 @@ class Search:
         return step, float(solution.fun)
 
     def _highest(self, x: Floats) -> list[Any]:
-        """Places and crests that gains make about as high as the highest, whose slopes are known."""
-        known = self.trial.crests if "pointing" in self.trial.setting.goals else {}
-        every = [(place, crest) for place, some in known.items() for crest in some]
+        """Crests, with drive and load, that gains make about as high as the highest, whose slopes are known."""
+        crests = self.trial.crests if "pointing" in self.trial.setting.goals else {}
+        every = [(case, crest) for case, some in crests.items() for crest in some]
         sizes = self._parts(x, every)[0][: len(every)]
         return [every[i] for i in np.flatnonzero(sizes > np.fmax.reduce(sizes, initial=-inf) + np.log(COUNTED))]
 
@@ -190,7 +190,7 @@ def moves(dimension: int, sizes: Sequence[float]) -> Iterator[Floats]:
 
 
 def least_broken(trial: Trial, x: Floats) -> Floats:
-    """Where the linear limits are broken least, by steps of one or two gains."""
+    """Gains that break the linear limits least, by steps of one or two gains."""
     for size in (*COARSE, *FINE):
         before = inf
         while 1.0 < trial.broken(x) < before:

@@ -1,4 +1,4 @@
-"""What gains are judged by: goals that shall be small, limits that hold, over all loads and units of a drive.
+"""Goals that shall be small and limits that hold, over all loads and units of a drive.
 
 A gain is a logarithm in here. All is deterministic.
 """
@@ -31,7 +31,7 @@ CLIFF = 0.2  # of a number, from which on a small change of a gain costs too muc
 
 
 class Goal(NamedTuple):
-    """What shall be small: its words, its key in JSON with the unit, its unit, and whether it is one of a move."""
+    """Goal, which shall be small: its words, its key in JSON with the unit, its unit; `of_move` for one of a move."""
 
     words: str
     key: str
@@ -49,7 +49,7 @@ GOALS = {
 
 
 class TuningLimits(NamedTuple):
-    """What must hold: largest sensitivity, least gain margin (a factor) and phase margin [rad], sheet of the motor.
+    """Limits that hold: largest sensitivity, least gain margin (a factor) and phase margin [rad], sheet of the motor.
 
     Where no goal is given, also the largest compliance [rad/(N*m)], and settling times [s] after a torque on the load
     and of each motion of the move.
@@ -112,7 +112,7 @@ class TuningPoint(NamedTuple):
         }
 
     def measures(self, goals: Sequence[str]) -> dict[str, tuple[float, str]]:
-        """What a change of gains may cost, with its unit: goals, compliance, settling."""
+        """Measures that a change of gains may make worse, with their units: goals, compliance, settling."""
         of_goals = {GOALS[name].words: (value, GOALS[name].unit) for name, value in zip(goals, self.goals, strict=True)}
         return of_goals | {
             "compliance": (self.figures.compliance, "rad/(N*m)"),
@@ -155,15 +155,15 @@ class Trial:
         motor, task = setting.limits.motor, drives[0].move
         self.motions = len(path_of(task.profile, task.start).motions()) if task and task.profile else 0
         self.of_move = any(GOALS[name].of_move for name in setting.goals)
-        self.full = isfinite(motor.most) or motor.lasts  # whether the torque of the motor and stability are computed
-        self.whole = False  # whether the move is computed, too, where no goal or limit asks for it
+        self.full = isfinite(motor.most) or motor.lasts  # the torque of the motor and stability are computed
+        self.with_move = False  # the move is computed, too, where no goal or limit asks for it
         self.points: dict[tuple[bytes, bool, bool], TuningPoint] = {}
         self.computed = 0  # responses and moves
 
     @property
     def moved(self) -> bool:
-        """Whether moves are computed: a goal or a limit is one of them."""
-        return self.of_move or bool(self.setting.limits.settlings) or (self.whole and self.motions > 0)
+        """True where moves are computed: a goal or a limit is one of them."""
+        return self.of_move or bool(self.setting.limits.settlings) or (self.with_move and self.motions > 0)
 
     def linear(self, x: Floats) -> TuningPoint:
         """The linear figures alone; goals are infinite."""
@@ -176,7 +176,7 @@ class Trial:
         return max(self.linear(x).used(self.setting.limits).values())
 
     def fits(self, x: Floats) -> bool:
-        """Whether the linear loop of every drive that counts keeps the limits."""
+        """True where the linear loop of every drive that counts keeps the limits."""
         if self.setting.share < 1.0:
             return self.broken(x) <= 1.0
         for i in self.order:
@@ -210,7 +210,7 @@ class Trial:
     def kept(self, x: Floats, surplus: Callable[[Floats], bool] | None = None) -> TuningPoint | None:
         """All that gains give; for a search goals stay infinite where the linear loop breaks a limit.
 
-        None where what the first drives and loads give is a `surplus`.
+        None where the first drives and loads give a `surplus`.
         """
         if surplus and not self.fits(x):
             return TuningPoint(gains_of(x), (inf,) * len(self.setting.goals), UNSTABLE)
@@ -230,16 +230,16 @@ class Trial:
                 if (limits and np.any(row[3:begin] > limits)) or surplus(np.fmax.reduce(worst)[begin:]):
                     self._first(i)
                     return None
-        torque, share, pointing, *rest = self._over(worst).tolist()
-        times, goals = rest[: self.motions], rest[self.motions :]
+        torque, share, pointing, *of_moves = self._over(worst).tolist()
+        times, goals = of_moves[: self.motions], of_moves[self.motions :]
         return TuningPoint(point.gains, tuple(goals), point.figures, torque, share, pointing, tuple(times))
 
     def sturdy(self, x: Floats, wholly: bool = False) -> bool:
-        """Whether no gain that is 5 % more or less costs compliance or settling, and `wholly` goals, more than 20 %."""
+        """True where no gain, 5 % more or less, costs compliance or settling (`wholly`: or goals) more than 20 %."""
         return all(ratio <= 1.0 + CLIFF for ratio, *_ in self.costs(x, self.point if wholly else self.linear))
 
     def costs(self, x: Floats, of: Callable[[Floats], TuningPoint]) -> Iterator[Cost]:
-        """What becomes worse where a gain is 5 % more or less."""
+        """Measures that become worse where a gain is 5 % more or less."""
         base = of(x).measures(self.setting.goals)
         for i, change, step in small_steps(x):
             after = of(x + step).measures(self.setting.goals)
@@ -248,7 +248,7 @@ class Trial:
                     yield after[name][0] / value, i, change, name, value, after[name][0], unit
 
     def _exceeds(self, point: TuningPoint, surplus: Callable[[Floats], bool]) -> bool:
-        """Whether goals are a surplus at a speed alone near which, with gains before, a drive oscillated most."""
+        """True for a surplus of goals at the speed alone about which, with gains before, a drive oscillated most."""
         if self.of_move or self.setting.share < 1.0:
             return False
         control = self.control(np.log(point.gains))
@@ -268,7 +268,7 @@ class Trial:
         return np.array([values.get(name, 0.0) for name in self.setting.goals])
 
     def _rows(self, i: int, point: TuningPoint) -> Iterator[tuple[int, Floats]]:
-        """How many rows are left; torque of the motor, its share, goals: in a move, and under each load.
+        """Number of rows that are left; torque of the motor, its share, goals: in a move, and under each load.
 
         The move comes first where a goal is one of it, else last.
         """
@@ -288,13 +288,13 @@ class Trial:
             self.computed += 1
             yield 0, self._of_move(having(self.drives[i], control))
 
-    def _of_speeds(self, drive: Project, place: tuple[int, int]) -> tuple[float, float, float]:
+    def _of_speeds(self, drive: Project, case: tuple[int, int]) -> tuple[float, float, float]:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
         train, speeds = drive.train, drive.speeds.limits
         if train is not None and self.harmonics is not None:
             top = top_of(train, speeds, self.harmonics, False)
             if top:
-                self._keep(top, place)
+                self._keep(top, case)
             if not self.full:
                 return nan, nan, top[1] if top else inf
         curve = train and drive_curve(train, speeds, harmonics=self.harmonics, coexisting=False, points=FEW)
@@ -305,10 +305,10 @@ class Trial:
         share = max(need.share(self.setting.limits.motor, limit) for limit in (PEAK, RMS))
         return curve.motor.torque, share, float(np.max(curve.oscillation[curve.curve.inside]))
 
-    def _keep(self, crest: Crest | BeatCrest, place: tuple[int, int]) -> None:
+    def _keep(self, crest: Crest | BeatCrest, case: tuple[int, int]) -> None:
         """Keep a crest, which stands for those of about the same speed."""
-        others = (other for other in self.crests.get(place, []) if abs(np.log(other.speed / crest.speed)) > APART)
-        self.crests[place] = [crest, *others][:CRESTS]
+        others = (other for other in self.crests.get(case, []) if abs(np.log(other.speed / crest.speed)) > APART)
+        self.crests[case] = [crest, *others][:CRESTS]
 
     def _of_move(self, drive: Project) -> Floats:
         try:
@@ -316,7 +316,7 @@ class Trial:
         except SolveError:
             return np.full(3 + self.motions + len(self.setting.goals), inf)
         times = [inf if time is None else max(time, SHORT) for time in run.settling_times]
-        share = max([0.0, *(found.value / found.bound for found in run.findings if found.limit in (PEAK, RMS))])
+        share = max([0.0, *(finding.value / finding.bound for finding in run.findings if finding.limit in (PEAK, RMS))])
         goals = self._goals(move=run.peak_error, settling=max(times), motor_rms=run.rms_motor_torque)
         return np.array([run.peak_motor_torque, share, nan, *times, *goals])
 

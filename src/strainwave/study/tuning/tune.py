@@ -36,7 +36,7 @@ from .trial import (
 ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
 SPAN = 10.0  # times the gains of the rule and of the file, up and down; squared of those that go with the frequency
 SLOWER = np.geomspace(1.0, 1e3, 121)  # times the sum of lags and delays, of the rule
-NEAR = 0.97  # share of a limit from which on it binds
+BINDING_SHARE = 0.97  # share of a limit from which on it binds
 NOTCH = 0.5, 0.1  # width over the frequency, and depth
 BETTER = 0.01  # of the measure: a notch that gains less is not offered
 DEFAULT = 2.0
@@ -92,7 +92,7 @@ def tune(
     project : Project
         With a loop of the motor, and with a move where a goal is one of it.
     goals : sequence of str, optional
-        What shall be small: "pointing" (largest oscillation of the pointing error over the speeds, of the nonlinear
+        Goals to make small: "pointing" (largest oscillation of the pointing error over the speeds, of the nonlinear
         response), "compliance" (largest deviation of the load over a torque on it, at any frequency), and of the move
         of the project "move" (largest pointing error), "settling" (longest time of its motions) and "motor_rms"
         (torque). Of several the geometric mean counts. Default: "pointing", with compliance and settling no worse.
@@ -114,9 +114,9 @@ def tune(
         Delay [s] of the loop beside its lag, in the margins alone. Default: that of the project's controller, or 0.5 ms
         where the file gives neither a lag nor a controller.
     notch : bool
-        Whether a notch filter at the resonance with the motor free is tried, with gains of its own.
+        True to try a notch filter at the resonance with the motor free, with gains of its own.
     progress : callable
-        Told what is done now, and the share of the work that is done.
+        progress(stage, share): called before each stage.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def tune(
         raise ValueError(_goal_sentence(search, loop.names))
     progress("before and after", 0.9)
     sensitivities = tuple(_sensitivities(search, best, loop.names))
-    advice, trial.full, trial.whole = _notched(search, loop, best) if notch else None, True, True
+    advice, trial.full, trial.with_move = _notched(search, loop, best) if notch else None, True, True
     dearest = max(trial.costs(best, trial.point), default=None)
     today, ruled, recommended = points = [trial.point(x) for x in (of_file, by_rule, best)]
     late = [whose for whose, point in zip(WHOSE, points, strict=True) if inf in point.settlings]
@@ -245,13 +245,13 @@ def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
 
 
 def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tuple[str, ...]]:
-    """Delay [s] in the margins beside the lag, and what is to be said of it."""
+    """Delay [s] in the margins beside the lag, and the remarks on it."""
     if given is None and project.sampling is not None:
-        said = "The margins are those of the loop as its controller samples it; responses are not."
-        return project.sampling.lead, (said,)
+        fact = "The margins are those of the loop as its controller samples it; responses are not."
+        return project.sampling.lead, (fact,)
     if given is None and not lag:
-        said = f"a delay of {number(1e3 * ASSUMED)} ms is assumed in the margins"
-        return ASSUMED, (f"The project has neither a lag of the loop nor a controller: {said}, as gains end by it.",)
+        fact = f"a delay of {number(1e3 * ASSUMED)} ms is assumed in the margins"
+        return ASSUMED, (f"The project has neither a lag of the loop nor a controller: {fact}, as gains end by it.",)
     if given is not None and given < 0.0:
         raise ValueError(f"delay is {given:g} s; it must be zero or more")
     return checked_number("delay [s]", given or 0.0), ()
@@ -285,9 +285,9 @@ def _baseline(trial: Trial, project: Project, of_file: Floats, by_rule: Floats) 
 def _spare(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = True) -> str:
     """Limit compliance and settling to the least of some gains; the sentence that says so."""
     trial = search.trial
-    trial.whole = True
+    trial.with_move = True
     points = [trial.point(x) for x in given]
-    trial.whole = False
+    trial.with_move = False
     times = zip(*(p.settlings for p in points if isfinite(p.move_settling)), strict=True)
     limits = trial.setting.limits._replace(
         compliance=SLACK * min(p.figures.compliance for p in points),
@@ -313,7 +313,7 @@ def _as_today(search: Search, x: Floats, whose: str, asked: bool) -> str:
 
 
 def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
-    """Which limit no gains keep, and by how much."""
+    """Sentence on a limit that no gains keep, and the excess."""
     point, limits = trial.linear(x), trial.setting.limits
     used = point.used(limits)
     name = max(used, key=lambda key: used[key])
@@ -332,7 +332,7 @@ def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
 
 
 def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
-    """Which goal no gains reach, or by how much the motor's torque is missed by those that need least of it."""
+    """Sentence on a goal that no gains reach, or on the excess of torque of the gains that need least of it."""
     if isfinite(search.trial.setting.limits.compliance):
         return (
             "no gains keep the margins, with compliance and settling no worse than today; ask for less margin, or name "
@@ -358,7 +358,7 @@ def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
 
 
 def _sensitivities(search: Search, best: Floats, names: tuple[str, ...]) -> Iterator[GainSensitivity]:
-    """How the measure answers to each gain; its sides are None where a limit is broken there."""
+    """Sensitivity of the measure to each gain; its sides are None where a limit is broken there."""
     values = [search.measure(best + step) - search.measure(best) for _, _, step in small_steps(best)]
     sides = [float(np.expm1(value)) if value < inf else None for value in values]
     yield from map(GainSensitivity, names, [STEP] * len(names), sides[::2], sides[1::2])
@@ -367,7 +367,7 @@ def _sensitivities(search: Search, best: Floats, names: tuple[str, ...]) -> Iter
 def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str, ...]) -> Iterator[str]:
     control = search.trial.control(best)
     for limit, used in point.used(search.trial.setting.limits).items():
-        if used >= NEAR:
+        if used >= BINDING_SHARE:
             yield f"the {limit}, {number(100.0 * used, 3)} % of it taken"
     for side, ends in (("lower", search.low), ("upper", search.high)):
         for name, x, end in zip(names, best, ends, strict=True):
@@ -386,15 +386,15 @@ def _response(drives: Sequence[Project], loads: Sequence[float] | None, control:
 
 def _notched(search: Search, loop: Loop, best: Floats) -> NotchAdvice | None:
     """The notch filter at the resonance of the free train, with gains of its own, where these are better by 1 %."""
-    place, trial = max(loop.resonance for loop in search.trial.loops[0]), search.trial
-    if not place:
+    frequency, trial = max(loop.resonance for loop in search.trial.loops[0]), search.trial
+    if not frequency:
         return None
-    added = NotchFilter(place, NOTCH[0] * place, NOTCH[1])
-    own = Trial(trial.drives, trial.setting, lambda x: loop.control(x, added))
-    notched = Search(own, (search.low, search.high), search.reference)
+    added = NotchFilter(frequency, NOTCH[0] * frequency, NOTCH[1])
+    with_notch = Trial(trial.drives, trial.setting, lambda x: loop.control(x, added))
+    notched = Search(with_notch, (search.low, search.high), search.reference)
     x = notched.fine(notched.descend(least_broken(notched.trial, best), COARSE, WORTH))
-    trial.computed += own.computed
+    trial.computed += with_notch.computed
     if notched.measure(x) > search.measure(best) - BETTER:
         return None
-    own.full = own.whole = True
-    return NotchAdvice(place, *NOTCH, own.point(x), own.control(x))
+    with_notch.full = with_notch.with_move = True
+    return NotchAdvice(frequency, *NOTCH, with_notch.point(x), with_notch.control(x))
