@@ -29,15 +29,15 @@ BY_HAND = [
 @pytest.mark.parametrize(("part", "time", "speed", "acceleration", "jerk"), BY_HAND)
 def test_a_part_has_the_duration_and_the_extremes_of_its_closed_form(part, time, speed, acceleration, jerk):
     path = path_of(part)
-    angle, v, a = path.at(np.linspace(0.0, time, 20001)[:-1])
-    steepest = np.max(np.abs(path.at(path.knots[:-1])[2]))  # it is at a knot
+    angle, v, a = path.motion_at(np.linspace(0.0, time, 20001)[:-1])
+    steepest = np.max(np.abs(path.motion_at(path.knots[:-1])[2]))  # it is at a knot
     assert path.duration == pytest.approx(time, rel=1e-12)
     assert np.max(np.abs(v)) == pytest.approx(speed, rel=1e-6)
     assert steepest == pytest.approx(acceleration, rel=1e-9)
     assert np.max(np.abs(a)) <= acceleration * (1.0 + 1e-9)
     assert np.max(np.abs(path.jerk)) == pytest.approx(jerk, rel=1e-9)
     np.testing.assert_allclose(np.gradient(angle, time / 20000)[1:-1], v[1:-1], atol=1e-3 * speed)
-    before, rest, _ = path.at(np.nextafter(path.knots[-1:], 0.0))
+    before, rest, _ = path.motion_at(np.nextafter(path.knots[-1:], 0.0))
     assert before[0] == pytest.approx(part.angle, rel=1e-12)
     assert abs(rest[0]) < 1e-12 * speed
     assert path.travel() == pytest.approx(abs(part.angle), rel=1e-12)
@@ -46,9 +46,9 @@ def test_a_part_has_the_duration_and_the_extremes_of_its_closed_form(part, time,
 def test_angle_and_speed_are_continuous_at_every_knot():
     path = path_of([sw.SCurve(1.0, 0.5), sw.study.Dwell(0.1), sw.Trapezoid(-0.4, 0.3), sw.SCurve(0.2, 0.2)], start=0.3)
     knots = path.knots[1:-1]
-    for left, right in zip(path.at(np.nextafter(knots, 0.0))[:2], path.at(knots)[:2], strict=True):
+    for left, right in zip(path.motion_at(np.nextafter(knots, 0.0))[:2], path.motion_at(knots)[:2], strict=True):
         np.testing.assert_allclose(left, right, atol=1e-13)
-    assert path.at(np.zeros(1))[0][0] == 0.3
+    assert path.motion_at(np.zeros(1))[0][0] == 0.3
     assert path.last == pytest.approx(1.1, rel=1e-15)
     assert path.motions() == [pytest.approx((0.0, 0.5)), pytest.approx((0.6, 1.1))]
 
@@ -60,11 +60,11 @@ def test_points_are_met_by_a_clamped_spline_with_exact_dwells():
     path = path_of(sw.AngleProfile(tuple(t), tuple(angle)))
     spline = CubicSpline(t[:21] - 1.0, moving, bc_type="clamped")
     dense = np.linspace(0.0, 1.0, 500)[:-1]
-    for mine, theirs in zip(path.at(dense), (spline(dense), spline(dense, 1), spline(dense, 2)), strict=True):
+    for mine, theirs in zip(path.motion_at(dense), (spline(dense), spline(dense, 1), spline(dense, 2)), strict=True):
         np.testing.assert_allclose(mine, theirs, atol=1e-10)
     assert path.motions() == [pytest.approx((0.0, 1.0))]
     assert path.duration == pytest.approx(2.0)
-    np.testing.assert_allclose(path.at(t - 1.0)[0], angle, atol=1e-14)
+    np.testing.assert_allclose(path.motion_at(t - 1.0)[0], angle, atol=1e-14)
 
 
 def test_speeds_are_crossed_and_bands_are_spent_time_in_as_by_hand():

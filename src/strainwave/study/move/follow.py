@@ -76,7 +76,7 @@ class Path:
 
     @property
     def moving(self) -> Booleans:
-        """Whether the load moves in each segment (n,)."""
+        """True for each segment (n,) in which the load moves."""
         return np.asarray((self.speed != 0.0) | (self.acceleration != 0.0) | (self.jerk != 0.0))
 
     def motions(self) -> list[tuple[float, float]]:
@@ -84,14 +84,14 @@ class Path:
         edges = np.flatnonzero(np.diff(np.concatenate([[False], self.moving, [False]]).astype(int)))
         return [(float(self.knots[i]), float(self.knots[j])) for i, j in edges.reshape(-1, 2)]
 
-    def at(self, t: Floats) -> tuple[Floats, Floats, Floats]:
+    def motion_at(self, t: Floats) -> tuple[Floats, Floats, Floats]:
         """Angle [rad], speed [rad/s] and acceleration [rad/s^2] of the load at times (m,); at rest after the end."""
         i = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.angle) - 1)
         part = self.segments(i, 1.0)
         over = np.asarray(t) >= self.knots[-1]
         values = (part.value(t), part.slope(t), part.curvature(t))
-        rest = (self.last, 0.0, 0.0)
-        angle, speed, acceleration = [np.where(over, end, value) for value, end in zip(values, rest, strict=True)]
+        end_values = (self.last, 0.0, 0.0)
+        angle, speed, acceleration = [np.where(over, end, value) for value, end in zip(values, end_values, strict=True)]
         return angle, speed, acceleration
 
     def segments(self, i: Any, N: float) -> Segment:
@@ -113,13 +113,13 @@ class Path:
         """Time [s] for which the size of the load's speed is between two levels [rad/s]."""
         ends = [self.crossings(level) for level in (low, high) if level > 0.0]
         times = np.unique(np.concatenate([self.knots, *ends]))
-        speed = np.abs(self.at(0.5 * (times[1:] + times[:-1]))[1])
+        speed = np.abs(self.motion_at(0.5 * (times[1:] + times[:-1]))[1])
         return float(np.sum(np.diff(times)[(speed >= low) & (speed <= high)]))
 
     def travel(self) -> float:
         """Angle [rad] that the load turns by, back and forth."""
         times = np.unique(np.concatenate([self.knots, self._at_speed(0.0)]))
-        return float(np.sum(np.abs(np.diff(self.at(times)[0]))))
+        return float(np.sum(np.abs(np.diff(self.motion_at(times)[0]))))
 
     def _at_speed(self, level: float) -> Floats:
         """Times [s] at which the speed passes a level: zeros of v - level + a s + j s^2/2 inside the segments."""
@@ -164,7 +164,7 @@ class Watched(NamedTuple):
         return tuple(self.train.breakpoints())
 
     def guards(self, phase: Any, y: Any) -> Any:
-        """What stays positive while the shafts of the train slide as they do, or stick."""
+        """Guards, which stay positive while the shafts of the train slide as they do, or stick."""
         return self.train.guards(phase, y)
 
     def slipping(self, phase: float, y: Any) -> Any:
@@ -211,7 +211,7 @@ class Followed:
         return np.flatnonzero((np.diff(self.segment) == 0) & (np.diff(self.t) > 0.0))
 
     def seen(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """What `Watched` watches, at the samples (n,)."""
+        """Values of `Watched.watched` at the samples (n,)."""
         values = Watched(self.train).watched(self.t, tuple(self.y))
         error, motor, gear, speed = [np.broadcast_to(value, self.t.shape) for value in values]
         return error, motor, gear, speed
@@ -243,15 +243,15 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
     segments = [Segment(*row) for row in np.array(path.segments(np.arange(len(path.angle)), train.N)).T.tolist()]
     knots, states = [*path.knots.tolist(), path.duration + tail], len(y0)
     y = np.append(y0, np.zeros(len(train.power_names()) + len(MEANS)))
-    most = min(MOST_STEPS, method.max_steps) if isinstance(method, Dopri5) else MOST_STEPS
-    t, values, rates, means, left = [], [], [], y[-len(MEANS) :], most
+    limit = min(MOST_STEPS, method.max_steps) if isinstance(method, Dopri5) else MOST_STEPS
+    t, values, rates, means, left = [], [], [], y[-len(MEANS) :], limit
     for i, segment in enumerate([*segments, standstill]):
         system, span = Watched(on_segment(train, segment)), (knots[i], knots[i + 1])
         run = finished_or_interrupted(simulate(system, y, span, method=_within(method, left)))
         left -= len(run.t)
         if run.status is Status.TOO_MANY_STEPS or left < 1:
             raise SolveError(
-                f"the move takes more than {most:,} steps and has come to {run.t[-1]:.4g} of "
+                f"the move takes more than {limit:,} steps and has come to {run.t[-1]:.4g} of "
                 f"{knots[-1]:.4g} s; give a shorter profile or tail, or a method of less accuracy, such as "
                 "Dopri5(rtol=1e-6)"
             )
@@ -263,9 +263,9 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
         means, y = y[-len(MEANS) :], run.y[:, -1]  # those before the rest at the end
     which = np.repeat(np.arange(len(t)), [len(part) for part in t])
     columns: Any = [np.array(field)[which] for field in zip(*segments, standstill, strict=True)]
-    joined, whole = on_segment(train, Segment(*columns)), np.concatenate(values, axis=1)
+    joined, every = on_segment(train, Segment(*columns)), np.concatenate(values, axis=1)
     return Followed(
-        joined, np.concatenate(t), whole[:states], np.concatenate(rates, axis=1), whole[states:], means, which
+        joined, np.concatenate(t), every[:states], np.concatenate(rates, axis=1), every[states:], means, which
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """`move`: a drive follows a profile, with gravity and payload, on its two inertias and the loop of its motor.
 
-When the load has settled: from when on its pointing error stays within a window of that at rest. Values between the
-samples of a motion, from its values, rates and second derivatives: quintic Hermite.
+Settling of the load: the time from which on its pointing error stays within a window of that at rest. Values between
+the samples of a motion, from its values, rates and second derivatives: quintic Hermite.
 """
 
 import math
@@ -73,7 +73,7 @@ class Quintic(NamedTuple):
         """Times [s] with so many equal parts in each step, ascending."""
         return np.asarray((self.begin[:, None] + np.arange(each) / each * self.length[:, None]).ravel())
 
-    def at(self, t: Floats) -> Floats:
+    def values(self, t: Floats) -> Floats:
         """Values at times (m,) [s] within the steps."""
         which = np.clip(np.searchsorted(self.begin, t, side="right") - 1, 0, len(self.begin) - 1)
         return self.of_share((t - self.begin[which]) / self.length[which], which)
@@ -87,9 +87,9 @@ def settling(error: Quintic, final: float, window: float, begin: float, end: flo
     error : Quintic
         Pointing error [rad] over the time [s].
     final : float
-        Where it comes to rest [rad].
+        Error at rest [rad].
     window : float
-        Largest distance from there [rad].
+        Largest distance from it [rad].
     begin, end : float
         End of the motion, and begin of the next or end of what is known [s].
     """
@@ -107,7 +107,7 @@ def settling(error: Quintic, final: float, window: float, begin: float, end: flo
         return None
 
     def beyond(time: float) -> float:
-        return abs(float(error.at(np.array([time]))[0]) - final) - window
+        return abs(float(error.values(np.array([time]))[0]) - final) - window
 
     last, inside = float(t[i]), float(t[i + 1])
     if not beyond(last) > 0.0 >= beyond(inside):  # both at the bound of a step, where they differ by rounding
@@ -144,12 +144,12 @@ def move(
         The drive. A project that names neither a mode nor a loop of its motor gets a position loop of 30 Hz, and
         `remarks` says so.
     profile : Trapezoid, SCurve, AngleProfile, Dwell, or a list of them
-        How the angle of the load is to go; a list is a duty cycle. Default: that of the project file.
+        Angle of the load over time; a list is a duty cycle. Default: that of the project file.
     start : float, optional
         Angle of the load at the begin [rad]. Default: that of the project file, of the first point of an
         `AngleProfile`, or 0.
     payload : Payload, optional
-        What the load carries beside what the drive has. Default: that of the project file. The gains of the motor's
+        Payload of the load beside what the drive has. Default: that of the project file. The gains of the motor's
         loop are not changed by it.
     gear : Gear, optional
         Record whose limits the move is compared with. Default: that of the project.
@@ -166,10 +166,10 @@ def move(
     method : Dopri5, Rk4 or Dop8
         Integration method; steps end at every knot of the profile.
     limited : bool
-        Whether the torque of the motor stays within its limit at its speed, and the speed that a cascade's position
+        True to keep the torque of the motor within its limit at its speed, and the speed that a cascade's position
         loop asks for within the largest one; `remarks` says for how long they were at their limits.
     feedforward : Feedforward, optional
-        What the motor is given beside its loop. Default: that of the project file, or the speed alone.
+        Torque and speed that the motor is given beside its loop. Default: that of the project file, or the speed alone.
 
     Returns
     -------
@@ -210,18 +210,18 @@ def move(
     passed: tuple[Pass, ...] = ()
     if crossed:
         smooth = follow(_without_error(mover.train), path, y0, tail, method)
-        whole = Quintic.through(run.t, *run.pointing(), run.steps)
+        with_error = Quintic.through(run.t, *run.pointing(), run.steps)
         plain = Quintic.through(smooth.t, *smooth.pointing(), smooth.steps)
-        t = whole.dense(WITHIN)
-        passed = tuple(passes(crossed, mover.train, path, t, whole.at(t) - plain.at(t)))
+        t = with_error.dense(WITHIN)
+        passed = tuple(passes(crossed, mover.train, path, t, with_error.values(t) - plain.values(t)))
     if is_dry(mover.train) and (resting := standing(project)) and resting.hunts:
         mover = replace(mover, remarks=(*mover.remarks, f"At rest: {resting.hunting()}"))
-    found = _result(mover, path, run, window, spans, passed, [*_rests(mover, path, run, decay, method)])
-    return replace(found, fault=_fault(project, task.payload if payload is None else payload))
+    result = _result(mover, path, run, window, spans, passed, [*_rests(mover, path, run, decay, method)])
+    return replace(result, fault=_fault(project, task.payload if payload is None else payload))
 
 
 def _fault(project: Any, payload: Payload | None) -> str:
-    """That the motor's loop of a project is unstable with a payload, in a sentence; empty of a train."""
+    """Sentence on a motor's loop that is unstable with a payload; empty of a stable one and of a train."""
     if not isinstance(project, Project) or project.train is None:
         return ""
     loaded = project if payload is None else replace(project, subject=checked(payload).on(project.train))
@@ -243,9 +243,9 @@ def _standing(train: DriveTrain, t: float, angle: float) -> DriveTrain:
 
 
 def _is_loose(train: DriveTrain, t: float, state: Any) -> bool:
-    """Whether a spring holds nothing in a state at a time [s], so that places beside it are rests as well."""
+    """True for a spring that holds nothing in a state at a time [s]: states beside it are equilibria as well."""
     springs = [(train.law, train.torsion(t, state))]
-    springs += [(law, state[at]) for at, law in zip(train.twists(), train.load.couplings(), strict=True)]
+    springs += [(law, state[i]) for i, law in zip(train.twists(), train.load.couplings(), strict=True)]
     return any(has(law, "stiffness") and float(spring_stiffness(law, u)) == 0.0 for law, u in springs)
 
 
@@ -255,8 +255,8 @@ def _at_rest(train: DriveTrain, t: float, angle: float) -> Floats:
     try:
         return waiting(standing, t)
     except SolveError as error:
-        said = str(error).removesuffix("; give the state to begin with, y0")
-        raise SolveError(f"the drive does not hold its load at {math.degrees(angle):.4g} deg: {said}") from error
+        reason = str(error).removesuffix("; give the state to begin with, y0")
+        raise SolveError(f"the drive does not hold its load at {math.degrees(angle):.4g} deg: {reason}") from error
 
 
 def _without_error(train: DriveTrain) -> DriveTrain:
@@ -280,8 +280,8 @@ def _times_at_limits(run: Followed, torque: Floats, speed: Floats, limits: Motor
     """Times for which the motor was at its limits, a sentence each."""
     beyond = limited_time(commanded_speed(run.train, run.t, tuple(run.y)), run.t, limits.fastest)
     if beyond:
-        most = f"{limits.fastest / RPM:.5g} rpm"
-        yield f"The speed that the position loop asks of the motor was at its limit of {most} for {beyond:.4g} s."
+        limit = f"{limits.fastest / RPM:.5g} rpm"
+        yield f"The speed that the position loop asks of the motor was at its limit of {limit} for {beyond:.4g} s."
     yield f"The torque of the motor was at its limit for {limited_time(torque, run.t, limits.at(PEAK, speed)):.4g} s."
 
 
@@ -297,10 +297,10 @@ def _result(
         remarks = (*remarks, *_times_at_limits(run, motor, speed, mover.limits))
     rms = [math.sqrt(max(integral, 0.0) / path.duration) for integral in run.means[:3]]
     average = math.cbrt(run.means[3] / (turned := train.N * path.travel()))
-    whole = Quintic.through(run.t, *run.pointing(), run.steps)
+    curve = Quintic.through(run.t, *run.pointing(), run.steps)
     stands = is_dry(train) and peaks[3] * path.duration < STANDS * turned
     times = zip(path.motions(), _waits(path, run), rests, strict=True)
-    settled = tuple(None if stands else settling(whole, rest, window, end, until) for (_, end), until, rest in times)
+    settled = tuple(None if stands else settling(curve, final, window, end, until) for (_, end), until, final in times)
     energy = np.asarray(train.energy(run.t, tuple(run.y)))
     gap = energy - energy[0] - np.sum(run.work[:INPUTS], axis=0) + np.sum(run.work[INPUTS:], axis=0)
     scale = max(float(np.max(np.abs(run.work))), float(np.max(np.abs(energy))), 1e-300)
@@ -363,12 +363,12 @@ def _rests(mover: Mover, path: Path, run: Followed, decay: float, method: Method
     for longer than it does by the time [s] in which its vibration decays.
     """
     for (_, end), until in zip(path.motions(), _waits(path, run), strict=True):
-        angle = float(path.at(np.array([end]))[0][0])
+        angle = float(path.motion_at(np.array([end]))[0][0])
         standing = _standing(mover.train, end, angle)
         state: Any = None if mover.remembers else tuple(_at_rest(mover.train, end, angle))
         if state is None or _is_loose(standing, end, state):
-            there = run.y[:, np.searchsorted(run.t, until)]
-            on = finished_or_interrupted(simulate(standing, there, (until, until + decay), method=method))
+            state_there = run.y[:, np.searchsorted(run.t, until)]
+            on = finished_or_interrupted(simulate(standing, state_there, (until, until + decay), method=method))
             if not on.status:
                 raise SolveError(f"the motion cannot be followed to its rest: {on.message}")
             state = tuple(on.y[:, -1])

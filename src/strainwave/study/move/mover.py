@@ -1,7 +1,6 @@
-"""What moves: the train of a project as a move takes it, with the limits of its gear and its motor.
+"""Drive of a move: the train of a project with the limits of its gear and its motor, and with its payload.
 
-What a move carries: a mass on an arm, with its inertia and its weight. What a profile asks of a rigid drive, and what a
-motion asks of a motor against its limits.
+Demand of a profile on a rigid drive, and of a motion on a motor against its limits.
 """
 
 import math
@@ -52,7 +51,7 @@ class Demand(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """What a move asked of the motor.
+    """Demand of a move on the motor.
 
     Times (n,) [s] with its torque [N*m] and speed [rad/s]; largest and rms torque, largest and mean speed.
     """
@@ -67,9 +66,9 @@ class Motion(NamedTuple):
 
 
 def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
-    """What a path asks of a train without its elasticity, with the accelerations of one so many times as long."""
+    """Demand of a path on a train without its elasticity, with the accelerations of one so many times as long."""
     t = path.dense(EACH)
-    angle, speed, acceleration = path.at(np.append(np.nextafter(t[:-1], np.inf), t[-1]))
+    angle, speed, acceleration = path.motion_at(np.append(np.nextafter(t[:-1], np.inf), t[-1]))
     acceleration = acceleration / stretch**2
     end, N = train.load.end(), train.N
     holding = _drag(end.drag, angle, speed) - end.excitation.torque(t)
@@ -83,7 +82,7 @@ def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
 def standing_torque(train: DriveTrain, path: Path) -> float:
     """Largest torque [N*m] that a motor gives at the rests of a path, of a rigid drive."""
     t = np.array([0.0, *(end for _, end in path.motions())])
-    angle, end, still = path.at(t)[0], train.load.end(), 0.0 * t
+    angle, end, still = path.motion_at(t)[0], train.load.end(), 0.0 * t
     holding = _drag(end.drag, angle, still) - end.excitation.torque(t)
     return float(np.max(np.abs(_drag(train.motor.drag, train.N * angle, still) + holding / train.N)))
 
@@ -105,7 +104,7 @@ def refuse_heavy(train: DriveTrain, path: Path) -> None:
 
 
 def move_findings(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion) -> Iterator[Finding]:
-    """What a move asks of the motor, its vibration included, against the limits; what helps goes by the profile."""
+    """Demand of a move on the motor, its vibration included, against the limits; the remedy goes by the profile."""
     demand = demand_of(train, path)
     over = float(np.max(np.abs(demand.speed))) / limits.fastest
     smoother = "take a longer time, a smoother profile or a stronger motor"
@@ -141,8 +140,8 @@ def _lasting(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion)
     bound = math.sqrt(heat / relative) if relative > 0.0 else float(np.min(allowed))
     remedy = "take a stronger motor"
     if held < 1.0 and path.duration < relative < math.inf:
-        rest = _up((relative - path.duration) / (1.0 - held * held))
-        remedy = f"let it rest at the end for {rest} s more in every cycle, or {remedy}"
+        pause = _up((relative - path.duration) / (1.0 - held * held))
+        remedy = f"let it rest at the end for {pause} s more in every cycle, or {remedy}"
     fact = f"The rms torque of the motor over the profile is {motion.rms_torque:.4g} N*m, its continuous torque {{}}"
     return asked.short_finding(RMS, motion.rms_torque, bound, fact, remedy)
 
@@ -194,11 +193,11 @@ class Mover:
     gear: Gear | None
     limits: MotorLimits
     remarks: tuple[str, ...]
-    limited: bool = False  # whether the torque of the motor stays within its limit
+    limited: bool = False  # the torque of the motor stays within its limit
 
     @property
     def remembers(self) -> bool:
-        """Whether where it rests depends on how it got there: a law or a drag has internal states or dry friction."""
+        """True where its rest depends on the motion before: a law or a drag has internal states or dry friction."""
         drags = self.train.motor.drag, self.train.load.end().drag
         laws = (self.train.law, *drags, *self.train.load.couplings())
         return any(states_of(law) for law in laws) or any(map(breakaway, drags))

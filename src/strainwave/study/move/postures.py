@@ -32,9 +32,9 @@ class PostureMoves(NamedTuple):
         return titled(i + 1, self.postures[i].name)
 
     def facts(self) -> tuple[Fact, ...]:
-        """Everything that is said of the moves, once."""
+        """Every fact of the moves, once."""
         count, worst = range(len(self.moves)), {key: self.worst(name) for key, name in MEASURES.items()}
-        failures = tuple(f"{self.title(i)}: {said}" for i in count for said in self.moves[i].failures)
+        failures = tuple(f"{self.title(i)}: {sentence}" for i in count for sentence in self.moves[i].failures)
         largest = []
         for key, i in worst.items():
             words = key.removesuffix("_rad").removesuffix("_s").removesuffix("_N_m").replace("_", " ")
@@ -55,8 +55,8 @@ class PostureMoves(NamedTuple):
         return "not within the run" if value is None else value
 
     def _row(self, i: int) -> tuple[Fact, ...]:
-        own = self.postures[i]
-        load = Fact("inertia_kg_m2", own.inertia), Fact("torque_N_m", own.torque)
+        posture = self.postures[i]
+        load = Fact("inertia_kg_m2", posture.inertia), Fact("torque_N_m", posture.torque)
         numbers = (Fact(key, getattr(self.moves[i], name)) for key, name in MEASURES.items())
         return (Fact("posture", i + 1), *load, *numbers, Fact("passes", self.moves[i].within_limits))
 
@@ -78,7 +78,7 @@ def move_postures(
     postures : sequence of Posture
         Default: those of the project.
     progress : callable
-        Told the share of the moves that are done.
+        progress(share): called before each move.
     **options
         As of `move`.
 

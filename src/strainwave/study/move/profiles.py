@@ -184,8 +184,8 @@ def _symmetric(angle: float, ramp: float, rise: float, cruise: float) -> Path:
         j, flat = a / rise, ramp - 2.0 * rise
         up = [(rise, 0.0, j), (flat, a, 0.0), (rise, a, -j)]
         pieces = [*up, (cruise, 0.0, 0.0), (rise, 0.0, -j), (flat, -a, 0.0), (rise, -a, j)]
-    whole = 2.0 * ramp + cruise
-    return Path.of_pieces([piece for piece in pieces if piece[0] > 1e-12 * whole], angle)
+    duration = 2.0 * ramp + cruise
+    return Path.of_pieces([piece for piece in pieces if piece[0] > 1e-12 * duration], angle)
 
 
 def _spline(t: Floats, angle: Floats) -> Path:
@@ -210,8 +210,8 @@ def _check_timed(part: Any, limits: tuple[str, ...]) -> None:
     if not part.angle:
         raise ValueError(f"{name}.angle is 0; give an angle to move by, or a Dwell to wait")
     if bool(part.time) == bool(given):
-        said = f"a time and {' and '.join(given)}" if given else "neither a time nor limits"
-        raise ValueError(f"{name} has {said}; give the time, or the largest {', '.join(limits)}")
+        fact = f"a time and {' and '.join(given)}" if given else "neither a time nor limits"
+        raise ValueError(f"{name} has {fact}; give the time, or the largest {', '.join(limits)}")
     for field in ("time",) if part.time else limits:
         if not getattr(part, field) > 0.0:
             raise ValueError(f"{name}.{field} is {getattr(part, field):g}; it must be positive")

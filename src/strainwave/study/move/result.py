@@ -23,7 +23,7 @@ from ...model.train.drive_train import DriveTrain
 from .follow import Path
 
 LIFE = "L10 life of the bearing {}, if the profile goes on without end"
-EACH = 16  # places of a segment where its angle is looked at
+EACH = 16  # times in a segment at which its angle is computed
 TURN = 2.0 * np.pi * np.arange(4096) / 4096
 
 
@@ -34,7 +34,7 @@ class Pass:
     Attributes
     ----------
     time : float
-        When the motor's reference has that speed [s].
+        Time [s] at which the motor's reference has that speed.
     speed : float
         Of the motor [rad/s].
     order : int
@@ -60,7 +60,7 @@ class Pass:
 
     @property
     def amplification(self) -> float:
-        """How many times the error of a slow move the pass has."""
+        """Error of the pass over that of a slow move."""
         return self.largest / self.quasi_steady
 
     def facts(self) -> tuple[Fact, ...]:
@@ -102,21 +102,21 @@ class InBand(NamedTuple):
 def crossings(train: DriveTrain, path: Path, frequencies: Floats) -> list[tuple[float, float, int, float]]:
     """Times [s], ascending, at which a path has a line of the error at a frequency: (time, speed, order, frequency)."""
     orders = sorted({line.order for line in lines_of(train.error) if line.amplitude and line.order > 0})
-    found = []
+    rows = []
     for order in orders:
         for frequency in frequencies.tolist():
             speed = frequency / order
-            found += [(t, speed, order, frequency) for t in path.crossings(speed / train.N).tolist()]
-    return sorted(found)
+            rows += [(t, speed, order, frequency) for t in path.crossings(speed / train.N).tolist()]
+    return sorted(rows)
 
 
 def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
-    """That a path has part of the beat of its lines and of gravity, in a sentence, where it is shorter."""
+    """Sentence on a path that is shorter than the beat of its lines and of gravity."""
     try:
         beat, text = beat_said(train)
     except ValueError:  # nothing beats, or lines with neither turn
         return
-    turned = train.N * float(np.ptp(path.at(path.dense(EACH))[0])) / (2.0 * math.pi)
+    turned = train.N * float(np.ptp(path.motion_at(path.dense(EACH))[0])) / (2.0 * math.pi)
     if turned < beat:
         mean = train.N * path.travel() / (2.0 * math.pi * path.duration)
         yield (
@@ -126,10 +126,10 @@ def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
 
 
 def passes(crossed: list[Any], train: DriveTrain, path: Path, t: Floats, ripple: Floats) -> Iterator[Pass]:
-    """Costs of crossings, from what of the pointing error (n,) [rad] the kinematic error causes at times [s]."""
+    """Costs of crossings, from the part of the pointing error (n,) [rad] due to the kinematic error, at times [s]."""
     error, N = train.error, train.N
-    whole = not any(line.order % 1 for line in lines_of(error))
-    slow = float(np.max(np.abs(error.value(TURN if whole else N * path.at(t)[0]))))
+    repeats = not any(line.order % 1 for line in lines_of(error))
+    slow = float(np.max(np.abs(error.value(TURN if repeats else N * path.motion_at(t)[0]))))
     ends = [end for _, end in path.motions()]
     for i, (time, speed, order, frequency) in enumerate(crossed):
         following = [crossed[i + 1][0]] if i + 1 < len(crossed) else []
@@ -181,7 +181,7 @@ class Move(Result):
     findings : tuple of Finding
         Every comparison with a limit of the gear and of the motor.
     warnings : tuple of str
-        What is beyond a limit, as sentences.
+        Sentences on what is beyond a limit.
     bands : tuple of (float, float)
         Motor speeds to avoid [rad/s], as given.
     time_in_bands : tuple of float
@@ -194,13 +194,13 @@ class Move(Result):
     stored : float
         Energy [J] that the train has gained, kinetic and stored, gravity's among it.
     imbalance : float
-        What work and stored energy do not explain, relative to the largest energy moved.
+        Energy that work and stored energy do not explain, relative to the largest energy moved.
     remarks : tuple of str
-        What was assumed, as sentences.
+        Assumptions, as sentences.
     K_t : float or None
         Torque of the motor's current [N*m/A], where it is known.
     fault : str
-        That the motor's loop is unstable as its controller samples it, so that the drive does not follow this move.
+        Sentence on a motor's loop that is unstable as its controller samples it: the drive does not follow this move.
     """
 
     time: Floats
@@ -259,7 +259,7 @@ class Move(Result):
 
     @property
     def within_limits(self) -> bool | None:
-        """Whether gear and motor keep their limits in the move; None where none is known."""
+        """True where gear and motor keep their limits in the move; None where none is known."""
         return not self.failures if self.findings or self.fault else None
 
     @property
@@ -269,7 +269,7 @@ class Move(Result):
         return fault + tuple(finding.sentence for finding in gravest(self.findings) if finding.fails)
 
     def facts(self) -> tuple[Fact, ...]:
-        """Everything that is said of a move, once."""
+        """Every fact of a move, once."""
         times = self.settling_times
         suffix = f" after each of {len(times)} motions" if len(times) > 1 else ""
         settled = ", ".join("not within the run" if time is None else f"{number(time)} s" for time in times)

@@ -114,7 +114,7 @@ class RunUps(Result):
     speeds : (float, float)
         Range of the speeds [rad/s].
     name : str
-        What the error is, in words.
+        Name of the error.
     """
 
     rates: Floats
@@ -141,12 +141,12 @@ class RunUps(Result):
         )
 
 
-def _row(rate: float, largest: list[float], at: list[float]) -> tuple[Fact, ...]:
+def _row(rate: float, largest: list[float], speeds: list[float]) -> tuple[Fact, ...]:
     """Facts of a rate."""
     return (
         Fact("rate_rad_per_s2", rate, "rate"),
-        Fact("run_up_rad", largest[0], "run-up"), Fact("run_up_at_rad_per_s", at[0], "at"),
-        Fact("run_down_rad", largest[1], "run-down"), Fact("run_down_at_rad_per_s", at[1], "at"),
+        Fact("run_up_rad", largest[0], "run-up"), Fact("run_up_at_rad_per_s", speeds[0], "at"),
+        Fact("run_down_rad", largest[1], "run-down"), Fact("run_down_at_rad_per_s", speeds[1], "at"),
     )  # fmt: skip
 
 
@@ -202,12 +202,12 @@ def run_up(system: Any, rates: ArrayLike, *, speeds: tuple[float, float] | None 
             f"at {np.min(rates):g} rad/s^2 a run from {low:g} to {high:g} rad/s takes {np.max(turns):.2g} turns, more "
             f"than {MOST_TURNS:,}; give rates from {least:.2g} rad/s^2 on, or a narrower range of speeds"
         )
-    found = [
+    runs = [
         [_run(system, *ends, rate, n) for rate, n in zip(rates.tolist(), turns.tolist(), strict=True)]
         for ends in ((low, high), (high, low))
     ]
-    largest, at = np.moveaxis(np.array(found), 2, 0)
-    return RunUps(rates, largest, at, (low, high), "pointing error" if isinstance(system, DriveTrain) else "error x")
+    largest, speed = np.moveaxis(np.array(runs), 2, 0)
+    return RunUps(rates, largest, speed, (low, high), "pointing error" if isinstance(system, DriveTrain) else "error x")
 
 
 def _around(system: Any) -> tuple[float, float]:
@@ -236,8 +236,8 @@ def _run(system: Any, first: float, last: float, rate: float, turns: float) -> t
     if not run.status or run.largest is None:
         raise SolveError(f"the run from {first:g} to {last:g} rad/s at {rate:g} rad/s^2 ends early: {run.message}")
     sizes = run.largest[0, 2:]
-    at = int(np.argmax(sizes))
-    return float(sizes[at]), float(ramp.slope(times[1 + at]))
+    i = int(np.argmax(sizes))
+    return float(sizes[i]), float(ramp.slope(times[1 + i]))
 
 
 def _equation(system: Any, ramp: SpeedRamp) -> tuple[Any, Any, float]:

@@ -33,7 +33,7 @@ class Servo(NamedTuple):
     """
 
     loop: Any
-    most: Torque
+    limit: Torque
     back: Annotated[float, "rad/(N*m*s)"]
     speed: Ratio = 1.0
     speeds: tuple[AngularSpeed, ...] = (0.0, 1.0)
@@ -61,7 +61,7 @@ class Servo(NamedTuple):
         return self.speed * speed - self.K_v * integrated(self.loop, x, z, self.of_integral)
 
     def driven(self, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
-        """What `controlled` returns."""
+        """Acceleration [rad/s^2], torque [N*m] and rates of the states, as `controlled` returns them."""
         x, v = deviation[0], deviation[1] + (1.0 - self.speed) * reference[0]
         states, heavy = share(self.loop, z), inertia_of(self.loop)
         command = self.command(x, states, reference[0])
@@ -71,8 +71,8 @@ class Servo(NamedTuple):
         given = (*states, (1.0 - self.behind) * fed)
         asked = excitation + self.behind * fed - torque_of(self.loop, x, v, given)
         asked = asked - heavy * ((torque + asked + heavy * reference[1]) / (J + heavy) - reference[1])
-        most = smaller(self.most, polygon(self.speeds, self.torques, abs(deviation[1] + reference[0])))
-        applied = larger(smaller(asked, most), -most)
+        bound = smaller(self.limit, polygon(self.speeds, self.torques, abs(deviation[1] + reference[0])))
+        applied = larger(smaller(asked, bound), -bound)
         acceleration = (torque + applied) / J
         rates = unwound(self.loop, z_rate_of(self.loop, x, v, given), (applied - asked) * self.back, excess)
         return acceleration, applied - excitation, (deviation[1], acceleration - reference[1], *rates)
@@ -195,10 +195,10 @@ def servo_train(train: DriveTrain, limits: MotorLimits, holding: float, shares: 
             "an ideally held motor takes any torque and needs no feedforward; give the motor a loop, or leave limited "
             "and feedforward out"
         )
-    most = float(limits.at(PEAK, 0.0))
-    if holding >= most:
+    limit = float(limits.at(PEAK, 0.0))
+    if holding >= limit:
         raise ValueError(
-            f"at rest the load takes {holding:.4g} N*m of the motor, whose limit is {most:.4g} N*m: it does not "
+            f"at rest the load takes {holding:.4g} N*m of the motor, whose limit is {limit:.4g} N*m: it does not "
             "hold its load; take a stronger motor, a larger ratio or less load"
         )
     core = core_of(motor.control)
