@@ -12,9 +12,9 @@ brings to the motor. An ideally held motor is the limit Z = J_l s^2, d = e. The 
 range of speeds is the largest root of a = h(K(a)), h(K) being the largest |Z d/(Z + B s + K)| over the range: it is a
 root at the speed of that maximum, and no other speed has a larger one, because a > h(K(a)) beyond it.
 
-What a closed form is worth, by the certificate of its slow flow, and the same design by harmonic balance.
+Error of a closed form, by the certificate of its slow flow, and the same design by harmonic balance.
 
-How the largest oscillation answers to the numbers of a drive, by averaging.
+Sensitivities of the largest oscillation to the numbers of a drive, by averaging.
 """
 
 import math
@@ -38,7 +38,7 @@ FINEST, COARSEST, MOST_SPEEDS = 1e-3, 0.01, 1000  # relative distance of speeds,
 AMPLITUDES, SMALLEST = 96, 1e-3  # of the table of K(a); of the lines' largest: the first amplitude
 TURNED = 1.0  # rad: more twist is none, where a loop feeds a vibration
 SLOPES = 64  # samples of the slope over a vibration
-TURN, PLACES = 24, 16  # samples per period of the highest line, and speeds where the whole motion is looked at
+TURN, SPEEDS = 24, 16  # samples per period of the highest line, and speeds at which all lines are added
 
 
 class Drives(NamedTuple):
@@ -94,7 +94,7 @@ class Largest(NamedTuple):
 
 
 class Springs(NamedTuple):
-    """What the law makes of vibrations with amplitudes [rad] about the mean torque: stiffnesses [N*m/rad].
+    """Stiffnesses [N*m/rad] of the law for vibrations with amplitudes [rad] about the mean torque.
 
     The equivalent one, the smallest and largest slope on the way, and the slope's harmonic at the vibration's
     frequency.
@@ -112,10 +112,10 @@ def largest(drives: Drives) -> Largest:
     lines = [line for line in drives.error.lines if line.amplitude > 0.0]
     springs = _springs(drives, max(line.amplitude for line in lines))
     best = [_driven(drives, springs, line) for line in lines]
-    first = np.argmax([found.oscillation for found in best], axis=0)
+    first = np.argmax([one.oscillation for one in best], axis=0)
 
     def of(name: str) -> Any:
-        each = np.array([getattr(found, name) for found in best])
+        each = np.array([getattr(one, name) for one in best])
         return np.max(each, axis=0) if name in ("low", "high") else np.take_along_axis(each, first[None], 0)[0]
 
     return Largest(*(of(name) for name in Largest._fields))
@@ -154,8 +154,8 @@ def _springs(drives: Drives, line: float) -> Springs:
     low, high = drives.speeds
     s = 1j * np.geomspace(low, high * max(k.order for k in drives.error.lines), 64)
     Z = impedance(drives, s[None])
-    most = float(np.max(np.abs(Z) / np.maximum(Z.imag + np.outer(drives.B, s.imag), 1e-300))) * line
-    sizes = np.geomspace(SMALLEST * line, max(2.0 * line, min(1.2 * most, TURNED)), AMPLITUDES)
+    bound = float(np.max(np.abs(Z) / np.maximum(Z.imag + np.outer(drives.B, s.imag), 1e-300))) * line
+    sizes = np.geomspace(SMALLEST * line, max(2.0 * line, min(1.2 * bound, TURNED)), AMPLITUDES)
     mean, equivalent = one_harmonic(drives.law, drives.torque, sizes)
     wave = np.cos(2.0 * np.pi * np.arange(SLOPES) / SLOPES)
     slopes = drives.law.stiffness(mean[:, None] + sizes[:, None] * wave) + 0.0 * wave
@@ -172,7 +172,7 @@ def _frequencies(drives: Drives, order: int) -> Floats:
 
 
 def _driven(drives: Drives, springs: Springs, line: Any) -> Largest:
-    """What one line drives at its largest."""
+    """Largest oscillation that one line drives."""
     sizes, stiffness = springs.amplitude, springs.equivalent
     w = _frequencies(drives, line.order)
     s = 1j * w[None]
@@ -190,26 +190,26 @@ def _driven(drives: Drives, springs: Springs, line: Any) -> Largest:
     above = beyond > 0.0
     last = len(sizes) - 1 - np.argmax(above[::-1], axis=0)  # the last amplitude that is still exceeded
     last = np.where(np.any(above, axis=0), np.minimum(last, len(sizes) - 2), 0)
-    here, there = beyond[last, np.arange(len(Z))], beyond[last + 1, np.arange(len(Z))]
-    share = np.clip(here / (here - there), 0.0, 1.0)
+    at_last, after_it = beyond[last, np.arange(len(Z))], beyond[last + 1, np.arange(len(Z))]
+    share = np.clip(at_last / (at_last - after_it), 0.0, 1.0)
 
     def at_root(table: Floats) -> Floats:
         return np.asarray(table[last] + share * (table[last + 1] - table[last]))
 
-    def whole(K: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    def motion(K: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Largest oscillation over the range with one stiffness, its speed, torsion and frequency."""
         amplitude, frequency = top(K)
-        omega = np.column_stack([frequency / line.order, *(np.full(len(Z), v) for v in places)])
+        omega = np.column_stack([frequency / line.order, *(np.full(len(Z), v) for v in extra_speeds)])
         sizes = _oscillation(drives, omega, K)
-        most = np.argmax(sizes, axis=1)
+        top_index = np.argmax(sizes, axis=1)
         rows = np.arange(len(Z))
-        return sizes[rows, most], omega[rows, most], amplitude, frequency
+        return sizes[rows, top_index], omega[rows, top_index], amplitude, frequency
 
-    places = np.geomspace(*drives.speeds, PLACES)
-    size, omega, amplitude, frequency = whole(at_root(springs.equivalent))
+    extra_speeds = np.geomspace(*drives.speeds, SPEEDS)
+    size, omega, amplitude, frequency = motion(at_root(springs.equivalent))
     Z = impedance(drives, 1j * frequency[:, None])[:, 0]
     coupling = _coupling(drives, line, at_root(springs.swing), at_root(springs.equivalent), frequency, Z)
-    others = [whole(at_root(table))[0] for table in (springs.softest, springs.stiffest)]
+    others = [motion(at_root(table))[0] for table in (springs.softest, springs.stiffest)]
     low, high = _enclosed(np.array([size, *others]), coupling)
     mass, damping = -Z.real / frequency**2, drives.B + Z.imag / frequency
     return Largest(size, low, high, omega, np.full(len(Z), line.order), amplitude, mass, damping)
@@ -230,8 +230,8 @@ def _coupling(drives: Drives, line: Any, swing: Floats, K: Floats, frequency: Fl
     """
     twice = sum(other.amplitude for other in drives.error.lines if other.order == 2 * line.order)
     s = 2j * frequency
-    there = impedance(drives, s[:, None])[:, 0]
-    motion = twice * np.abs(there / (there + drives.B * s + K))
+    Z_twice = impedance(drives, s[:, None])[:, 0]
+    motion = twice * np.abs(Z_twice / (Z_twice + drives.B * s + K))
     return np.asarray(0.5 * swing * motion / (np.abs(Z) * line.amplitude))
 
 
@@ -244,10 +244,10 @@ def _parabola(x: Floats, inverse: Floats, index: Any) -> tuple[Floats, Floats]:
     shift = np.where((bend > 0.0) & (index == inner), -slope / np.where(bend > 0.0, bend, 1.0), 0.0)
     shift = np.clip(shift, -0.5, 0.5)
     least = np.where(index == inner, middle + shift * (slope + 0.5 * bend * shift), inverse[rows, index])
-    place = np.where(index == inner, x[inner] + shift * (x[1] - x[0]), x[index])
+    log_x = np.where(index == inner, x[inner] + shift * (x[1] - x[0]), x[index])
     # samples of a parabola that dips below what damping allows have no minimum of their own
     least = np.where(least > 0.0, least, middle)
-    return 1.0 / np.sqrt(least), np.exp(place)
+    return 1.0 / np.sqrt(least), np.exp(log_x)
 
 
 def _oscillation(drives: Drives, omega: Floats, K: Floats) -> Floats:
@@ -261,10 +261,10 @@ def _oscillation(drives: Drives, omega: Floats, K: Floats) -> Floats:
         x = spring * Z * _deviation(drives, line, s) / ((Z + spring) * drives.J_l[:, None] * s * s)
         total += (x[..., None] * np.exp(1j * line.order * angle)).real
     size = np.abs(total)
-    at = np.argmax(size, axis=2)[..., None] + np.array([-1, 0, 1])  # the largest sample, and those beside it
-    before, here, after = np.moveaxis(np.take_along_axis(size, at % len(angle), axis=2), 2, 0)
-    bend = np.maximum(2.0 * here - before - after, 1e-300)
-    return np.asarray(here + 0.125 * (after - before) ** 2 / bend)
+    samples = np.argmax(size, axis=2)[..., None] + np.array([-1, 0, 1])  # the largest sample, and those beside it
+    before, middle, after = np.moveaxis(np.take_along_axis(size, samples % len(angle), axis=2), 2, 0)
+    bend = np.maximum(2.0 * middle - before - after, 1e-300)
+    return np.asarray(middle + 0.125 * (after - before) ** 2 / bend)
 
 
 STEP = 0.01
@@ -284,12 +284,12 @@ def worth(drives: Drives, peaks: Largest, row: int) -> float:
     ripple = 0.0 if drives.loop is None else drives.N * slope
     if not mass > 0.0:
         return UNKNOWN
-    near = Oscillator(
+    oscillator = Oscillator(
         mass, float(peaks.damping[row]), drives.law, Harmonic(0.0, mean=drives.torque), float(peaks.omega[row]),
         drives.error,
     )  # fmt: skip
     try:
-        seen = slow_flow(near, Resonance(order, 1)).certificate()
+        seen = slow_flow(oscillator, Resonance(order, 1)).certificate()
     except (SolveError, ValueError):
         return UNKNOWN
     share = min(1.0, float(peaks.amplitude[row] / peaks.oscillation[row]))

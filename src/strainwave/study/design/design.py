@@ -25,30 +25,30 @@ from ...model.train import DriveTrain, Held
 from .averaged import Drives, Largest, balanced, largest, sensitivities, worth
 from .options import Case, Option, bounded, error_of, forbidden, looked_at, option_of, rotor_doubts
 from .result import Candidate, Design, front
-from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, needed, told
+from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, miss_of, needed
 
 MOST_BALANCED = 400  # designs by harmonic balance
 MOST_DRIVES = 2000  # at once by averaging
-BEST = 3  # designs whose sensitivities are told
+BEST = 3  # designs whose sensitivities are given
 AVERAGING, BALANCE = "averaging", "harmonic balance"
 NONE = Check("", 0.0, "")
 OSCILLATION, LOOP = "oscillation", "loop"
-Told = Callable[[str, float], None]
+Progress = Callable[[str, float], None]
 
 
 def design(
-    specification: Specification, *, gears: Iterable[Gear] | None = None, progress: Told = silent
+    specification: Specification, *, gears: Iterable[Gear] | None = None, progress: Progress = silent
 ) -> Design:  # fmt: skip
     """Search the catalogue for the gears and motors that meet a specification.
 
     Parameters
     ----------
     specification : Specification
-        What the axis must do; `read_specification` reads it from a file.
+        Requirements of the axis; `read_specification` reads it from a file.
     gears : iterable of Gear, optional
         Records to choose from. Default: the whole catalogue.
     progress : callable
-        Told what is done now, and the share of the work that is done.
+        progress(stage, share): called before each stage.
 
     Returns
     -------
@@ -74,12 +74,12 @@ def design(
 class _Search:
     """One search; its lists grow as it goes."""
 
-    def __init__(self, spec: Specification, progress: Told) -> None:
+    def __init__(self, spec: Specification, progress: Progress) -> None:
         self.spec, self.progress = spec, progress
         self.misses: dict[str, Check] = {}  # of each gear the constraint that it misses most
         self.lacking: dict[str, list[Check]] = {}  # of each gear numbers that no source gives
         self.good: list[Option] = []
-        self.known: dict[Any, tuple[Crest, float, float] | None] = {}
+        self.balances: dict[Any, tuple[Crest, float, float] | None] = {}
         self.between: dict[tuple[str, float], tuple[str, ...]] = {}  # of the best, by gear and rotor
         self.drives = 0
         self.stopped = False  # by Ctrl-C: what is left is decided by averaging
@@ -88,9 +88,9 @@ class _Search:
         """Search through gears."""
         passed = []
         for gear in gears:
-            known = list(checks(gear, self.spec))
-            rules = max((check for check in known if check.known), key=lambda check: check.use, default=NONE)
-            if lacking := [check for check in known if not check.known]:
+            every = list(checks(gear, self.spec))
+            rules = max((check for check in every if check.recorded), key=lambda check: check.use, default=NONE)
+            if lacking := [check for check in every if not check.recorded]:
                 self.lacking[gear.name] = lacking
             if rules.violated:
                 self.misses[gear.name] = rules
@@ -111,17 +111,17 @@ class _Search:
             self.spec,
             tuple(feasible),
             tuple(map(self._candidate, best)),
-            {name: told(check) for name, check in self.misses.items()},
-            {name: " ".join(map(told, some)) for name, some in self.lacking.items() if name not in self.misses},
+            {name: miss_of(check) for name, check in self.misses.items()},
+            {name: " ".join(map(miss_of, some)) for name, some in self.lacking.items() if name not in self.misses},
             nearest,
             tuple(sensitivities([(o.gear.name, o.J_m, drives) for o, drives in chosen])),
             self.drives,
-            len(self.known),
+            len(self.balances),
             tuple(self._remarks()),
         )
         if self.stopped:
             raise Interrupted(
-                f"interrupted; {len(self.known)} designs were computed by harmonic balance, the others by averaging",
+                f"interrupted; {len(self.balances)} designs were computed by harmonic balance, the others by averaging",
                 result,
             )
         return result
@@ -150,21 +150,21 @@ class _Search:
             cases: list[list[Case]] = [[] for _ in motors]
             for torque in spec.torques:
                 drives = self._drives(gear, motors, loads, torque)
-                found = largest(drives)
+                peaks = largest(drives)
                 self.drives += len(drives.J_l)
-                rows = np.transpose([found.oscillation, found.low, found.high, found.omega]).tolist()
+                rows = np.transpose([peaks.oscillation, peaks.low, peaks.high, peaks.omega]).tolist()
                 for i, row in enumerate(rows):
                     cases[i // len(loads)].append(Case(loads[i % len(loads)], torque, *row))
-                distance = np.abs(np.log(found.oscillation / spec.limit))
+                distance = np.abs(np.log(peaks.oscillation / spec.limit))
                 if nearest is None or np.min(distance) < nearest[0]:
-                    nearest = float(np.min(distance)), drives, found, int(np.argmin(distance))
-            options += [option_of(gear, rules, rotor, own) for rotor, own in zip(motors, cases, strict=True)]
+                    nearest = float(np.min(distance)), drives, peaks, int(np.argmin(distance))
+            options += [option_of(gear, rules, rotor, some) for rotor, some in zip(motors, cases, strict=True)]
         assert nearest is not None
         certified = worth(*nearest[1:])
         return [bounded(option, certified) for option in options]
 
     def _is_stable(self, option: Option) -> bool:
-        """Whether the loop of an option is stable with the smallest and the largest load; a loop that is not is told.
+        """True where the loop of an option is stable with the smallest and the largest load; else a miss is noted.
 
         What fails by its oscillation anyway passes.
         """
@@ -173,10 +173,10 @@ class _Search:
             return True
         for load in {min(spec.load_inertias), max(spec.load_inertias)}:
             train = self._train(option, option.cases[0]._replace(load=load, torque=0.0))
-            said = unstable(train, option.J_m + spec.tuned(load) / ratio**2)
-            if said:
+            fault = unstable(train, option.J_m + spec.tuned(load) / ratio**2)
+            if fault:
                 rotor = f"with a rotor of {option.rotor:.3g} kg*m^2 and a load of {load:g} kg*m^2"
-                check = Check(LOOP, math.inf, f"The loop of {option.gear.name} {rotor} {said}.")
+                check = Check(LOOP, math.inf, f"The loop of {option.gear.name} {rotor} {fault}.")
                 self.misses.setdefault(option.gear.name, check)
                 return False
         return True
@@ -208,7 +208,7 @@ class _Search:
             chosen = front([self._candidate(option) for option in self.good])
             names = {(c.gear, c.rotor_inertia) for c in chosen}
             members = sorted((o for o in self.good if (o.gear.name, o.rotor) in names), key=lambda o: o.size)
-            if self.stopped or len(self.known) >= MOST_BALANCED:
+            if self.stopped or len(self.balances) >= MOST_BALANCED:
                 return members
             open_ = [o for o in members if not o.balanced]
             refused = [] if open_ else [o for o in members if not self._is_allowed(o)]
@@ -226,19 +226,19 @@ class _Search:
         """An option by harmonic balance of its whole drive; unchanged without a motion, or after too many of them."""
         motor = None if self.spec.loop is None else option.rotor  # which a held motor's error does not depend on
         key = option.gear.name, motor
-        if key not in self.known:
-            if self.stopped or len(self.known) >= MOST_BALANCED:
+        if key not in self.balances:
+            if self.stopped or len(self.balances) >= MOST_BALANCED:
                 return option
             try:
                 self.progress(f"harmonic balance, {option.gear.name}", share)
-                self.known[key] = self._worst(option)
+                self.balances[key] = self._worst(option)
             except KeyboardInterrupt:
                 self.stopped = True
                 return option
-        found = self.known[key]
-        if found is None:
+        worst = self.balances[key]
+        if worst is None:
             return option
-        crest, load, torque = found
+        crest, load, torque = worst
         size, error = crest.size, crest.tail.share
         return option._replace(
             load=load, torque=torque, size=size, low=size, high=size, speed=crest.speed, error=error, balanced=True
@@ -272,9 +272,9 @@ class _Search:
         return best
 
     def _is_allowed(self, option: Option) -> bool:
-        """Whether every speed is allowed under the torques of the duty, by all motions, as a speed map decides it.
+        """True where every speed is allowed under the torques of the duty, by all motions, as a speed map decides it.
 
-        What is forbidden between these torques is told of the option.
+        Speeds forbidden between these torques are noted with the option.
         """
         gear, key = option.gear, (option.gear.name, option.rotor)
         if key in self.between:
@@ -290,8 +290,8 @@ class _Search:
         if under:
             check = Check(OSCILLATION, size / self.spec.limit, f"{drive} does not serve: {under}.")
             self.misses.setdefault(gear.name, check)
-        said = f"{drive} serves under the torques of the duty; between them, {between}."
-        self.between[key] = (said,) if between else ()
+        sentence = f"{drive} serves under the torques of the duty; between them, {between}."
+        self.between[key] = (sentence,) if between else ()
         return not under
 
     def _train(self, option: Option, case: Case) -> DriveTrain:
@@ -314,13 +314,13 @@ class _Search:
             sure = f", between {option.low / ARCSEC:.4g} and {option.high / ARCSEC:.4g} arcsec"
         use = c.oscillation / spec.limit
         digits = digits_apart(use)
-        said = (
+        sentence = (
             f"The pointing error of {c.gear} oscillates by {c.oscillation / ARCSEC:.{digits}g} arcsec at "
             f"{c.speed / RPM:.4g} rpm of the motor with a rotor of {c.rotor_inertia:.3g} kg*m^2, a load of "
             f"{c.load_inertia:g} kg*m^2 and {c.load_torque:.4g} N*m on it ({c.method}{sure}), "
             f"above the limit of {spec.limit / ARCSEC:.{digits}g} arcsec."
         )
-        check = Check(OSCILLATION, use, said, (*option.gear.doubts_about(*DRIVE), *rotor_doubts(option)))
+        check = Check(OSCILLATION, use, sentence, (*option.gear.doubts_about(*DRIVE), *rotor_doubts(option)))
         before = self.misses.get(c.gear)
         if before is None or before.name != OSCILLATION or check.use < before.use:
             self.misses[c.gear] = check
@@ -340,7 +340,7 @@ class _Search:
 
     def _nearest(self, gears: list[Gear]) -> str:
         """The gear that misses least of all, with the oscillation of those that the rules had turned away already."""
-        known = sorted(
+        missing = sorted(
             (
                 (miss, gear)
                 for gear in gears
@@ -350,7 +350,7 @@ class _Search:
             key=lambda miss: miss[0].use,
         )
         best: tuple[str, Check] | None = None
-        for rules, gear in known:
+        for rules, gear in missing:
             if best is not None and rules.use >= best[1].use:
                 break
             check = rules
@@ -366,7 +366,7 @@ class _Search:
             return f"No gear serves. {loops[0]}"
         if best is None:
             return _lacking([check.name for some in self.lacking.values() for check in some])
-        return f"No gear serves. The nearest is {best[0]}: {told(best[1])}"
+        return f"No gear serves. The nearest is {best[0]}: {miss_of(best[1])}"
 
     def _remarks(self) -> Iterator[str]:
         yield from self.spec.remarks
@@ -381,17 +381,17 @@ class _Search:
                 "to half of it, and it damps; 'hysteresis: catalogue' in a design's project file counts it."
             )
         if self.stopped:
-            yield f"Interrupted: {len(self.known)} designs are by harmonic balance, the others by averaging."
-        if len(self.known) >= MOST_BALANCED:
+            yield f"Interrupted: {len(self.balances)} designs are by harmonic balance, the others by averaging."
+        if len(self.balances) >= MOST_BALANCED:
             yield f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging."
 
 
 def _lacking(names: list[str]) -> str:
-    """What no source gives, where no gear that could be judged is left."""
+    """Sentence on numbers that no source gives, where no gear that could be judged is left."""
     if not names:
         return "No gear serves: none is of what the specification chooses from."
     counts = Counter(WORDS.get(name, name.replace("_", " ")) for name in names)
-    said = listed(f"the {name} of {count} gear{'s' if count > 1 else ''}" for name, count in counts.most_common())
+    numbers = listed(f"the {name} of {count} gear{'s' if count > 1 else ''}" for name, count in counts.most_common())
     assumed = "give excitation.accuracy, or excitation.assumed for these gears"
-    ways = ["leave out what needs it", *([assumed] if "accuracy" in names else [])]
-    return f"No gear serves: no source gives {said}, which the specification needs; {' or '.join(ways)}."
+    remedies = ["leave out what needs it", *([assumed] if "accuracy" in names else [])]
+    return f"No gear serves: no source gives {numbers}, which the specification needs; {' or '.join(remedies)}."

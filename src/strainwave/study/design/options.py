@@ -1,4 +1,4 @@
-"""A gear with one rotor under every load and torque of a specification: what averaging says, and its worst case."""
+"""A gear with one rotor under every load and torque of a specification: results of averaging, and the worst case."""
 
 import math
 from collections import Counter
@@ -22,7 +22,7 @@ BETWEEN = 9  # torques of a range, as an analysis spreads them
 
 
 class Case(NamedTuple):
-    """What averaging says of a drive under one load [kg*m^2] and one torque on it [N*m]."""
+    """Result of averaging for a drive under one load [kg*m^2] and one torque on it [N*m]."""
 
     load: float
     torque: float
@@ -33,7 +33,7 @@ class Case(NamedTuple):
 
 
 class Option(NamedTuple):
-    """A gear with one rotor: what is known of it under its worst load, and by averaging under each."""
+    """A gear with one rotor: its result under its worst load, and that of averaging under each."""
 
     gear: Gear
     rules: Check
@@ -55,7 +55,7 @@ class Option(NamedTuple):
 
 
 def option_of(gear: Gear, rules: Check, rotor: float, cases: list[Case]) -> Option:
-    """A gear with a rotor, from what averaging says of it."""
+    """A gear with a rotor, from its results of averaging."""
     load, torque, size, _, _, speed = max(cases, key=lambda case: case.size)
     low, high = max(case.low for case in cases), max(case.high for case in cases)
     return Option(gear, rules, rotor, load, torque, size, low, high, speed, 0.0, tuple(cases))
@@ -83,7 +83,7 @@ def error_of(gear: Gear, spec: Specification) -> KinematicError:
 
 
 def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float, str, str]:
-    """What forbids speeds of a drive, as a speed map decides it by all motions: under a torque of the duty, or between.
+    """Reasons to forbid speeds of a drive, by all motions, as of a speed map: under a torque of the duty, or between.
 
     The largest oscillation [rad] where speeds are forbidden, and two texts, empty where nothing is.
 
@@ -97,23 +97,23 @@ def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float
     torques = np.union1d(spec.torques, np.linspace(spec.torques[0], spec.torques[-1], BETWEEN))
     decided = decide(drive, Rules(limit), loads=torques)
     some = list[tuple[bool, float, str]]()
-    for torque, own, bands in zip(torques.tolist(), decided.found, decided.moving, strict=True):
+    for torque, motions, bands in zip(torques.tolist(), decided.found, decided.moving, strict=True):
         if not len(bands.forbidden):
             continue
-        speed, size = own.largest
+        speed, size = motions.largest
         what = f"it oscillates by {size / ARCSEC:.4g} arcsec"
         if size <= limit:
-            what, speed = "the motion jumps" if own.jumping else "no motion is stable", float(bands.forbidden[0, 0])
-        said = f"at {torque:.4g} N*m {what} at {speed / RPM:.4g} rpm of the motor"
-        some.append((torque in spec.torques, size, said))
+            what, speed = "the motion jumps" if motions.jumping else "no motion is stable", float(bands.forbidden[0, 0])
+        sentence = f"at {torque:.4g} N*m {what} at {speed / RPM:.4g} rpm of the motor"
+        some.append((torque in spec.torques, size, sentence))
     under, between = (max((row[1:] for row in some if row[0] is duty), default=(0.0, "")) for duty in (True, False))
     return max(under[0], between[0]), under[1], between[1]
 
 
 def rotor_doubts(option: Option) -> tuple[str, ...]:
-    """That a rotor is far heavier than the wave generator of its gear."""
+    """Sentence on a rotor that is far heavier than the wave generator of its gear."""
     times = option.rotor / (option.gear.input_inertia or math.inf)
     if times <= HEAVY:
         return ()
-    said = f"A rotor of {option.rotor:.3g} kg*m^2 is {times:.3g} times the wave generator of {option.gear.name}"
-    return (f"{said}; check its unit.",)
+    fact = f"A rotor of {option.rotor:.3g} kg*m^2 is {times:.3g} times the wave generator of {option.gear.name}"
+    return (f"{fact}; check its unit.",)

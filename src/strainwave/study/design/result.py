@@ -1,4 +1,4 @@
-"""What the search answers: designs that serve, the best of them, and why the other gears do not."""
+"""Result of the search: designs that serve, the best of them, and reasons against the other gears."""
 
 import math
 from collections.abc import Mapping
@@ -53,15 +53,15 @@ class Candidate(NamedTuple):
     margin : float
         Share of the allowance that is left of the constraint that binds.
     binding : str
-        That constraint.
+        The constraint that binds.
     load_torque : float
         Torque on the load [N*m] under which the oscillation is largest, of the duty in either sign or none; a resisting
         one is negative.
     rotor_inertia : float
         Inertia of the rotor without the wave generator [kg*m^2], as the specification has it.
     doubts : tuple of str
-        What the record of the gear doubts of the numbers that the specification needs, and of the best designs that
-        one oscillates by more than the limit between the torques of the duty.
+        Doubts of the gear's record about the numbers that the specification needs, and of the best designs that one
+        oscillates by more than the limit between the torques of the duty.
     hysteresis_loss : float
         Largest hysteresis loss of the gear's record [rad], not in the oscillation; nan where no source gives it.
     """
@@ -104,7 +104,7 @@ class Candidate(NamedTuple):
 
 
 class Sensitivity(NamedTuple):
-    """How the largest oscillation of a design answers to a number of it.
+    """Sensitivity of the largest oscillation of a design to a number of it.
 
     `slope` is the relative change of the oscillation over the relative change of the number, by averaging.
     """
@@ -133,16 +133,16 @@ class Design(Result):
     Attributes
     ----------
     specification : Specification
-        What was asked.
+        The specification.
     feasible : tuple of Candidate
         Every gear with every motor that meets it, by ascending oscillation.
     pareto : tuple of Candidate
         Those of them that no other beats in oscillation, size and reflected inertia at once; all by harmonic balance,
         and with every speed allowed under the torques of the duty, as a speed map decides it.
     rejected : dict of str to str
-        Why each other gear does not serve: the constraint that it misses most, and by how much, by its name.
+        Reason against each other gear, by its name: the constraint that it misses most, and the excess.
     not_judged : dict of str to str
-        What no source gives of the gears that no known number turns away, by their names.
+        Numbers that no source gives, of the gears that no known number turns away, by their names.
     nearest : str
         Where nothing serves: the gear that misses least, and its constraint; empty otherwise.
     sensitivities : tuple of Sensitivity
@@ -150,7 +150,7 @@ class Design(Result):
     drives, balanced : int
         Drives looked at by averaging (gear, motor and load), and designs by harmonic balance.
     remarks : tuple of str
-        What a reader must know about the numbers.
+        Remarks on the numbers.
     """
 
     specification: Specification
@@ -167,13 +167,13 @@ class Design(Result):
     rows: ClassVar[str] = "design"
 
     def variables(self) -> Labelled:
-        """Every number of the designs, and whether one is on the front."""
-        found: dict[str, tuple[str, object, str]] = {
+        """Every number of the designs; `pareto` is true for one on the front."""
+        columns: dict[str, tuple[str, object, str]] = {
             name: ("design", np.array([getattr(c, name) for c in self.feasible], float), unit)
             for name, unit in UNITS.items()
         }
-        found["pareto"] = ("design", np.array([c in self.pareto for c in self.feasible], bool), "")
-        return found
+        columns["pareto"] = ("design", np.array([c in self.pareto for c in self.feasible], bool), "")
+        return columns
 
     def coordinates(self) -> Labelled:
         """Gear, method and binding constraint of every design."""
@@ -181,7 +181,7 @@ class Design(Result):
         return {name: ("design", [getattr(c, name) for c in self.feasible], "") for name in words}
 
     def facts(self) -> tuple[Fact, ...]:
-        """Everything that is said of the designs, once."""
+        """Every fact of the designs, once."""
         gears, unlisted = len({c.gear for c in self.feasible}), len(self.pareto) - SHOWN
         low, high = [number(speed / RPM) for speed in self.specification.speeds]
         others = counted(len(self.rejected), "gear")

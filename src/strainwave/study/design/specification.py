@@ -1,4 +1,4 @@
-"""What an axis must do: loads, speeds, torques, the error it may have, life, and what a design may be made of.
+"""Specification of an axis: loads, speeds, torques, largest error, life, and the gears and motors to choose from.
 
 Cheap rules: what a gear's datasheet says about it before any vibration is computed.
 """
@@ -48,7 +48,7 @@ class DutySegment(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Specification:
-    """What a design must do, in SI; torques, speeds and inertias of the load are those of the output.
+    """Specification of a design, in SI; torques, speeds and inertias of the load are those of the output.
 
     Attributes
     ----------
@@ -89,14 +89,14 @@ class Specification:
     kinematic_error : KinematicError or None
         Its lines, in place of an accuracy.
     loop : Tuning, control or None
-        What keeps the motor on its reference; None is an ideally held motor.
+        Loop that keeps the motor on its reference; None is an ideally held motor.
     retune : bool
-        Whether gains of the loop and damping are those of each load. Default: one machine has one set, that of its
+        True for gains of the loop and a damping of each load. Default: one machine has one set, that of its
         smallest load.
     title : str
         Its name.
     remarks : tuple of str
-        What a reader of the answer should know about the specification.
+        Remarks on the specification for a reader of the answer.
     """
 
     load_inertias: tuple[float, ...]
@@ -232,20 +232,20 @@ class Check(NamedTuple):
     sentence : str
         Fact, value and bound.
     doubts : tuple of str
-        What the record doubts of the numbers that it goes by.
-    known : bool
-        Whether the record has the number that it is about.
+        Doubts of the record about the numbers of the constraint.
+    recorded : bool
+        True where the record has the number of the constraint.
     """
 
     name: str
     use: float
     sentence: str
     doubts: tuple[str, ...] = ()
-    known: bool = True
+    recorded: bool = True
 
     @property
     def violated(self) -> bool:
-        """Whether the gear does not meet it."""
+        """True for a gear that does not meet it."""
         return not self.use <= SURE
 
 
@@ -256,25 +256,25 @@ def checks(gear: Gear, spec: Specification) -> Iterator[Check]:
     for name in ("K1", "input_inertia"):
         if None in ((gear.K1, gear.K2, gear.K3, gear.T1, gear.T2) if name == "K1" else (gear.input_inertia,)):
             what = "all of K1, K2, K3, T1, T2" if name == "K1" else "the input inertia"
-            yield Check(name, math.inf, f"No source gives {what} of {gear.name}.", known=False)
+            yield Check(name, math.inf, f"No source gives {what} of {gear.name}.", recorded=False)
     if spec.accuracy_of(gear) is None and spec.kinematic_error is None:
         word = "special accuracy" if spec.accuracy == SPECIAL else "accuracy"
-        said = f"No source gives the {word} of {gear.name}; give it in the specification."
-        yield Check("accuracy", math.inf, said, known=False)
+        sentence = f"No source gives the {word} of {gear.name}; give it in the specification."
+        yield Check("accuracy", math.inf, sentence, recorded=False)
     for name in (*SPEEDS, *(LOADS if spec.peak_load > 0.0 else ())):
         if getattr(gear, name) is None:
-            yield Check(name, math.inf, f"No source gives the {WORDS[name]} of {gear.name}.", known=False)
+            yield Check(name, math.inf, f"No source gives the {WORDS[name]} of {gear.name}.", recorded=False)
     yield from (_check(gear, finding) for finding in ratings(gear, spec))
     yield from _life(gear, spec)
 
 
-def told(check: Check) -> str:
-    """Sentence of a constraint with by how much it is missed."""
-    said = check.sentence
+def miss_of(check: Check) -> str:
+    """Sentence of a constraint with the factor by which it is missed."""
+    text = check.sentence
     if math.isfinite(check.use) and check.use > 1.0:
         use = f"{check.use:.{digits_apart(check.use)}g} times"
-        said = f"{said[:-1]}: {use} {'too short' if check.name == 'life' else 'the allowance'}."
-    return " ".join((said, *check.doubts))
+        text = f"{text[:-1]}: {use} {'too short' if check.name == 'life' else 'the allowance'}."
+    return " ".join((text, *check.doubts))
 
 
 def digits_apart(use: float) -> int:
@@ -293,7 +293,7 @@ def needed(spec: Specification) -> Iterator[str]:
 
 
 def ratings(gear: Gear, spec: Specification) -> Iterator[Finding]:
-    """What the specification asks of a gear against every limit of its record."""
+    """Comparison of the specification with every limit of a gear's record."""
     yield from check_limits(
         gear,
         average_torque=spec.average_load,
@@ -315,12 +315,12 @@ def life(gear: Gear, spec: Specification) -> float:
 
 def _check(gear: Gear, finding: Finding) -> Check:
     doubts = gear.doubts_about(finding.limit)
-    said = finding.sentence.removesuffix(" ".join(("", *doubts))).split(";")[0].rstrip(".") + "."
-    return Check(finding.limit, finding.value / finding.bound, said, doubts)
+    sentence = finding.sentence.removesuffix(" ".join(("", *doubts))).split(";")[0].rstrip(".") + "."
+    return Check(finding.limit, finding.value / finding.bound, sentence, doubts)
 
 
 def _choice(gear: Gear, spec: Specification) -> Iterator[Check]:
-    """What the specification does not choose from."""
+    """Refusals of a gear that is not among the ratios and the series to choose from."""
     if len(spec.ratios) and gear.ratio not in spec.ratios:
         allowed = ", ".join(map(str, spec.ratios))
         nearest = min(spec.ratios, key=lambda ratio: abs(math.log(ratio / gear.ratio)))
@@ -328,8 +328,8 @@ def _choice(gear: Gear, spec: Specification) -> Iterator[Check]:
         yield Check("ratio", use, f"The ratio of {gear.name} is {gear.ratio}, and the specification allows {allowed}.")
     if spec.series and gear.series not in spec.series:
         allowed = ", ".join(spec.series)
-        said = f"The series of {gear.name} is {gear.series}, and the specification allows {allowed}."
-        yield Check("series", math.inf, said)
+        sentence = f"The series of {gear.name} is {gear.series}, and the specification allows {allowed}."
+        yield Check("series", math.inf, sentence)
 
 
 def _room(gear: Gear, spec: Specification) -> Iterator[Check]:
@@ -342,8 +342,8 @@ def _room(gear: Gear, spec: Specification) -> Iterator[Check]:
             yield Check(name, math.inf, f"No source gives the {name} of {gear.name}.", gear.doubts_about(name), False)
             continue
         relation = "above" if value > bound * SURE else "within"
-        said = f"The {name} of {gear.name} is {value:g}{unit}, {relation} the largest allowed, {bound:g}{unit}."
-        yield Check(name, value / bound, said)
+        sentence = f"The {name} of {gear.name} is {value:g}{unit}, {relation} the largest allowed, {bound:g}{unit}."
+        yield Check(name, value / bound, sentence)
 
 
 def _life(gear: Gear, spec: Specification) -> Iterator[Check]:
@@ -351,10 +351,10 @@ def _life(gear: Gear, spec: Specification) -> Iterator[Check]:
         return
     hours = life(gear, spec)
     if math.isnan(hours):
-        said = f"No source gives the rated torque of {gear.name}, which its life follows from."
-        yield Check("life", math.inf, said, known=False)
+        fact = f"No source gives the rated torque of {gear.name}, which its life follows from."
+        yield Check("life", math.inf, fact, recorded=False)
         return
     use = spec.life / hours
     relation = "below" if use > SURE else "at least"
-    said = f"The L10 life of {gear.name} is {hours:.{digits_apart(use)}g} h, {relation} the {spec.life:g} h required."
-    yield Check("life", use, said, gear.doubts_about("rated_torque"))
+    fact = f"The L10 life of {gear.name} is {hours:.{digits_apart(use)}g} h, {relation} the {spec.life:g} h required."
+    yield Check("life", use, fact, gear.doubts_about("rated_torque"))
