@@ -34,7 +34,7 @@ class Motion(NamedTuple):
 
 def motion(bench: Bench, controller: str, speed: float, name: str) -> Motion:
     """The last turns under a controller, by its name in `COMPENSATORS`, at a motor speed [rad/s]."""
-    bench = bench.at(speed)
+    bench = bench.at_speed(speed)
     built = COMPENSATORS[controller].on(bench, speed)
     settle, _ = times_of(bench, speed, own_rate(bench, speed, built))
     turn, turns = 2.0 * np.pi / abs(speed), max(TURNS, ceil(bench.repeat))

@@ -117,7 +117,7 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
     """The error before and after compensation, what is assumed, and the error on other gears."""
     result = compensate(project, progress=progress)
     (bench,) = benches_of(project).values()
-    bench, turn = bench.at(result.speed), 2.0 * np.pi / abs(result.speed)
+    bench, turn = bench.at_speed(result.speed), 2.0 * np.pi / abs(result.speed)
     settle, _ = times_of(bench, result.speed, own_rate(bench, result.speed, result.controller))
     controllers, duration = (bench.loop, result.controller), settle + SHOWN_TURNS * turn
     runs = [bench.run(controller, result.speed, duration) for controller in controllers]

@@ -1,4 +1,4 @@
-"""The bench of a drive: its train under a sampled loop, what is known of it, and what may differ."""
+"""The bench of a drive: its train under a sampled loop, the model of it, and the plant, which may differ."""
 
 import math
 from dataclasses import dataclass, replace
@@ -45,7 +45,7 @@ class Bench:
     Attributes
     ----------
     model : DriveTrain
-        What is known of the drive: controllers are designed on it.
+        Model of the drive: controllers are designed on it.
     plant : DriveTrain
         The drive that is run.
     loop : controller
@@ -55,7 +55,7 @@ class Bench:
     gear : Gear or None
         Record whose largest torque the gear is compared with.
     remarks : tuple of str
-        What was assumed, as sentences.
+        Assumptions, as sentences.
     backward : KinematicError or None
         The model's kinematic error in backward motion, where it is another.
     """
@@ -78,7 +78,7 @@ class Bench:
         """Time [s] from a sample to the middle of the time in which its torque acts; the lag counts as a delay."""
         return self.sampling.lead + self.lag
 
-    def at(self, speed: float) -> "Bench":
+    def at_speed(self, speed: float) -> "Bench":
         """The bench at a motor speed [rad/s]: with the kinematic error of backward motion where that is another."""
         if speed > 0.0 or self.backward is None:
             return self
@@ -87,7 +87,7 @@ class Bench:
 
     @property
     def equation(self) -> bool:
-        """Whether the drive is the error equation: x is its error, and nothing holds the motor."""
+        """True where the drive is the error equation: x is its error, and nothing holds the motor."""
         return isinstance(self.model.motor.control, TorqueDriven)
 
     @property
@@ -117,12 +117,12 @@ class Bench:
 
     def twists(self, speed: float) -> tuple[Line, ...]:
         """Lines of the gear's twist [rad] that bear a rigid load's torque at a motor speed [rad/s], T + B u' = -T_l."""
-        model, load, found = self.model, self.model.load, []
+        model, load, lines = self.model, self.model.load, []
         for term in torque_lines(load.end().excitation) if load is load.end() and not self.equation else ():
             stiffness = float(model.law.stiffness(self.start(speed, model=True)[0]))
             twist = -term.amplitude * np.exp(1j * term.phase) / (stiffness + 1j * term.order * speed * model.B)
-            found.append(Line(term.order, float(np.abs(twist)), float(np.angle(twist))))
-        return tuple(found)
+            lines.append(Line(term.order, float(np.abs(twist)), float(np.angle(twist))))
+        return tuple(lines)
 
     @property
     def repeat(self) -> float:
@@ -152,14 +152,14 @@ class Bench:
         A law with memory stays where it is left: its pole at 1, one for each internal state, is no motion of the loop.
         With a `size` [rad] a spring has the stiffness of a vibration of that amplitude, its describing function.
         """
-        loop, at = self.closed(self.loop, speed, model=True), self.start(speed, model=True)
+        loop, state = self.closed(self.loop, speed, model=True), self.start(speed, model=True)
         if size and depends(law := self.model.law) == 1:
-            torque = law.torque(at[0] + size * np.cos(ANGLES))
+            torque = law.torque(state[0] + size * np.cos(ANGLES))
             stiffness = 2.0 * float(np.mean(torque * np.cos(ANGLES))) / size
             loop = loop._replace(train=loop.train._replace(law=Linear(stiffness)))
         frequencies = abs(speed) * np.array(self.orders if orders is None else orders, float)
-        found = loop_response(loop, frequencies, at=at, output=output)
-        return replace(found, poles=self._moving(found.poles, 1))
+        result = loop_response(loop, frequencies, at=state, output=output)
+        return replace(result, poles=self._moving(result.poles, 1))
 
     def growth(self, controller: Any, speed: float, *, model: bool = False) -> float:
         """Rate [1/s] at which the small motion grows that does so most under a controller; it decays where negative.
@@ -167,15 +167,15 @@ class Bench:
         It is that of the sampled loop about the state in which the mean torques hold it.
         """
         loop, repeat = self.closed(controller, speed, model=model), 2.0 * np.pi * self.repeat / abs(speed)
-        found, time = multipliers(loop, repeat, at=self.start(speed, model=model))
+        roots, time = multipliers(loop, repeat, at=self.start(speed, model=model))
         samples = round(time / self.sampling.period)
-        largest = float(np.max(np.abs(self._moving(found, samples)), initial=1e-300))
+        largest = float(np.max(np.abs(self._moving(roots, samples)), initial=1e-300))
         return float(np.log(largest)) / time
 
-    def _moving(self, found: Any, samples: int) -> Any:
+    def _moving(self, roots: Any, samples: int) -> Any:
         """Poles or multipliers over samples without those of a law's memory, which stays where it is left."""
-        still = np.argsort(np.abs(found - 1.0))[: self.memory]
-        return np.delete(found, still[np.abs(found[still] - 1.0) < STAYS * samples])
+        still = np.argsort(np.abs(roots - 1.0))[: self.memory]
+        return np.delete(roots, still[np.abs(roots[still] - 1.0) < STAYS * samples])
 
     def run(self, controller: Any, speed: float, duration: float) -> LoopRun:
         """The drive at a motor speed [rad/s] under a controller, over a time [s]."""
@@ -195,19 +195,19 @@ class Bench:
             inertia, end = train.N * train.motor.J, train.load.end()
             push = mean_torque(train.motor.excitation) / inertia - mean_torque(end.excitation) / end.J
             x, *z = loaded_state(train.law, push / (1.0 / (train.N * inertia) + 1.0 / end.J))
-            rest = len(train.state_names()) - 5 - len(z)
-            return np.array([x, 0.0, 0.0, 0.0, 0.0, *z, *(0.0,) * rest])
+            others = len(train.state_names()) - 5 - len(z)
+            return np.array([x, 0.0, 0.0, 0.0, 0.0, *z, *(0.0,) * others])
         while isinstance(gains, Notch):
             gains = gains.loop
         if isinstance(gains, Cascade) and gains.K_v and gains.K_i:
             control: Any = CascadeLoop(gains.K_v, gains.K_p, gains.K_p / gains.K_i)
-            place, stiffness, behind = 4, gains.K_i, 5  # of the integral, and of the states behind it
+            integral, stiffness, behind = 4, gains.K_i, 5  # indices of the integral, and of the states behind it
         elif isinstance(gains, SampledPD) and gains.K_p:
-            control, place, stiffness, behind = PositionLoop(gains.K_p, gains.K_d), 2, gains.K_p, 4
+            control, integral, stiffness, behind = PositionLoop(gains.K_p, gains.K_d), 2, gains.K_p, 4
         else:
             return np.zeros(len(train.state_names()))
         state = operating_state(train.with_motor(control=control), float(speed))
-        torque = [-stiffness * state[place]] * (2 if self.lag else 1)
+        torque = [-stiffness * state[integral]] * (2 if self.lag else 1)
         return np.concatenate([state[:4], torque, state[behind:]])
 
     def with_stiffness(self, share: float) -> "Bench":
@@ -314,11 +314,11 @@ def steady_bench_of(
     angle = load_angle or 0.0
     plain, torque = _at_rest(bench.plant, angle)
     more = " Others: `load_angles` of sw.compensate, --load-angle of the command." if load_angle is None else ""
-    said = (
+    remark = (
         f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its torque at the "
         f"load's angle {np.degrees(angle):.4g} deg, {torque:.4g} N*m.{more}"
     )
-    return replace(bench, model=_at_rest(bench.model, angle)[0], plant=plain, remarks=(*bench.remarks, said))
+    return replace(bench, model=_at_rest(bench.model, angle)[0], plant=plain, remarks=(*bench.remarks, remark))
 
 
 def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:
@@ -331,16 +331,16 @@ def _at_rest(train: DriveTrain, load_angle: float) -> tuple[DriveTrain, float]:
 
 def _sampling(project: Project | DriveTrain, sampling: Sampling | None, remarks: list[str]) -> Sampling:
     if sampling is not None:
-        own: Sampling = checked(sampling)
-        return own
+        given: Sampling = checked(sampling)
+        return given
     named: Sampling | None = getattr(project, "sampling", None)
     if named is not None:
         return named
     limit = getattr(getattr(project, "motor_limits", None), "most", np.inf)
-    known = f"the motor's limit of {limit:.4g} N*m" if limit < np.inf else "no limit of the motor's torque"
+    limit_text = f"the motor's limit of {limit:.4g} N*m" if limit < np.inf else "no limit of the motor's torque"
     remarks.append(
         "Samples are assumed every 250 us, one period of delay, a motor's encoder of 16 bits and a load's of 24 bits, "
-        f"and {known}."
+        f"and {limit_text}."
     )
     turn = 2.0 * np.pi
     return Sampling(limit=min(limit, 1e9), motor_quantum=turn / 2**16, load_quantum=turn / 2**24)

@@ -71,7 +71,7 @@ def compensate(
     plant : DriveTrain, optional
         The drive that is run, where it differs from the project, on which the controller is designed.
     robust : bool
-        Whether the controller is also run on gears that are 20 % softer and stiffer than the model.
+        True to run the controller on gears that are 20 % softer and stiffer than the model, too.
     units : int
         Number of units of the type that are run: stiffness within 15 %, lines within 50 %, any phase.
     seed : int
@@ -80,7 +80,7 @@ def compensate(
         Angles of the load [rad] at which gravity is held, for each of which the controller is designed and run: the
         result is that of the angle at which it leaves most. Default: 0.
     progress : callable
-        Told what is done, and which share of all.
+        progress(stage, share): called before each stage.
 
     Returns
     -------
@@ -147,8 +147,8 @@ def compensation_bench(
         for speed in grid.tolist():
             row.append(_worst(benches, design, speed, robust, 0, 0, silent))
             finished += 1
-            said = next(iter(benches.values())).speeds.said(speed)
-            progress(f"{design.name} at {said}", finished / (len(designs) * len(grid)))
+            speed_text = next(iter(benches.values())).speeds.said(speed)
+            progress(f"{design.name} at {speed_text}", finished / (len(designs) * len(grid)))
         results.append(tuple(row))
     return CompensationBench(grid, tuple(design.name for design in designs), tuple(results))
 
@@ -228,13 +228,13 @@ def _refuse_slow(bench: Bench, signed: float) -> None:
     if not speed:
         raise ValueError("speed [rad/s] is 0, and a drive at rest has no orders; give the speed of the motor")
     highest = max(bench.orders)
-    most = 2.0 * np.pi / (COARSE * bench.sampling.period * highest)
-    if speed > most:
+    fastest = 2.0 * np.pi / (COARSE * bench.sampling.period * highest)
+    if speed > fastest:
         raise ValueError(
             f"samples every {1e6 * bench.sampling.period:.4g} us are too slow for order "
             f"{in_turns(highest, bench.model)} at {bench.speeds.said(speed)}, as a period of it needs {COARSE:g} of "
-            f"them: sample at least every {1e6 * bench.sampling.period * most / speed:.3g} us, or stay below "
-            f"{bench.speeds.said(most)}"
+            f"them: sample at least every {1e6 * bench.sampling.period * fastest / speed:.3g} us, or stay below "
+            f"{bench.speeds.said(fastest)}"
         )
     turns = turns_of(bench)
     least = turns * 2.0 * np.pi / (MOST_SAMPLES * bench.sampling.period)
@@ -250,13 +250,13 @@ def _one(
     bench: Bench, design: Compensator, speed: float, robust: bool, units: int, seed: int, progress: Any
 ) -> Compensation:
     """One controller at one speed."""
-    bench = bench.at(speed)
+    bench = bench.at_speed(speed)
     slowest = refuse_unstable(bench, speed).slowest
     controller = design.on(bench, speed)
     rate = own_rate(bench, speed, controller)
-    known = design.name in COMPENSATORS and bench.plant == bench.model  # its design has looked
-    known = known and bool(rate or controller.start() == bench.loop.start())  # it settles at its rate or as the loop
-    growth = -np.inf if known else bench.growth(controller, speed)
+    sure = design.name in COMPENSATORS and bench.plant == bench.model  # its design has looked
+    sure = sure and bool(rate or controller.start() == bench.loop.start())  # it settles at its rate or as the loop
+    growth = -np.inf if sure else bench.growth(controller, speed)
     if not rate and SLOWEST / (MOST_SAMPLES * bench.sampling.period) < -growth < SLOWER / slowest:
         rate = -growth
     settle, end = times_of(bench, speed, rate)
@@ -289,22 +289,22 @@ def _one(
         shaft=bench.speeds.base,
         rate=rate,
     )
-    own = []
+    warnings = []
     if rate:
         run = adapting(bench, controller, speed, end)
         result = replace(result, converged=converged_at(run, LITTLE * result.before.rms))
-        own += _given_up(bench, design, controller, speed, run, result)
-    own += [*_beyond(bench, design, speed)]
-    return replace(result, warnings=(*own, *_warnings(design, result, float(growth))))
+        warnings += _given_up(bench, design, controller, speed, run, result)
+    warnings += [*_beyond(bench, design, speed)]
+    return replace(result, warnings=(*warnings, *_warnings(design, result, float(growth))))
 
 
-def _residual(found: LoopEnsemble) -> Residual:
-    rms, mean = float(found.rms[0]), float(found.mean[0])
-    return Residual(rms, float(found.peak[0]), 3.0 * rms, mean)
+def _residual(loops: LoopEnsemble) -> Residual:
+    rms, mean = float(loops.rms[0]), float(loops.mean[0])
+    return Residual(rms, float(loops.peak[0]), 3.0 * rms, mean)
 
 
-def _torque(found: LoopEnsemble) -> TorqueUse:
-    return TorqueUse(float(found.torque_rms[0]), float(found.torque_peak[0]), float(found.limited[0]))
+def _torque(loops: LoopEnsemble) -> TorqueUse:
+    return TorqueUse(float(loops.torque_rms[0]), float(loops.torque_peak[0]), float(loops.limited[0]))
 
 
 def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, end: float) -> Iterator[Robustness]:
@@ -324,10 +324,10 @@ def _excluded(bench: Bench, after: LoopEnsemble) -> str:
         return (
             f"the motor's limit of {bench.sampling.limit:.4g} N*m is met in {100.0 * after.limited[0]:.3g} % of samples"
         )
-    most = getattr(bench.gear, "repeated_peak_torque", None)
-    if most and after.gear_torque[0] > most:
+    peak = getattr(bench.gear, "repeated_peak_torque", None)
+    if peak and after.gear_torque[0] > peak:
         return (
-            f"the gear carries {after.gear_torque[0]:.4g} N*m, above its limit for repeated peak torque, {most:.4g} N*m"
+            f"the gear carries {after.gear_torque[0]:.4g} N*m, above its limit for repeated peak torque, {peak:.4g} N*m"
         )
     return ""
 
@@ -335,7 +335,7 @@ def _excluded(bench: Bench, after: LoopEnsemble) -> str:
 def _given_up(
     bench: Bench, design: Compensator, controller: Any, speed: float, run: LoopRun, result: Compensation
 ) -> Any:
-    """Whether the guard of a controller that takes little away has dropped its torque, as a sentence."""
+    """Sentence on a controller that takes little away and whose guard has dropped its torque."""
     if result.after.rms > LITTLE * result.before.rms and tripped(controller, run.memory.state):
         yield (
             f"{design.name}: its guard has dropped its torque at {bench.speeds.said(speed)}, as that grew beyond what "
@@ -359,28 +359,28 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
 
 
 def _warnings(design: Compensator, result: Compensation, growth: float) -> Any:
-    """What is wrong with a result, on the drive and on other gears, as sentences."""
-    place, share = f"at {result.axis.said(result.speed)}", result.after.rms / result.before.rms
+    """Sentences on the faults of a result, on the drive and on other gears."""
+    where, share = f"at {result.axis.said(result.speed)}", result.after.rms / result.before.rms
     if growth >= 0.0:
         yield (
-            f"{design.name}: small motions of the sampled loop grow {place}, by a factor e every "
+            f"{design.name}: small motions of the sampled loop grow {where}, by a factor e every "
             f"{1.0 / max(growth, 1e-9):.3g} s; the controller is unstable on this drive, and what a run leaves is no "
             "steady error."
         )
     elif not result.stable:
-        yield f"{design.name}: the error grows {place}; the controller is unstable on this drive."
+        yield f"{design.name}: the error grows {where}; the controller is unstable on this drive."
     elif grows(result.before.rms, result.after.rms):
-        yield f"{design.name}: the error is {share:.3g} times that of the plain loop {place}; do not use it there."
+        yield f"{design.name}: the error is {share:.3g} times that of the plain loop {where}; do not use it there."
     elif not result.gains and design.name != PLAIN:
         left = f"{100.0 * share:.3g} % of the error is left, and two runs differ by up to {100.0 * DIFFER:.0f} %"
-        yield f"{design.name}: no gain {place}: {left}; compare the model with the drive, or let the controller adapt."
+        yield f"{design.name}: no gain {where}: {left}; compare the model with the drive, or let the controller adapt."
     for r in result.robustness if design.name != PLAIN else ():
         gear = f"on a gear {abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'}"
         change = f"{r.before / ARCSEC:.3g} to {r.after / ARCSEC:.3g} arcsec"
         if grows(r.before, r.after):
             yield (
-                f"{design.name}: {gear} than the model the error grows from {change} {place}; measure the stiffness, "
+                f"{design.name}: {gear} than the model the error grows from {change} {where}; measure the stiffness, "
                 "or let the controller adapt."
             )
         elif not gains(r.before, r.after) and result.gains:
-            yield f"{design.name}: no gain {gear} than the model, from {change} {place}."
+            yield f"{design.name}: no gain {gear} than the model, from {change} {where}."

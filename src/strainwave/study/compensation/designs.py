@@ -2,7 +2,7 @@
 
 A new one is a function of a bench and a motor speed that returns a controller, with an entry in `COMPENSATORS`.
 
-Controllers that are given, not designed: what they measure, how fast they learn, and whether they gave up.
+Controllers that are given, not designed: their measurements, their rates of learning, and their guards.
 """
 
 from collections.abc import Callable
@@ -34,15 +34,15 @@ class Compensator:
     Attributes
     ----------
     name, title : str
-        As it is called on the command line, and in words.
+        Name on the command line, and title.
     build : callable
         Of a bench and a motor speed [rad/s]: the controller.
     load_encoder : bool
-        Whether it measures the load's angle.
+        True for one that measures the load's angle.
     stable : str
         The condition under which it is stable, as a sentence.
     feedback : bool
-        Whether it moves the poles of the plain loop: it is then built on a model that it does not make unstable.
+        True for one that moves the poles of the plain loop: it is then built on a model that it does not make unstable.
     """
 
     name: str
@@ -98,16 +98,16 @@ def slower(controller: Any, share: float) -> Any:
 
 def _inverse(bench: Bench, speed: float, share: float = 1.0) -> Any:
     model, J, lead, loop = bench.model, share * bench.model.motor.J, bench.lead, bench.loop
-    twists, known = bench.twists(speed), bench.against if share else ()
+    twists, torques = bench.twists(speed), bench.against if share else ()
     if not bench.equation and (lines_of(model.error) or twists):
         error = KinematicError((*lines_of(model.error), *twists)) if twists else model.error
         loop = AngleFeedforward(loop, error, model.N, lead, J)
-    elif not known:
+    elif not torques:
         raise ValueError(
             "no angle of the motor cancels what is known of this drive, a torque alone does; take 'inverse', "
             "'predicted-table' or 'adaptive'"
         )
-    return TorqueTable(loop, Harmonics(known), lead) if known else loop
+    return TorqueTable(loop, Harmonics(torques), lead) if torques else loop
 
 
 _angle = partial(_inverse, share=0.0)
@@ -127,8 +127,8 @@ def table_against(bench: Bench, speed: float, amplitudes: Any) -> TorqueTable:
 
 def amplitudes_of(bench: Bench, speed: float, *, model: bool) -> Any:
     """Complex amplitudes [rad] of the error under the plain loop: run on the model, or measured on the plant."""
-    found = plain_run(bench, speed, model=model)
-    return (found.amplitude * np.exp(1j * found.phase))[:, 0]
+    loops = plain_run(bench, speed, model=model)
+    return (loops.amplitude * np.exp(1j * loops.phase))[:, 0]
 
 
 def _table(bench: Bench, speed: float, *, model: bool) -> Any:
@@ -142,17 +142,17 @@ def _adaptive_inverse(bench: Bench, speed: float) -> Any:
     return adaptive(bench, speed, _inverse(bench, speed))
 
 
-def adaptive(bench: Bench, speed: float, loop: Any = None, output: Any = None, most: float | None = None) -> Any:
+def adaptive(bench: Bench, speed: float, loop: Any = None, output: Any = None, largest: float | None = None) -> Any:
     """Adaptive cancellation of every order around a loop, with the model's phase: of the load's error, or an output."""
     alone = bench.equation and loop is None and output is None
     loop = bench.loop if loop is None else loop
     G, rate = bench.response(speed, output=output).error_of_torque, rate_of(bench, speed)
-    most, period = guard(bench, speed) if most is None else most, bench.sampling.period
+    largest, period = guard(bench, speed) if largest is None else largest, bench.sampling.period
     sized = _sized(bench, speed) if alone else G
     for k, g, large in zip(bench.orders, G, sized, strict=True):
         middle = g + large * (abs(g) / abs(large))  # where a stiffness bends, no phase is far off in small and large
         gain, phase, on_load = 2.0 * rate / float(abs(g)), float(np.angle(middle)), int(output is None)
-        loop = AdaptiveCancellation(loop, bench.model.N, gain, phase, most, period, order=k, on_load=on_load)
+        loop = AdaptiveCancellation(loop, bench.model.N, gain, phase, largest, period, order=k, on_load=on_load)
     return loop
 
 
@@ -164,8 +164,8 @@ def _sized(bench: Bench, speed: float) -> Any:
 def _repetitive(bench: Bench, speed: float) -> Any:
     lead, smooth, rate = repetitive_gains(bench, speed)
     size = float(np.max(np.abs(bench.response(speed).error_of_torque)))
-    period, most = bench.sampling.period, guard(bench, speed, mean=True)
-    return Repetitive(bench.loop, bench.model.N, CELLS * rate / size, lead, smooth, most, period)
+    period, largest = bench.sampling.period, guard(bench, speed, mean=True)
+    return Repetitive(bench.loop, bench.model.N, CELLS * rate / size, lead, smooth, largest, period)
 
 
 def _adaptive_motor(bench: Bench, speed: float) -> Any:
@@ -176,8 +176,8 @@ def _observer(bench: Bench, _speed: float) -> Any:
     inertia = bench.model.motor.J
     gains = bench.loop
     bandwidth = np.sqrt(gains.K_p / inertia) if isinstance(gains, SampledPD) else 0.1 / bench.sampling.period
-    most = 0.2 / (bench.sampling.period + bench.sampling.delay + bench.lag)
-    return DisturbanceObserver(gains, inertia, float(min(OBSERVER * bandwidth, most)), bench.sampling.period)
+    limit = 0.2 / (bench.sampling.period + bench.sampling.delay + bench.lag)
+    return DisturbanceObserver(gains, inertia, float(min(OBSERVER * bandwidth, limit)), bench.sampling.period)
 
 
 def _notch(bench: Bench, _speed: float) -> Any:
@@ -225,7 +225,7 @@ def given(controller: Any) -> Compensator:
 
 
 def sees_load(controller: Any) -> bool:
-    """Whether what a controller does depends on the load's angle."""
+    """True for a controller that depends on the load's angle."""
     measurements = [Measurement(0.3, 0.0, 0.0, 0.3, load, 0.0, 0.0) for load in (0.0, 1e-3)]
     without, shifted = [leaves(controller.update(controller.start(), m)) for m in measurements]
     return bool(without != shifted)
@@ -254,13 +254,13 @@ def _along(bench: Bench, speed: float, inner: AdaptiveCancellation) -> list[floa
     if not (bench.equation and inner.on_load and base == bench.loop):
         output = None if inner.on_load else behind_of(bench)
         return [float(abs(bench.response(speed, [inner.order], output).error_of_torque[0]))]
-    at = bench.orders.index(inner.order)
-    both = bench.response(speed).error_of_torque[at], _sized(bench, speed)[at]
+    i = bench.orders.index(inner.order)
+    both = bench.response(speed).error_of_torque[i], _sized(bench, speed)[i]
     return [float(np.real(g * np.exp(-1j * inner.phase))) for g in both]
 
 
 def tripped(controller: Any, state: Any) -> bool:
-    """Whether a guard in a controller has dropped its torque, by its memory."""
+    """True where a guard in a controller has dropped its torque, by its memory."""
     while hasattr(controller, "loop"):
         if isinstance(controller, AdaptiveCancellation | Repetitive) and state[-1]:
             return True

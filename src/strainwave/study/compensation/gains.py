@@ -1,6 +1,6 @@
 """Gains of controllers from the model of a bench: rates that stay stable, guards, and times in which runs settle.
 
-Units of one type under one controller: what scatter leaves of a compensation.
+Units of one type under one controller: a compensation under scatter.
 """
 
 from collections.abc import Callable, Sequence
@@ -139,9 +139,9 @@ def rate_of(bench: Bench, speed: float) -> float:
 def distance(bench: Bench, speed: float, rate: float, real: Bench | None = None) -> float:
     """Least |1 - C G| over the frequencies: C adapts on the bench's model with a rate, G is that of a real drive."""
     period, orders, turning = bench.sampling.period, np.array(bench.orders, float), abs(speed)
-    most = 0.9 * pi / (turning * period)
-    grid = np.unique(np.concatenate([np.geomspace(1e-2, most, GRID), *(k * NEARBY for k in orders)]))
-    grid = grid[(grid < most) & np.all(np.abs(grid[:, None] - orders) > 1e-9, axis=1)]
+    limit = 0.9 * pi / (turning * period)
+    grid = np.unique(np.concatenate([np.geomspace(1e-2, limit, GRID), *(k * NEARBY for k in orders)]))
+    grid = grid[(grid < limit) & np.all(np.abs(grid[:, None] - orders) > 1e-9, axis=1)]
     G = (real or bench).response(speed, grid).error_of_torque
     z = np.exp(1j * turning * period * grid)
     C = np.zeros(len(grid), complex)
@@ -157,11 +157,11 @@ def guard(bench: Bench, speed: float, *, mean: bool = False) -> float:
 
     With `mean` what cancels its mean is in it.
     """
-    found = plain_run(bench, speed, model=True)
-    most = float(np.max(np.abs(torque_against(bench, speed, bench.orders, found.amplitude[:, 0]))))
+    loops = plain_run(bench, speed, model=True)
+    torque = float(np.max(np.abs(torque_against(bench, speed, bench.orders, loops.amplitude[:, 0]))))
     if mean:
-        most += abs(float(found.mean[0]) / float(abs(bench.response(speed, [0.0]).error_of_torque[0])))
-    return GUARD * most
+        torque += abs(float(loops.mean[0]) / float(abs(bench.response(speed, [0.0]).error_of_torque[0])))
+    return GUARD * torque
 
 
 def size_of(bench: Bench, amplitudes: Any) -> float:
@@ -187,7 +187,7 @@ def motor_guard(bench: Bench, speed: float) -> float:
 
 
 def behind_of(bench: Bench) -> Callable[[Any], Any]:
-    """How far the motor is behind its reference, over N [rad], by the state of the train."""
+    """Function of the state of the train: lag of the motor behind its reference, over N [rad]."""
     model = bench.model
     return lambda y: -motor_states(model.motor.control, y)[0][0] / model.N
 
@@ -237,12 +237,12 @@ def units_of(bench: Bench, controller: Any, speed: float, settle: float, end: fl
     plants = [
         unit_of(bench.plant, *row) for row in zip(stiffness.tolist(), amplitude.tolist(), phases.tolist(), strict=True)
     ]
-    found = []
+    runs = []
     orders, y0 = np.array(bench.orders, float), bench.start(speed)
     for one in (bench.loop, controller):
         loops = [bench.closed(one, speed)._replace(train=plant._replace(omega=speed)) for plant in plants]
-        found.append(loop_ensemble(loops[0], loops, end, settle=settle, orders=orders, y0=y0))
-    before, after = found
+        runs.append(loop_ensemble(loops[0], loops, end, settle=settle, orders=orders, y0=y0))
+    before, after = runs
     lost = ~after.stable | (after.rms > GIVEN_UP * before.rms)
     unstable = tuple(
         (int(i), _cause(bench, controller, speed, plants[i], float(after.limited[i]))) for i in np.flatnonzero(lost)
@@ -272,7 +272,7 @@ def unit_of(plant: DriveTrain, stiffness: float, amplitude: float, phases: Seque
 
 
 def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limited: float) -> str:
-    """Why the error of a unit grew: the plant's phase at an order that adapts, or its poles."""
+    """Reason why the error of a unit grew: the plant's phase at an order that adapts, or its poles."""
     unit = Bench(plant, plant, bench.loop, bench.sampling)
     response = unit.response(speed, bench.orders)
     if not response.stable:
@@ -286,6 +286,6 @@ def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limit
     if limited > 0.0:
         return f"the torque meets its limit of {bench.sampling.limit:.4g} N*m in {100.0 * limited:.3g} % of the samples"
     adapts = inner is not controller
-    if adapts and (near := distance(bench, speed, rate_of(bench, speed), unit)) < DISTANCE / 2.0:
-        return f"the adaptation is only {near:.2g} away from instability on it, as its resonance lies elsewhere"
+    if adapts and (margin := distance(bench, speed, rate_of(bench, speed), unit)) < DISTANCE / 2.0:
+        return f"the adaptation is only {margin:.2g} away from instability on it, as its resonance lies elsewhere"
     return "the controller takes nothing away on it, although its phases are within 90 degrees of the model's"

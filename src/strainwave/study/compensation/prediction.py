@@ -80,8 +80,8 @@ def closed_form(system: System, motions: Motions, axis: Speeds = BASES["motor"])
     shape = motions.amplitudes.shape
     forms = ClosedForm(np.full(shape, np.nan + 0.0j), np.zeros(shape[1], bool), ())
     if not isinstance(system, Oscillator):
-        said = "There is no closed form, as the damping or the stiffness varies with the angle."
-        return forms._replace(remarks=(said,))
+        reason = "There is no closed form, as the damping or the stiffness varies with the angle."
+        return forms._replace(remarks=(reason,))
     try:
         natural, lines = operating_point(system).omega_0, np.array(active_orders(system))
     except (ValueError, SolveError) as error:
@@ -91,11 +91,11 @@ def closed_form(system: System, motions: Motions, axis: Speeds = BASES["motor"])
     nearest = lines[np.argmin(np.abs(np.log(np.outer(motions.omega, lines) / natural)), axis=1)]
     remarks = []
     for k in np.unique(nearest).tolist():
-        at = np.flatnonzero(nearest == k)
+        indices = np.flatnonzero(nearest == k)
         try:
-            remarks += _about(system._replace(omega=natural / k), k, at, motions, forms)
+            remarks += _about(system._replace(omega=natural / k), k, indices, motions, forms)
         except (ValueError, SolveError) as error:
-            ends = number(axis.scale * np.min(motions.omega[at])), axis.said(np.max(motions.omega[at]))
+            ends = number(axis.scale * np.min(motions.omega[indices])), axis.said(np.max(motions.omega[indices]))
             remarks.append(f"There is no closed form about order {k}'s resonance, {' to '.join(ends)}: {error}.")
     return forms._replace(remarks=tuple(remarks))
 
@@ -149,18 +149,18 @@ class PredictionTable(Result):
     amplitudes : (orders, n) complex array
         A e^(i phi) [rad] of A cos(order angle + phi).
     stable : (n,) bool array
-        Whether the motion is stable; the fold at which a stable stretch ends counts as stable.
+        True for a stable motion; the fold at which a stable stretch ends counts as stable.
     jumps_up, jumps_down : tuple of float
         Speeds [rad/s] at which a slow run-up and a slow run-down jump.
     closed : (orders, n) complex array, or None
         The same amplitudes by the closed forms of second order of the drive's error equation; NaN where these have no
         such motion.
     valid : (n,) bool array, or None
-        Whether the predictor of the closed forms holds its motion valid.
+        True where the predictor of the closed forms holds its motion valid.
     remarks : tuple of str
-        What was assumed, and why closed forms are not valid or missing, as sentences.
+        Assumptions, and reasons for closed forms that are not valid or missing, as sentences.
     shaft : {"motor", "forcing"}
-        What turns at the speeds.
+        Shaft that turns at the speeds.
     """
 
     rows: ClassVar[str] = "point"
@@ -186,9 +186,9 @@ class PredictionTable(Result):
 
         A stretch that ends at a fold has the fold in it.
         """
-        way = np.sign(np.diff(self.omega)) * (self.stable[:-1] & self.stable[1:])
-        edges = [0, *(np.flatnonzero(np.diff(way)) + 1).tolist(), len(way)]
-        return [(a, b + 1) for a, b in pairwise(edges) if b > a and way[a] != 0.0]
+        direction = np.sign(np.diff(self.omega)) * (self.stable[:-1] & self.stable[1:])
+        edges = [0, *(np.flatnonzero(np.diff(direction)) + 1).tolist(), len(direction)]
+        return [(a, b + 1) for a, b in pairwise(edges) if b > a and direction[a] != 0.0]
 
     def at(self, speed: float, direction: int = 1, *, closed: bool = False) -> tuple[Complexes, str]:
         """Amplitudes (orders,) at a speed [rad/s] that is reached from below (1) or from above (-1), and a flag.
@@ -211,11 +211,11 @@ class PredictionTable(Result):
         for a, b in runs if direction > 0 else reversed(runs):
             x = self.omega[a:b]
             if min(x[0], x[-1]) <= speed <= max(x[0], x[-1]):
-                way = slice(None, None, 1 if x[-1] > x[0] else -1)
-                i = min(max(int(np.searchsorted(x[way], speed)), 1), b - a - 1)
-                held = bool(np.all(valid[a:b][way][i - 1 : i + 1]))
-                found = np.array([np.interp(speed, x[way], row[a:b][way]) for row in rows])
-                return found, "" if held else "the closed form is not valid at this speed"
+                up = slice(None, None, 1 if x[-1] > x[0] else -1)
+                i = min(max(int(np.searchsorted(x[up], speed)), 1), b - a - 1)
+                held = bool(np.all(valid[a:b][up][i - 1 : i + 1]))
+                amplitudes = np.array([np.interp(speed, x[up], row[a:b][up]) for row in rows])
+                return amplitudes, "" if held else "the closed form is not valid at this speed"
         return nothing, "no stable motion that repeats with every turn is known at this speed"
 
     def coordinates(self) -> Labelled:
@@ -242,10 +242,10 @@ class PredictionTable(Result):
         for k, row in zip(self.orders, np.abs(self.amplitudes), strict=True):
             top = int(np.argmax(row))
             lines.append(f"  order {k}: up to {row[top] / ARCSEC:.4g} arcsec, at {axis.said(self.omega[top])}")
-        for way, jumps in (("run-up", self.jumps_up), ("run-down", self.jumps_down)):
+        for direction, jumps in (("run-up", self.jumps_up), ("run-down", self.jumps_down)):
             if jumps:
                 speeds = ", ".join(number(axis.scale * w, 5) for w in jumps)
-                lines.append(f"  a slow {way} jumps at {speeds} {axis.unit}")
+                lines.append(f"  a slow {direction} jumps at {speeds} {axis.unit}")
         if self.closed is not None and self.valid is not None:
             lines.append(f"  closed forms: valid at {np.sum(self.valid)} of {len(self.omega)} motions")
             if np.any(self.valid):
@@ -276,7 +276,7 @@ def prediction_table(
     speeds : (low, high), optional
         Speeds of the base angle [rad/s]: of the motor, or of a forcing. Default: the range of the project.
     closed : bool
-        Whether the closed forms are there too.
+        True to compute the closed forms too.
 
     Returns
     -------
@@ -304,12 +304,12 @@ def prediction_table(
     response = project.response()
     curve, sweep = response.curve, response.sweep
     x = curve.coefficients
-    way = slice(None, None, 1 if curve.omega[0] <= curve.omega[-1] else -1)
-    most = x.shape[1] // 2
-    if not chosen or any(k % 1 or not 1 <= k <= most for k in chosen):
-        raise ValueError(f"orders is {shown(orders)}; give integers from 1 to {most}, the harmonics of this response")
-    omega, rows = curve.omega[way], np.array([x[way, 2 * k - 1] - 1j * x[way, 2 * k] for k in chosen], complex)
-    stable = curve.stable[way] | np.isin(omega, [fold.omega for fold in curve.folds])
+    up = slice(None, None, 1 if curve.omega[0] <= curve.omega[-1] else -1)
+    count = x.shape[1] // 2
+    if not chosen or any(k % 1 or not 1 <= k <= count for k in chosen):
+        raise ValueError(f"orders is {shown(orders)}; give integers from 1 to {count}, the harmonics of this response")
+    omega, rows = curve.omega[up], np.array([x[up, 2 * k - 1] - 1j * x[up, 2 * k] for k in chosen], complex)
+    stable = curve.stable[up] | np.isin(omega, [fold.omega for fold in curve.folds])
     table = PredictionTable(
         omega=omega,
         orders=np.array(chosen),
@@ -321,10 +321,10 @@ def prediction_table(
     )
     if not closed:
         return table
-    found = closed_form(project.system(reduced=True), Motions(omega, table.orders, rows, stable), table.axis)
+    forms = closed_form(project.system(reduced=True), Motions(omega, table.orders, rows, stable), table.axis)
     beside = f"The closed forms are those of a {project.motor} motor, the gear and a rigid load alone."
-    remarks = (beside, *found.remarks) if project.train is not None else found.remarks
-    return replace(table, closed=found.amplitudes, valid=found.valid, remarks=remarks)
+    remarks = (beside, *forms.remarks) if project.train is not None else forms.remarks
+    return replace(table, closed=forms.amplitudes, valid=forms.valid, remarks=remarks)
 
 
 def speed_table(
@@ -352,7 +352,7 @@ def speed_table(
     direction : int
         1 for run-ups, -1 for run-downs.
     closed : bool
-        Whether the amplitudes are those of the closed forms, the predictor's.
+        True for the amplitudes of the closed forms, the predictor's.
     **bench
         `sampling` and `loop` as of `compensate`.
 

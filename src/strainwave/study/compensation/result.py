@@ -30,12 +30,12 @@ class Residual(NamedTuple):
 
 
 def grows(before: float, after: float) -> bool:
-    """Whether an rms is larger than before by more than two runs differ."""
+    """True for an rms that is larger than before by more than two runs differ."""
     return after > (1.0 + DIFFER) * before
 
 
 def gains(before: float, after: float) -> bool:
-    """Whether an rms is smaller than before by more than two runs differ."""
+    """True for an rms that is smaller than before by more than two runs differ."""
     return after < (1.0 - DIFFER) * before
 
 
@@ -48,7 +48,7 @@ class TorqueUse(NamedTuple):
 
 
 class Robustness(NamedTuple):
-    """What a gear leaves whose stiffness differs by a share from the model: rms [rad] before and after."""
+    """Compensation on a gear whose stiffness differs by a share from the model: rms [rad] before and after."""
 
     stiffness: float
     before: float
@@ -123,24 +123,24 @@ class Compensation(Result):
     robustness : tuple of Robustness
         The same controller on gears of another stiffness.
     stable : bool
-        Whether small motions of the sampled loop decay about its operating point, and the error stayed bounded and did
-        not grow.
+        True where small motions of the sampled loop decay about its operating point, and the error stayed bounded and
+        did not grow.
     condition : str
         Condition under which the controller is stable, as a sentence.
     load_encoder : bool
-        Whether the controller measures the load's angle.
+        True for a controller that measures the load's angle.
     excluded : str
-        Why the speed does not count: a limit of torque or gear; empty where it does.
+        Reason why the speed does not count: a limit of torque or gear; empty where it does.
     units : Units or None
         Many units of the type, where they were asked for.
     controller : NamedTuple
         The controller itself, with all its numbers.
     warnings, remarks : tuple of str
-        What is wrong, and what was assumed, as sentences.
+        Faults, and assumptions, as sentences.
     load_angle : float
         Angle of the load [rad] at which gravity is held.
     shaft : {"motor", "forcing"}
-        What turns at the speed.
+        Shaft that turns at the speed.
     rate, converged : float
         Of a controller that adapts: its slowest rate [1/s], and the time [s] from the first sample after which the rms
         of the error stays below a tenth of that under the plain loop, inf where it does not; 0 of the others.
@@ -181,7 +181,7 @@ class Compensation(Result):
 
     @property
     def pace(self) -> str:
-        """How fast a controller that adapts does so, in a sentence; empty of the others."""
+        """Sentence on the rate of a controller that adapts; empty of the others."""
         if not self.rate:
             return ""
         left = f"less than a tenth of the error is left from {number(self.converged, 3)} s on"
@@ -190,13 +190,13 @@ class Compensation(Result):
 
     @property
     def gains(self) -> bool:
-        """Whether the rms of the error, or its mean, is smaller than under the plain loop by more than runs differ."""
+        """True where the rms of the error, or its mean, is below that of the plain loop by more than runs differ."""
         mean = abs(self.before.mean) - abs(self.after.mean)
         return self.stable and (gains(self.before.rms, self.after.rms) or mean > DIFFER * self.before.rms)
 
     @property
     def mark(self) -> str:
-        """What is wrong with it in a table: "!" where the error grows, "x" where the speed does not count."""
+        """Mark of a fault in a table: "!" where the error grows, "x" where the speed does not count."""
         return "!" if not self.stable else "x" if self.excluded else ""
 
     @property
@@ -205,7 +205,7 @@ class Compensation(Result):
         return 20.0 * log10(self.before.rms / self.after.rms) if self.after.rms > 0.0 else float("inf")
 
     def on_others(self) -> tuple[str, ...]:
-        """How fast it adapts, and what it leaves on gears and units that differ from the model."""
+        """Sentences on its rate, and on its error on gears and units that differ from the model."""
         return tuple(
             filter(None, (self.pace, *map(str, self.robustness), "" if self.units is None else str(self.units)))
         )
@@ -241,7 +241,7 @@ class Compensation(Result):
             f"  torque of the motor: rms {self.torque.rms:.3g} N*m, largest {self.torque.peak:.3g} N*m, at its limit "
             f"in {100.0 * self.torque.limited:.3g} % of the samples; in the gear up to {self.gear_torque:.4g} N*m",
         ]
-        lines += [f"  {said}" for said in (self.condition, *self.on_others())]
+        lines += [f"  {sentence}" for sentence in (self.condition, *self.on_others())]
         if self.excluded:
             lines.append(f"  This speed does not count: {self.excluded}")
         lines += [f"  Warning: {text}" for text in self.warnings] + [f"  {text}" for text in self.remarks]

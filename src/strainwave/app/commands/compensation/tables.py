@@ -192,7 +192,7 @@ def stated(bench: Bench, case: Compensation) -> tuple[tuple[str, Alone], ...]:
     """
     if bench.equation:
         return ()
-    bench, speed = bench.at(case.speed), case.speed
+    bench, speed = bench.at_speed(case.speed), case.speed
     tables = tables_of(bench, case)
     joint = left(bench, tables.values(), speed) / ARCSEC if len(tables) > 1 else 0.0
     alone = []
