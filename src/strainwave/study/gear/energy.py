@@ -1,4 +1,4 @@
-"""Where the energy goes: work of the excitation against what damping, friction and hysteresis lose and what is stored.
+"""Balance of the energy: work of the excitation, losses by damping, friction and hysteresis, and the stored energy.
 
 Multiplying J x'' + B u' + T = tau by x' = u' + e' gives d/dt (J x'^2/2 + E) = tau x' - (B u' + T) e' - B u'^2 - losses,
 with E the energy stored in the law and T u' = dE/dt + losses. The powers on the right are integrated along with the
@@ -42,7 +42,7 @@ class EnergyBalance:
     error_work : float
         Work that the kinematic error does on the gear, the integral of -(B u' + T) e'.
     losses : dict of str to float
-        What is turned into heat, all of it: by the oscillator's own damping, "damping B", and by each part of the law,
+        Losses to heat, all of them: by the oscillator's own damping, "damping B", and by each part of the law,
         "BoucWen", "LuGre", ..., the second of a kind "BoucWen 2".
     stored : float
         Change of the kinetic energy and the energy stored in the law. Over a settled orbit it is zero.
@@ -56,7 +56,7 @@ class EnergyBalance:
 
     @property
     def closure(self) -> float:
-        """What is missing from the balance, relative to its largest term: the error of the integration."""
+        """Gap of the balance, relative to its largest term: the error of the integration."""
         terms = [self.work, self.error_work, -self.stored, *(-loss for loss in self.losses.values())]
         return abs(sum(terms)) / max(max(abs(term) for term in terms), 1e-300)
 
@@ -259,7 +259,7 @@ def efficiency(train: Any, torque: ArrayLike, speed: ArrayLike) -> Efficiency:
 
 
 def _positive(name: str, values: ArrayLike) -> Floats:
-    found = numbers(name, values)
-    if not np.all(found >= SMALLEST):
+    checked_values = numbers(name, values)
+    if not np.all(checked_values >= SMALLEST):
         raise ValueError(f"{name} is {shown(values)}; give positive numbers, {SMALLEST:g} at least")
-    return found
+    return checked_values

@@ -100,8 +100,8 @@ def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
         n = _samples(max(orders), 1)
         phase: Floats = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
         pure = np.broadcast_to(np.asarray(system.error.value(phase), float), phase.shape)
-        torques, place = np.unique(_torques(system.excitation, phase), return_inverse=True)
-        torsion: Floats = np.array([_static(system.law, float(T)) for T in torques])[place]
+        torques, index = np.unique(_torques(system.excitation, phase), return_inverse=True)
+        torsion: Floats = np.array([_static(system.law, float(T)) for T in torques])[index]
         total = pure + torsion
     else:
         if not orbit.status.found:

@@ -195,7 +195,7 @@ def fit_hysteresis(
     load : float, optional
         Full load [N*m] of the hysteresis loop. Default: the rated torque.
     replace_spring : bool
-        Whether the law replaces the spring.
+        True for a law that replaces the spring.
     n : int
         Exponent of Bouc-Wen: the larger, the sharper the yield.
     tolerance : float
@@ -232,9 +232,9 @@ def fit_hysteresis(
         def misfit(p: Floats) -> Floats:
             return np.array([*target.misfit(law_of(p), RTOL_OF_FIT).values()][:counted])
 
-        found = law_of(least_squares(misfit, p0, bounds=(p0 - 12.0, p0 + 12.0), xtol=1e-6, diff_step=1e-3).x)
-        misfits = target.misfit(found, RTOL)
-        return found, misfits, max([*misfits][:counted], key=lambda name: abs(misfits[name]))
+        law = law_of(least_squares(misfit, p0, bounds=(p0 - 12.0, p0 + 12.0), xtol=1e-6, diff_step=1e-3).x)
+        misfits = target.misfit(law, RTOL)
+        return law, misfits, max([*misfits][:counted], key=lambda name: abs(misfits[name]))
 
     # more lost motion than that of the spring, which hysteresis beside it can only lower
     gap = not replace_spring and datasheet.get("lost motion", 0.0) >= target.elastic()
@@ -249,7 +249,7 @@ def fit_hysteresis(
 
 
 class _Target(NamedTuple):
-    """What a law is to meet: values [rad] by their name, at full load and in the small loop [N*m]."""
+    """Datasheet that a law is to meet: values [rad] by their name, at full load and in the small loop [N*m]."""
 
     spring: PiecewiseLinear
     wanted: dict[str, float]
@@ -299,7 +299,7 @@ class _Target(NamedTuple):
         return 2.0 * operating_point(self.spring, self.small)
 
     def why(self, replace_spring: bool) -> str:
-        """Why a law may not exist, and what to do."""
+        """Reason why a law may not exist, and the remedy."""
         if replace_spring:
             return (
                 "one Bouc-Wen law can only soften with the torque; put it beside the spring, replace_spring=False, or "
