@@ -10,9 +10,9 @@ import sympy as sp
 
 import strainwave as sw
 from strainwave.drive.asked import WEIGHT
-from strainwave.study.analysis.analyze import decided_bands, worst_posture
+from strainwave.study.analysis.analyze import decided_bands, judged_postures
 from strainwave.study.analysis.verdict import Answer, judged
-from strainwave.study.analysis.verdict_words import posture_said
+from strainwave.study.analysis.words import posture_said
 from strainwave.study.speed_map.decide import decide
 from strainwave.study.speed_map.rules import Rules
 
@@ -100,8 +100,12 @@ def test_the_verdict_counts_every_posture_and_names_the_worst(tmp_path):
     before = judged(arm, found[0]).verdict
     assert before.answer is Answer.ALL_RIGHT
     decided = decide(arm, Rules(arm.limit), search=False)
-    worst = worst_posture(decided)
-    assert (worst.number, worst.rows, worst.name) == (2, 3, "out")
+    rows = judged_postures(decided)
+    worst = max(rows, key=lambda row: row.rank)
+    assert [(row.number, row.name, row.inertia, row.torque) for row in rows] == [
+        (1, "", 1.0, -3.0), (2, "out", 4.0, -60.0), (3, "in", 2.0, -3.0),
+    ]  # fmt: skip
+    assert worst.number == 2
     assert worst.peak == pytest.approx(max(sizes), rel=1e-3)
     assert worst.answer is Answer.BUT
     assert any(low <= found[2].omega[found[2].top] <= high for low, high in decided_bands(decided))
@@ -111,8 +115,8 @@ def test_the_verdict_counts_every_posture_and_names_the_worst(tmp_path):
     for case in arm.cases:
         end = case.on(arm).whole.load.end()
         assert (end.J, float(end.excitation.torque(0.3))) == pytest.approx((case.inertia, case.torque))
-    assert "postures the worst is posture 2 (out)" in posture_said(SimpleNamespace(posture=worst))
-    assert worst_posture(decide(replace(arm, postures=()), Rules(arm.limit), search=False)) is None
+    assert "postures the worst is posture 2 (out)" in posture_said(SimpleNamespace(posture=worst, postures=rows))
+    assert judged_postures(decide(replace(arm, postures=()), Rules(arm.limit), search=False)) == ()
 
 
 def test_a_posture_changes_the_load_and_keeps_loop_and_damping(tmp_path):

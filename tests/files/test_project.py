@@ -12,7 +12,7 @@ import strainwave as sw
 from strainwave.drive.project import Project
 from strainwave.drive.steady import is_beating
 from strainwave.files.reading import ProjectError, from_text, read_project
-from strainwave.files.yaml_text import LARGEST
+from strainwave.files.yaml_text import FILE_BYTES
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "projects"
 ARCSEC = math.pi / 648000.0
@@ -700,10 +700,11 @@ def test_a_bomb_of_aliases_is_not_expanded(written):
 
 
 def test_a_large_file_is_refused_unread(written, monkeypatch):
-    path = written("x" * (LARGEST + 1))
+    path = written("x" * (FILE_BYTES + 1))
     monkeypatch.setattr(Path, "read_bytes", lambda self: pytest.fail(f"{self} was read"))
     assert complaint(path) == [
-        f"project.yaml:1:1: file: has {LARGEST + 1} bytes; a project file has at most {LARGEST}, is it another file?"
+        f"project.yaml:1:1: file: has {FILE_BYTES + 1} bytes; a project file has at most "
+        f"{FILE_BYTES}, is it another file?"
     ]
 
 

@@ -298,7 +298,7 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
     shutil.rmtree(part, ignore_errors=True)
 
 
-def check_place(folder: Path, name: str = "") -> None:
+def check_writable(folder: Path, name: str = "") -> None:
     """Refuse a place that cannot be written (OSError); nothing is left there."""
     with suppress(InterruptedError), staged(folder, name):
         raise InterruptedError

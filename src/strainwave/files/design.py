@@ -22,10 +22,10 @@ from .reading import FROM_REST, REST_NOTE, ProjectError
 from .yaml_text import Keys, Problem, name, read, refuse, text_of
 
 KIND = "specification"
-LONGEST = 1000  # inertias of one kind, and segments
+ITEMS = 1000  # inertias of one kind, and segments
 COUNT = Whole(1, 10**9, "write for example 50", "is not positive; write a whole number from 1")
 SEGMENT = "{torque: 60 N*m, speed: 20 rpm, duration: 2 s}"
-INERTIAS = Items(schema.INERTIA, 1, LONGEST)
+INERTIAS = Items(schema.INERTIA, 1, ITEMS)
 
 
 def _series(value: str) -> str:
@@ -127,7 +127,7 @@ class SpecificationSpec(Group):
     limit: schema.LimitSpec = needed(schema.LimitSpec, "{oscillation: 60 arcsec}")
     motor: MotorsSpec = needed(MotorsSpec, "{rotor_inertias: [0.5 kg*cm^2, 2 kg*cm^2]}")
     damping: RatioSpec = needed(RatioSpec, "{ratio: 3 %}")
-    duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), high=LONGEST), f"[{SEGMENT}]", "Duty cycle.", ())
+    duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), high=ITEMS), f"[{SEGMENT}]", "Duty cycle.", ())
     torque: TorquesSpec = field(TorquesSpec, "{mean: 40 N*m, peak: 90 N*m}", default=TorquesSpec())
     life: float | None = field(Quantity("h", "positive"), "10000 h", "Life of the gear.")
     largest: LargestSpec = field(LargestSpec, "{size: 40, mass: 3 kg}", default=LargestSpec())

@@ -34,10 +34,10 @@ STIFFNESS = 340.0, 1.45e6  # N*m/rad
 TWIST = 0.5e-3, 2.4e-3  # rad, at the rated torque
 HERTZ = 1.0, 2000.0
 ERROR = 10.0 * math.pi / 10800.0  # 10 arcmin, 0-to-peak: ten times the largest of the catalogue
-DAMPED = 0.2  # damping ratio
+DAMPING = 0.2  # damping ratio
 WRONG_SHAFT = 3.0  # times N: halfway from a matched inertia, 0.1 to 10, to one of the other shaft, off by N^2
-FASTEST = 8500.0, 4000.0  # rpm of the input: of any gear, and the middle of the catalogue
-FAR = 10.0  # times an excitation's frequency
+INPUT_RPM = 8500.0, 4000.0  # rpm of the input: of any gear, and the middle of the catalogue
+FREQUENCY_FACTOR = 10.0  # times an excitation's frequency
 CROSSOVER = 1.0, 1000.0  # Hz, of a speed loop
 USUAL_TIME, SLOWER = 4.0, 100.0  # T_n and 1/K_v times the crossover, by the symmetric optimum; slow loops are sound
 
@@ -80,7 +80,7 @@ def of_hysteresis(project: Project) -> Iterator[str]:
 def of_damping(ratio: float) -> str:
     """Sentence on a damping ratio that no gear has; empty for a usual one."""
     usual = "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
-    return f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); {usual}" if ratio > DAMPED else ""
+    return f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); {usual}" if ratio > DAMPING else ""
 
 
 def _arranged(project: Project) -> Iterator[str]:
@@ -297,20 +297,20 @@ def _speeds(project: Project, omega_0: float) -> Iterator[str]:
         return
     (low, high), N = (speeds.given[0], speeds.given[-1]), project.drive.N
     gear = project.gear
-    largest = FASTEST[1] if gear is None or gear.max_rpm is None else gear.max_rpm
+    largest = INPUT_RPM[1] if gear is None or gear.max_rpm is None else gear.max_rpm
     below = orders[-1] * high < omega_0
     if speeds.by_motor and speeds.ratio == 1.0 and below and high / RPM <= largest / N:
         yield (
             f"The motor turns at up to {high / RPM:.4g} rpm, which the output reaches too, and no order meets the "
             "natural frequency; if these are speeds of the output, write 'shaft: load'."
         )
-    elif speeds.by_motor and high / RPM > FACTOR * FASTEST[0]:
+    elif speeds.by_motor and high / RPM > FACTOR * INPUT_RPM[0]:
         remedy = "write 'shaft: motor'" if speeds.ratio != 1.0 else "check the unit"
         yield (
-            f"The motor turns at {high / RPM:.4g} rpm, and gears take at most {FASTEST[0]:g} rpm at the input; if "
+            f"The motor turns at {high / RPM:.4g} rpm, and gears take at most {INPUT_RPM[0]:g} rpm at the input; if "
             f"these are speeds of the motor, {remedy}."
         )
-    elif FAR * orders[-1] * high < omega_0 or orders[0] * low > FAR * omega_0:
+    elif FREQUENCY_FACTOR * orders[-1] * high < omega_0 or orders[0] * low > FREQUENCY_FACTOR * omega_0:
         yield (
             f"The natural frequency, {omega_0 / (2.0 * math.pi):.3g} Hz, is far from every order in the speed range, "
             f"{orders[0] * low / (2.0 * math.pi):.3g} to {orders[-1] * high / (2.0 * math.pi):.3g} Hz; check "

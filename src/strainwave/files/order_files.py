@@ -22,7 +22,7 @@ HEADS = ("angle_rad,value", "angle_rad,forward,backward")
 OF_POINTS = ("lines", "backward", "mean", "mean_backward")  # what points hold
 REMARK = re.compile(r"(?:#|//) *(\w+) = (.*)")
 MOST_POINTS = 2 * HIGHEST
-EVEN = 1e-6  # of a step: how far an angle may be from its place
+EVEN = 1e-6  # of a step: largest deviation of an angle
 ROUNDING = 1e-13  # of the largest value: below it an amplitude is that of the computer's arithmetic
 FUNCTIONS = """
 /* Sum of a constant and lines amplitude cos(order angle + phase). */

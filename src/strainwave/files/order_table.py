@@ -27,10 +27,10 @@ CHOICES = {
     "direction": ("both", "forward", "backward"),
 }  # fmt: skip
 DIRECTIONS = ("forward", "backward")
-LARGEST = 16 * 1024 * 1024  # bytes of a file
+FILE_BYTES = 16 * 1024 * 1024  # bytes of a file
 MOST_SOURCE = 2000  # letters
-NEARLY = 1e-9  # how far an order may be from a whole number
-FEWEST, PER_PERIOD = 64, 32  # points a turn, and a period of the highest order, where a caller gives no number
+ORDER_TOLERANCE = 1e-9  # largest distance of an order from a whole number
+POINTS, PER_PERIOD = 64, 32  # points a turn, and a period of the highest order, where a caller gives no number
 
 
 def format_of(path: str | os.PathLike[str], format: str | None) -> str:
@@ -275,7 +275,7 @@ class OrderTable:
     def _points(self, direction: str, points: int | None) -> list[float]:
         """Values at equidistant angles of the encoder in a direction of motion."""
         highest = max(self.orders, default=1)
-        count = positive_count("points", points or min(MOST_POINTS, max(FEWEST, PER_PERIOD * highest)), MOST_POINTS)
+        count = positive_count("points", points or min(MOST_POINTS, max(POINTS, PER_PERIOD * highest)), MOST_POINTS)
         if count <= 2 * highest:
             raise ValueError(
                 f"{count} points a turn hold no order {highest}, which takes more than two a period; give more points"
@@ -300,7 +300,7 @@ class OrderTable:
             If the file is no table; a ValueError with one line, `file:line:column: field: fact, value, remedy`.
         """
         path = Path(path)
-        text = text_of(path, "table of orders", LARGEST)
+        text = text_of(path, "table of orders", FILE_BYTES)
         try:
             return cls(**from_text(text, [field.name for field in fields(cls)]))
         except (ValueError, TypeError) as error:
@@ -350,7 +350,7 @@ def _merged(lines: Sequence[Line], turns: float) -> tuple[Line, ...]:
     groups: dict[int, list[Line]] = {}
     for line in lines:
         order = line.order * turns
-        if abs(order - round(order)) > NEARLY * max(1.0, order):
+        if abs(order - round(order)) > ORDER_TOLERANCE * max(1.0, order):
             raise ValueError(
                 f"order {line.order:.6g} is {order:.6g} on the turn of the table, no whole number; leave it out"
             )

@@ -20,14 +20,14 @@ from .yaml_text import Keys, Located, Problem, name, read, refuse, shown, text_o
 
 SPEEDS = {"max_rpm": "max_speed", "average_rpm": "average_speed"}
 NEEDED = ("K1", "K2", "K3", "T1", "T2")
-LONGEST = 60
+NAME_LETTERS = 60
 RECORDS = 2000
 COUNT = Whole(1, 999_999, "write for example 50", "is not a whole number from 1; write for example 50")
 
 
 def _name(text: str) -> str:
-    if not (0 < len(text) <= LONGEST and text.isprintable()):
-        raise ValueError(f"{shown(text)} is no name of 1 to {LONGEST} printable characters; shorten it")
+    if not (0 < len(text) <= NAME_LETTERS and text.isprintable()):
+        raise ValueError(f"{shown(text)} is no name of 1 to {NAME_LETTERS} printable characters; shorten it")
     return text
 
 

@@ -185,8 +185,8 @@ def _kept(project: Project) -> Iterator[tuple[str, str]]:
     """Sources that the file must name: those of its numbers, not of what follows from a name or a default."""
     for one in project.sources:
         if one.word in (groups.ASSUMED, groups.MEASURED, groups.CATALOGUE) and not one.why and one.name != "gear":
-            wholes = (g for g in ("damping", "motor.loop") if one.name.startswith(f"{g}."))
-            yield next(wholes, one.name), one.word
+            group_names = (g for g in ("damping", "motor.loop") if one.name.startswith(f"{g}."))
+            yield next(group_names, one.name), one.word
 
 
 def _damping(project: Project) -> schema.DampingSpec:

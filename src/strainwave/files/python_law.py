@@ -27,7 +27,7 @@ PLACES = ("law", "hysteresis", "drag", "first", "second")  # where "mylaws.py:My
 NAMED = re.compile(r"(.+\.py):(\w+)")
 EXAMPLE = "mylaws.py:MyLaw"
 TRIED = (0.0, 1e-5, -1e-5, 1e-3, -1e-3)  # rad: torsions at which a law is asked for its torque
-LARGEST, LONGEST = 256 * 1024, 100  # bytes of a file, and letters of its name
+FILE_BYTES, LETTERS = 256 * 1024, 100  # bytes of a file, and letters of its name
 
 
 def with_python_laws(located: Located, folder: Path) -> tuple[Any, list[Problem]]:
@@ -72,7 +72,7 @@ def _class(given: object, folder: Path) -> Any:
     if match is None:
         raise ValueError(f"{shown(given)} names no class of a Python file; write for example {EXAMPLE}")
     file, cls = match.groups()
-    if len(file) > LONGEST or re.search(r"[/\\:]|^\.", file) or (folder / file).resolve().parent != folder.resolve():
+    if len(file) > LETTERS or re.search(r"[/\\:]|^\.", file) or (folder / file).resolve().parent != folder.resolve():
         raise ValueError(f"{shown(file)} is no plain file name; put the Python file beside the project file")
     if not (folder / file).exists():
         raise ValueError(f"{file} is not beside the project file; put it there, or check its name")
@@ -92,7 +92,7 @@ def _is_law(thing: object) -> bool:
 
 def _module(path: Path) -> ModuleType:
     """The module of a file, run once for each content of it."""
-    text = read_text(path, "Python file", LARGEST)
+    text = read_text(path, "Python file", FILE_BYTES)
     if isinstance(text, Problem):
         raise ValueError(f"{path.name} {text.sentence}")
     module_name = "strainwave_law_" + hashlib.sha256(f"{path.resolve()}\n{text}".encode()).hexdigest()[:16]
@@ -110,7 +110,7 @@ def _module(path: Path) -> ModuleType:
         raise
     except BaseException as error:
         del sys.modules[module_name]
-        raise ValueError(f"{path.name} does not run: {_said(error)}{_line(error, path)}; correct it") from None
+        raise ValueError(f"{path.name} does not run: {_text(error)}{_line(error, path)}; correct it") from None
     finally:
         os.chdir(folder)  # that of the process is not the file's to change
     for cls in filter(_is_law, list(vars(module).values())):
@@ -129,7 +129,7 @@ def restored(file: str, cls: str, numbers: tuple[Any, ...]) -> Any:
     return _class(f"{path.name}:{cls}", path.parent)(*numbers)
 
 
-def _said(error: BaseException) -> str:
+def _text(error: BaseException) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())[:100]}".removesuffix(": ")
 
 
@@ -149,7 +149,7 @@ def _fields(cls: type[Any]) -> None:
     try:
         hints = get_type_hints(cls, include_extras=True)
     except Exception as error:
-        raise ValueError(f"the annotations of {cls.__name__} cannot be read: {_said(error)}; correct them") from None
+        raise ValueError(f"the annotations of {cls.__name__} cannot be read: {_text(error)}; correct them") from None
     for field, hint in hints.items():
         if hint is float or (hint not in (int, Any) and get_origin(hint) is not tuple and len(get_args(hint)) < 2):
             remedy = f"{field}: Annotated[float, 'N*m/rad'], int, or Any for a law inside"
@@ -173,17 +173,17 @@ def _try(law: Law) -> None:
                 value = function(x)
                 finite = abs(float(value)) < float("inf")
             except Exception as error:
-                raise ValueError(f"{cls}.{method} at {x:g} rad raises {_said(error)}; correct it") from None
+                raise ValueError(f"{cls}.{method} at {x:g} rad raises {_text(error)}; correct it") from None
             if not finite:
                 raise ValueError(f"{cls}.{method} at {x:g} rad gives {value!r}; it must be a finite number")
-    places: Any = np.array(TRIED)
+    twists: Any = np.array(TRIED)
     try:
-        torques: Any = np.asarray(torque(places) + 0.0 * places)
-        slopes: Any = np.asarray(law.stiffness(places) + 0.0 * places)
+        torques: Any = np.asarray(torque(twists) + 0.0 * twists)
+        slopes: Any = np.asarray(law.stiffness(twists) + 0.0 * twists)
     except Exception as error:
         raise ValueError(
-            f"{cls} raises {_said(error)} for an array of torsions; write it without 'if' and without math, with the "
+            f"{cls} raises {_text(error)} for an array of torsions; write it without 'if' and without math, with the "
             "functions of strainwave.maths, abs and NumPy"
         ) from None
-    if torques.shape != places.shape or slopes.shape != places.shape:
-        raise ValueError(f"{cls} gives {torques.shape} torques for {places.shape} torsions; it must give one for each")
+    if torques.shape != twists.shape or slopes.shape != twists.shape:
+        raise ValueError(f"{cls} gives {torques.shape} torques for {twists.shape} torsions; it must give one for each")

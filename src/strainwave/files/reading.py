@@ -70,7 +70,7 @@ def resolved(
         revision=spec.revision,
         path=path,
         text=text,
-        subject=whole_train(spec, drive, gear, error, through.given[0]),
+        subject=drive_train(spec, drive, gear, error, through.given[0]),
         gear=gear,
         speeds=through,
         mean_range=None if excited.load_torque is None else excited.load_torque.range,
@@ -154,7 +154,7 @@ def friction(spec: ProjectSpec, gear: Gear | None) -> LoadFriction | NoFriction:
     return LoadFriction(float(spec.load_friction)) if spec.load_friction else NO_FRICTION
 
 
-def whole_train(
+def drive_train(
     spec: ProjectSpec, drive: Drive, gear: Gear | None, error: KinematicError | None, omega: float
 ) -> DriveTrain:  # fmt: skip
     """The train with all that the file has, at a motor speed [rad/s]."""

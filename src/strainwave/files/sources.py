@@ -68,7 +68,7 @@ def source_facts(project: Project) -> tuple[tuple[Fact, ...], ...]:
     return tuple(tuple(map(Fact, keys, row)) for row in project.sources)
 
 
-def sources_said(project: Project) -> str:
+def sources_text(project: Project) -> str:
     """Numbers by their source: of the catalogue, of measurements, and assumed ones."""
     words = {ASSUMED: "assumed", MEASURED: "measured", CATALOGUE: "from the catalogue"}
     numbers = [one for one in project.sources if not one.name.endswith(".order")]

@@ -18,8 +18,8 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any, NamedTuple
 
-LARGEST = 256 * 1024
-DEEPEST = 10
+FILE_BYTES = 256 * 1024
+LEVELS = 10
 MOST_VALUES = 20_000
 MOST_SHOWN = 20
 LONGEST_PATH = 300  # letters of it in a sentence
@@ -44,7 +44,7 @@ class FileError(ValueError):
 
 
 def complaint(path: Path, problems: list[Problem]) -> str:
-    """Write problems in the order of the file, one line each, and how many are left out."""
+    """Write problems in the order of the file, one line each, and the number of those left out."""
     file = "".join(c if c.isprintable() else "?" for c in str(path))
     file = file if len(file) <= LONGEST_PATH else f"...{file[-LONGEST_PATH:]}"
     lines = [f"{file}:{p.line}:{p.column}: {p.field}: {p.sentence}" for p in sorted(set(problems))]
@@ -104,7 +104,7 @@ def shown(value: object) -> str:
 
 
 def read_text(
-    path: Path, kind: str = "project file", largest: int = LARGEST, notes: list[str] | None = None
+    path: Path, kind: str = "project file", largest: int = FILE_BYTES, notes: list[str] | None = None
 ) -> str | Problem:
     """Return the text of a file, or why there is none; a file larger than `largest` bytes is not read.
 
@@ -149,7 +149,7 @@ def read_text(
 
 
 def text_of(
-    path: Path, kind: str = "project file", largest: int = LARGEST,
+    path: Path, kind: str = "project file", largest: int = FILE_BYTES,
     error: type[FileError] = FileError, notes: list[str] | None = None,
 ) -> str:  # fmt: skip
     """Return the text of a file, or raise the complaint that says why there is none; see `read_text`."""
@@ -264,8 +264,8 @@ def _document(events: Iterator[Any], tree: Located) -> None:
 def _value(event: Any, events: Iterator[Any], keys: Keys, tree: Located) -> Any:
     start = _mark(event)
     tree.values[keys] = start
-    if len(keys) > DEEPEST:
-        raise Unreadable(Problem(*start, "file", f"is nested more than {DEEPEST} levels deep; no project needs that"))
+    if len(keys) > LEVELS:
+        raise Unreadable(Problem(*start, "file", f"is nested more than {LEVELS} levels deep; no project needs that"))
     kind = type(event).__name__
     if kind == "AliasEvent":
         tree.problems.append(Problem(*start, name(keys), f"'*{event.anchor}' is an alias; write the value out"))

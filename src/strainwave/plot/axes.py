@@ -15,8 +15,8 @@ from .svg import LINE, log_ticks
 
 WIDTH, HEIGHT, DOTS = 7.6, 3.4, 200  # of a panel [inch], and dots an inch
 LETTERS, BELOW = 44, 0.45  # of the name of an upright axis, and distance of a legend below the axes [inch]
-FEW, LONG = 6, 36  # names of a legend that stands in the panel, and letters of one
-MANY = 2000  # points of a panel from which on the best place of a legend takes too long
+ENTRIES, NAME_LETTERS = 6, 36  # names of a legend that stands in the panel, and letters of one
+LEGEND_POINTS = 2000  # points of a panel from which on the best place of a legend takes too long
 
 
 def draw(result: object, axes: Any = None) -> Any:
@@ -75,9 +75,9 @@ def _draw_all(axes: Any, panels: Sequence[Panel]) -> None:
 def _legend(axes: Any, named: dict[str, Any], panels: Sequence[Panel]) -> None:
     """Add a legend: in a single panel if it has few names, otherwise below all panels."""
     look: dict[str, Any] = {"fontsize": 8, "frameon": False}
-    if len(panels) == 1 and panels[0].cells is None and len(named) <= FEW and max(map(len, named)) <= LONG:
+    if len(panels) == 1 and panels[0].cells is None and len(named) <= ENTRIES and max(map(len, named)) <= NAME_LETTERS:
         points = sum(len(curve.x) for curve in panels[0].curves)
-        axes.legend(loc="best" if points < MANY else "upper right", **look)
+        axes.legend(loc="best" if points < LEGEND_POINTS else "upper right", **look)
         return
     from matplotlib.transforms import ScaledTranslation
 

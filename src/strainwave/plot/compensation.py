@@ -75,15 +75,15 @@ def speed_panels(bench: CompensationBench, *, load_encoder: bool) -> list[Panel]
     panel.xlim = (low - 0.1 * abs(low), high + 0.1 * abs(high))
     panel.line(bench.speeds, before, BLACK, "plain loop", "", 2.6)
     for i, row in enumerate(rows):
-        (colour, dash), places = LOOKS[i % len(LOOKS)], _places(row)
-        panel.line(*places, colour, row[0].name, dash)
-        panel.points(*places, colour)
+        (colour, dash), points = LOOKS[i % len(LOOKS)], _rms_over_speed(row)
+        panel.line(*points, colour, row[0].name, dash)
+        panel.points(*points, colour)
     limited = [case for row in rows for case in row if case.excluded or not case.stable]
-    panel.points(*_places(limited), BLACK, "limit met, or error grew", "v", BLACK)
+    panel.points(*_rms_over_speed(limited), BLACK, "limit met, or error grew", "v", BLACK)
     return [panel]
 
 
-def _places(cases: Sequence[Compensation]) -> tuple[list[float], list[float]]:
+def _rms_over_speed(cases: Sequence[Compensation]) -> tuple[list[float], list[float]]:
     return [case.speed for case in cases], [case.after.rms for case in cases]
 
 
@@ -104,8 +104,8 @@ def order_panels(cases: Sequence[Compensation]) -> list[Panel]:
     looks = [("plain loop", ORANGE, DASHES, "o")]
     looks += [(case.name, colour, dash, "^") for case, (colour, dash, _) in zip(cases, AFTER, strict=False)]
     for i, ((name, colour, dash, marker), sizes) in enumerate(zip(looks, amplitudes, strict=True)):
-        places = first.orders + PARTED * np.max(first.orders) * (i - 0.5 * (len(looks) - 1))
-        for x, size in zip(places[sizes > 0.0].tolist(), sizes[sizes > 0.0].tolist(), strict=True):
+        abscissas = first.orders + PARTED * np.max(first.orders) * (i - 0.5 * (len(looks) - 1))
+        for x, size in zip(abscissas[sizes > 0.0].tolist(), sizes[sizes > 0.0].tolist(), strict=True):
             panel.line([x, x], [panel.ylim[0], size], colour, name, dash, 2.2)
             panel.points([x], [size], colour, "", marker, colour)
     return [panel]

@@ -30,14 +30,14 @@ if TYPE_CHECKING:  # a curve alone is drawn without them
 
 SHADE, SURE = "#d9d9d9", "#c6dcec"  # speeds to avoid, and what assumed numbers leave open
 HEIGHT = 290.0  # of a panel [px]
-NEAR = 2.0  # times the largest torque: limits up to there are drawn
-FAR = 3.0  # times the largest oscillation of the drive: the band is drawn up to there
+LIMIT_REACH = 2.0  # times the largest torque: limits up to there are drawn
+BAND_REACH = 3.0  # times the largest oscillation of the drive: the band is drawn up to there
 HELD = "motor held, load rigid (the error equation)"
 PARTS = 5  # of each step
 SHORTEST = 1e-9  # step along the arc, of the curve's extent
 COLOURS, STYLES = (BLUE, ORANGE, BLACK, GREY), ("", DASHES, DOT_DASH, "2 3")  # of several drives
 THIN, THICK = 0.9, 2.0  # of unstable and stable motions
-LONGEST = 44  # letters of a title in the legend
+TITLE_LETTERS = 44  # letters of a title in the legend
 
 
 def fine(response: DriveResponse) -> DriveResponse:
@@ -163,7 +163,7 @@ def _beside(panel: Panel, extras: Drawn) -> None:
     top = panel.ylim[1] or np.inf
     if extras.sure is not None and extras.sure.doubts:
         finite = np.flatnonzero(np.isfinite(extras.sure.high))
-        top = max(top, min(FAR * top, 1.08 * float(np.max(extras.sure.high[finite], initial=0.0))))
+        top = max(top, min(BAND_REACH * top, 1.08 * float(np.max(extras.sure.high[finite], initial=0.0))))
         panel.ylim = panel.ylim if panel.ylim[1] is None else (0.0, top)
         low, high = np.minimum(extras.sure.low, top), np.minimum(extras.sure.high, top)
         label = f"range for assumed numbers{extras.sure.load}"
@@ -235,7 +235,7 @@ def _torque(panel: Panel, project: Project | None, drive: DriveResponse, extras:
         "momentary torque": (project.gear.momentary_torque, DOTS),
     }
     for name, (limit, dash) in limits.items():
-        if limit is not None and limit < NEAR * top:
+        if limit is not None and limit < LIMIT_REACH * top:
             panel.level(limit, BLACK, f"{name} of {project.gear.name}", dash)
 
 
@@ -281,7 +281,7 @@ def comparison_panels(
     panel = Panel("largest oscillation of the error", of_speeds(speeds), angle("", largest))
     for i, (title, response) in enumerate(zip(titles, responses, strict=True)):
         name = f"{i + 1}: {title}"
-        name = name if len(name) <= LONGEST else name[: LONGEST - 3] + "..."
+        name = name if len(name) <= TITLE_LETTERS else name[: TITLE_LETTERS - 3] + "..."
         name += " (error equation alone)" * alone[i]
         x, y, dash = response.omega, response.oscillation, STYLES[(i + i // len(COLOURS)) % len(STYLES)]
         colour = COLOURS[i % len(COLOURS)]

@@ -29,7 +29,7 @@ LOOKS = (
 )  # fmt: skip
 
 ROWS = 2  # of texts above a panel
-LONGEST = 44  # letters of the name of a drive above a panel
+NAME_LETTERS = 44  # letters of the name of a drive above a panel
 Ends = tuple[float | None, float | None]
 
 
@@ -116,7 +116,7 @@ class Cells(NamedTuple):
 
 def named(panels: Sequence["Panel"], name: str) -> list["Panel"]:
     """Panels with the name of their drive above the first, so that a file of them says whose they are."""
-    return [replace(panels[0], title=": ".join(filter(None, (name[:LONGEST], panels[0].title)))), *panels[1:]]
+    return [replace(panels[0], title=": ".join(filter(None, (name[:NAME_LETTERS], panels[0].title)))), *panels[1:]]
 
 
 @dataclass

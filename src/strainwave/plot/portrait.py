@@ -106,7 +106,7 @@ def _starts(x: Floats, height: Floats, fastest: float) -> Floats:
 
 
 def _pace(system: Any, fastest: float, width: float, stiffest: float) -> tuple[Any, int, Floats]:
-    """System that is drawn, how many times its damping is that of the drive, and the times [s] of the steps."""
+    """System that is drawn, its damping over that of the drive, and the times [s] of the steps."""
     omega, of_angle = fastest / width, not isinstance(system, Oscillator)
     damping = float(system.damping.value(0.0, fastest)) if of_angle else system.B
     larger = 1 if of_angle or not damping else math.ceil(2.0 * RATIO * omega * system.J / damping)

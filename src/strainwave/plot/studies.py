@@ -16,7 +16,7 @@ from . import panels
 from .panels import BLACK, BLUE, DOT_DASH, DOTS, GREY, ORANGE, TIME, Axis, Panel, angle, of_speeds, panels_of
 
 AFTER = 0.4  # durations of the profile shown after its end, and twice the time to settle
-NEAR = 2.0  # times the largest value: limits up to there are drawn
+LIMIT_REACH = 2.0  # times the largest value: limits up to there are drawn
 SHADE = "#909090"  # bands, which are drawn half transparent
 RPMS, TORQUE = Axis("", "rpm", RPM), Axis("", "N*m")
 
@@ -75,7 +75,7 @@ def _speed(move: Move, t: Floats, speed: Floats, gear: Gear | None, limits: Moto
     panel.points(times, np.interp(times, t, speed), BLACK, "resonance passed")
     bound = min(limits.fastest, *([] if gear is None or gear.max_rpm is None else [gear.max_rpm * RPM]), np.inf)
     _limit(panel, bound, top, speed, "largest speed of motor or gear", DOT_DASH)
-    sizes = [size for size in (bound, *(high for _, high in move.bands)) if size < NEAR * top]
+    sizes = [size for size in (bound, *(high for _, high in move.bands)) if size < LIMIT_REACH * top]
     edge = 1.08 * max([top, *sizes])
     panel.ylim = (-edge if -1.0 in sides else 0.0, edge if 1.0 in sides else 0.0)
     return panel
@@ -88,7 +88,7 @@ def _sides(values: Floats) -> list[float]:
 
 def _limit(panel: Panel, bound: float | None, top: float, values: Floats, name: str, dash: str) -> None:
     """Draw a limit as a level line on each side (sign) that values reach, if they come near it."""
-    if bound is not None and bound < NEAR * top:
+    if bound is not None and bound < LIMIT_REACH * top:
         for side in _sides(values):
             panel.level(side * bound, ORANGE, name, dash, 1.4)
 

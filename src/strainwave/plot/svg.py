@@ -25,12 +25,12 @@ LEGEND_ROW, SAMPLE = 19.0, 30.0
 CAPTION_ROW, LINE = 17.0, 104  # height of a line of the caption [px], and its letters
 PAPER = '<rect width="100%" height="100%" fill="#ffffff"/>'
 INK, GRID = "#222222", "#dddddd"
-CLOSE = 0.08  # points nearer to the chord of their neighbours than this [px] are left out
+CHORD_PX = 0.08  # points nearer to the chord of their neighbours than this [px] are left out
 
 Scale = Callable[[ArrayLike], Floats]
 
 ROW, GAP = 12.0, 9.0  # height of the text, and its distance from the point [px]
-STEP = 2.0  # between the points at which a line is looked at [px]
+STEP = 2.0  # between the points of a line that may cross a text [px]
 
 
 def beside(
@@ -287,7 +287,7 @@ def _path(x: Floats, y: Floats) -> str:
         ahead, aside = x[odd + 1] - x[odd - 1], y[odd + 1] - y[odd - 1]
         distance = np.abs(ahead * (y[odd] - y[odd - 1]) - aside * (x[odd] - x[odd - 1]))
         keep = np.ones(len(x), bool)
-        keep[odd[distance < CLOSE * np.hypot(ahead, aside)]] = False
+        keep[odd[distance < CHORD_PX * np.hypot(ahead, aside)]] = False
         x, y = x[keep], y[keep]
     flat = np.column_stack([x, y]).ravel().tolist()
     return "M" + ("%.1f %.1fL" * len(x))[:-1] % tuple(flat)

@@ -27,7 +27,7 @@ from ..view import quantity
 from .options import file_type, json_option, output_option, together, written_type
 
 MOST_SHOWN = 12  # gears
-FASTEST = 3000.0  # rpm of a new file
+NEW_RPM = 3000.0  # rpm of a new file
 STOPPED = "interrupted; nothing was written"
 NONE = "none"
 
@@ -264,7 +264,7 @@ def _of_catalogue(name: str, answers: dict[str, str]) -> str:
     if name in ("accuracy", "motor_inertia"):
         return ""  # an accuracy is of use where kinematic error or budget follow from it
     if name == "speed_to":
-        return f"{min(FASTEST, record.average_rpm or FASTEST):g} rpm"
+        return f"{min(NEW_RPM, record.average_rpm or NEW_RPM):g} rpm"
     if answers["accuracy"] == SPECIAL and name == "budget":
         return f"{(record.special_accuracy or 0.0) / ARCSEC:.3g} arcsec"
     if name == "kinematic_error":
@@ -351,8 +351,8 @@ def _one(gear: Gear, as_json: bool) -> None:
             unit = NUMBERS.get(key, "")
             angle = f"  ({value / ARCSEC:.4g} arcsec)" if unit == "rad" else ""
             click.echo(f"{key:<22}{number(value, 6)} {unit}".rstrip() + angle)
-    ways = ((USUAL, "as printed"), (TURNING_SPLINE, "fixed: flexspline")) if gear.ratio > 1 else ()
-    for arrangement, how in ways:
+    arrangements = ((USUAL, "as printed"), (TURNING_SPLINE, "fixed: flexspline")) if gear.ratio > 1 else ()
+    for arrangement, how in arrangements:
         ratio = int(arrangement.ratio(gear.ratio))
         sense = "with" if ratio > 0 else "against"
         click.echo(f"{'arrangement':<22}{arrangement}: ratio {abs(ratio)}, {sense} the motor ({how})")

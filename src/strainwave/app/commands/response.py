@@ -19,7 +19,7 @@ from ...drive.project import Project
 from ...drive.two_turns import A_TURN, beat_said
 from ...files.notes import OF_CURVE, load_remark, move_note, remarks, unsaid
 from ...files.reading import read_project
-from ...files.sources import source_facts, sources_said
+from ...files.sources import source_facts, sources_text
 from ...plot import axes
 from ...plot.drive import HEIGHT, comparison_panels, drive_panels, reference
 from ...plot.panels import named
@@ -122,7 +122,7 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         Fact("", left_out if plain["left_out_relative"] > LEFT_OUT else (), "{}"),
         *(() if sure is None else sure.facts(project.limit)),
         *(project.loop.facts() if project.loop else ()),
-        Fact("sources", source_facts(project)), Fact("", sources_said(project), "{}"),
+        Fact("sources", source_facts(project)), Fact("", sources_text(project), "{}"),
         *(() if resting is None else resting.facts()),
         Fact("beyond_limits", tuple(judged.remarks), "note: {}"),
         Fact("conventions", CONVENTIONS),

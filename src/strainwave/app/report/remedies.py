@@ -9,7 +9,7 @@ from ...study.speed_map.avoid import Avoid
 from ..console import number
 from ..view import View, sizes
 
-FEW = 6  # remedies of the sentence; the table has all
+MOST_EFFECTS = 6  # remedies of the sentence; the table has all
 
 
 def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
@@ -72,8 +72,8 @@ def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
         return useless
     worst = worst_of(view.analysis.load_cases)
     load = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
-    effects = Sentence("; ").join(_effect(remedy, speed) for remedy in helpful[:FEW])
-    others = f"; the table of the report has {len(helpful) - FEW} more" if len(helpful) > FEW else ""
+    effects = Sentence("; ").join(_effect(remedy, speed) for remedy in helpful[:MOST_EFFECTS])
+    others = f"; the table of the report has {len(helpful) - MOST_EFFECTS} more" if len(helpful) > MOST_EFFECTS else ""
     text = f"Most helpful: {helpful[0]}. Computed again{load} with one thing changed at a time: " + effects
     return text + others + "." + (f" {useless}" if useless else "")
 

@@ -52,7 +52,7 @@ def log_of(name: str, content: bytes, chosen: LogColumns) -> dict[str, Any]:
         except (ValueError, RuntimeError) as error:
             why = re.sub(CALLS, "it in the table of columns", _sentence(error, path))
             return table | {"why": why.replace("log:1:1: file:", "it")}
-        return table | {"why": ""} | _told(log)
+        return table | {"why": ""} | _log_data(log)
 
 
 def identified(
@@ -122,7 +122,7 @@ def _sentence(error: Exception, path: Path) -> str:
     return " ".join(str(error).replace(str(path), "log").split())
 
 
-def _told(log: Log) -> dict[str, Any]:
+def _log_data(log: Log) -> dict[str, Any]:
     step = max(1, len(log) // MOST_SHOWN)
     segments = log.segments()[:MOST_SEGMENTS] if log.moving else ()
     return {

@@ -27,7 +27,7 @@ MORE = {"excitation.load_torque.mean": "0 N*m"}  # what a slider may add to a fi
 def about(state: State) -> dict[str, Any]:
     """Title, numbers with their ranges, parts that may be added, notes and speeds of a project.
 
-    Values that a number may not have are told with it, and the rest is that of the project without them.
+    Refused values of a number are given with it, and the rest is that of the project without them.
     """
     original = State(gear=state.gear, project=state.project)
     parts = parts_of(project_of(original))

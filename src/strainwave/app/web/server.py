@@ -30,7 +30,7 @@ from .workers import Workers
 
 HOST, TRIES = "127.0.0.1", 20
 COUNT = min(4, max(2, os.cpu_count() or 2))  # computations at a time
-LONGEST = 10.0  # seconds of processor time of one, without those of compiling; what takes longer is a job
+ANSWER_S = 10.0  # seconds of processor time of one, without those of compiling; what takes longer is a job
 KINDS = {
     ".html": "text/html",
     ".js": "text/javascript",
@@ -127,8 +127,8 @@ def application(warm: bool = True) -> Starlette:
 
     @asynccontextmanager
     async def life(app: Starlette) -> AsyncIterator[None]:
-        app.state.jobs, app.state.workers = Jobs(), Workers(COUNT, LONGEST)
-        app.state.later = Workers(1, LONGEST, background=True, patience=SOON)
+        app.state.jobs, app.state.workers = Jobs(), Workers(COUNT, ANSWER_S)
+        app.state.later = Workers(1, ANSWER_S, background=True, patience=SOON)
         warming = asyncio.create_task(warm_up(app.state.workers)) if warm else None
         yield
         if warming is not None:

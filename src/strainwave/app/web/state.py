@@ -24,12 +24,12 @@ from ...files.project_text import project_text
 from ...files.reading import ProjectError, from_text
 from ...files.variants.names import quantity
 from ...files.variants.replaced import PLACE, replaced
-from ...files.yaml_text import LARGEST, read
+from ...files.yaml_text import FILE_BYTES, read
 from ...model.gears import catalogue
 
 NOWHERE = Path("/nonexistent-strainwave-app/project.yaml")  # a project of the page has no files beside it
 FROM_FILES = ("python", "file")  # fields that name a file
-FASTEST = 3000.0  # rpm of a gear's first project, where the gear's own average is not lower
+FIRST_RPM = 3000.0  # rpm of a gear's first project, where the gear's own average is not lower
 
 MOST_VALUES, LONGEST = 64, 80
 MOST_LOADS = 40  # of a speed map
@@ -55,7 +55,7 @@ class State(Body):
         default=None, max_length=LONGEST, description="Name of a gear of the catalogue, as CSG-40-50."
     )
     project: str | None = Field(
-        default=None, max_length=LARGEST, description="Text of a project file, in place of a gear."
+        default=None, max_length=FILE_BYTES, description="Text of a project file, in place of a gear."
     )
     values: dict[str, str] = Field(
         default_factory=dict,
@@ -220,7 +220,7 @@ def first_text(name: str) -> str:
     """
     gear = catalogue.gear(name)
     gear.check_law()
-    fastest = min(FASTEST, gear.average_rpm or gear.max_rpm or FASTEST)
+    fastest = min(FIRST_RPM, gear.average_rpm or gear.max_rpm or FIRST_RPM)
     inertia = (gear.K1 or 1e4) / (fastest * math.pi / 30.0) ** 2
     accuracy = UNPRINTED if gear.accuracy is None else f"{gear.accuracy / ARCSEC:.3g} arcsec"
     rotor = f"{1e4 * gear.input_inertia:.6g}" if gear.input_inertia else f"{1e4 * inertia / gear.ratio**2:.2g}"

@@ -74,7 +74,7 @@ def as_name(text: str) -> str:
 
 
 def opening(name: str, first: str, facts: list[str], model: Any) -> list[str]:
-    """Comment at the top of a file of this name: what it is, facts about it, and the numbers of the model."""
+    """Comment at the top of a file of this name: its subject, facts about it, and the numbers of the model."""
     lines = [
         f"{name}: {first}",
         *facts,

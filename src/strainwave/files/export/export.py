@@ -118,8 +118,8 @@ def _begun(numbers: Parameters, fields: tuple[str, ...]) -> list[str]:
     """Body of the function that gives the first state."""
     recording = Recording()
     begun = tuple(leaves(numbers.recorded(recording).start()))
-    places = [f"state->{field}" for field in (*fields, *HELD)]
-    return ["(void)p;", *recording.code(begun), *recording.stored(places, (*begun, 0.0, 0.0))]
+    fields_in_c = [f"state->{field}" for field in (*fields, *HELD)]
+    return ["(void)p;", *recording.code(begun), *recording.stored(fields_in_c, (*begun, 0.0, 0.0))]
 
 
 def _updated(numbers: Parameters, measurement: Any, fields: tuple[str, ...]) -> list[str]:

@@ -133,17 +133,17 @@ def description_2(plant: Plant, name: str, token: str, sources: tuple[str, ...])
             child(files, "File", name=source)
     _common(root, plant)
     groups, listed = variables(plant), child(root, "ModelVariables")
-    places = {v.valueReference: str(i + 1) for i, v in enumerate(groups.all())}
+    indices = {v.valueReference: str(i + 1) for i, v in enumerate(groups.all())}
     for v in groups.all():
         scalar = child(listed, "ScalarVariable", **v._replace(unit="", start="", derivative="")._asdict())
-        child(scalar, "Real", unit=v.unit, start=v.start, derivative=places.get(v.derivative, ""))
+        child(scalar, "Real", unit=v.unit, start=v.start, derivative=indices.get(v.derivative, ""))
     structure, initial = child(root, "ModelStructure"), Element("InitialUnknowns")
-    states = " ".join(places[v.valueReference] for v in groups.states)  # no output depends on an input at once
+    states = " ".join(indices[v.valueReference] for v in groups.states)  # no output depends on an input at once
     for kind, unknowns, dependencies in (("Outputs", groups.outputs, states), ("Derivatives", groups.rates, "")):
         inside = child(structure, kind)
         for v in unknowns:
-            child(inside, "Unknown", index=places[v.valueReference], dependencies=dependencies)
-            child(initial, "Unknown", index=places[v.valueReference], dependencies=dependencies)
+            child(inside, "Unknown", index=indices[v.valueReference], dependencies=dependencies)
+            child(initial, "Unknown", index=indices[v.valueReference], dependencies=dependencies)
     structure.append(initial)
     return written(root)
 

@@ -67,8 +67,8 @@ def _twist(law: Law, torque: float) -> float:
         after_yield = (part.ratio * part.K * x for part in _parts(law) if isinstance(part, BoucWen))
         return float(sum(springs) + sum(after_yield))
 
-    places = (2.0**k * LEAST_TWIST for k in range(DOUBLINGS))
-    high = next((x for x in places if carried(x) >= torque), 0.0)
+    twists = (2.0**k * LEAST_TWIST for k in range(DOUBLINGS))
+    high = next((x for x in twists if carried(x) >= torque), 0.0)
     return 0.0 if torque == 0.0 else bracketed_root(lambda x: carried(x) - torque, 0.0, high, xtol=0.0) if high else 0.0
 
 

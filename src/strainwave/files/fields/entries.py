@@ -203,7 +203,7 @@ class Loop(Kind):
         if isinstance(value, dict):
             rows = {key: rows_of(LoopSpec)[key] for key in AROUND if key in value}
             parts = {key: read(row.kind, value[key], entry.inside(key, row.example)) for key, row in rows.items()}
-            value = {key: item for key, item in _whole_name(value).items() if key not in AROUND}
+            value = {key: item for key, item in _full_name(value).items() if key not in AROUND}
         loop = LOOPS.read(value, entry)
         if loop is None or None in parts.values():
             return None
@@ -238,11 +238,11 @@ class Loop(Kind):
         return ", ".join(filter(None, [LOOPS.text(core)[:-1], more[1:-1]])) + "}"
 
     def part(self, value: object, key: str) -> Row | None:
-        gains = LOOPS.part(_whole_name(value), key) if isinstance(value, dict) else None
+        gains = LOOPS.part(_full_name(value), key) if isinstance(value, dict) else None
         return gains or rows_of(LoopSpec).get(key)
 
 
-def _whole_name(value: dict[str, Any]) -> dict[str, Any]:
+def _full_name(value: dict[str, Any]) -> dict[str, Any]:
     """The entry of a loop by its gains with the whole name of its type."""
     return {**value, "type": f"{value['type']}_loop"} if value.get("type") in KINDS else value
 

@@ -75,7 +75,7 @@ def _columns(path: Path, arrays: dict[str, Any]) -> Read:
     plain = {name: np.ravel(a).astype(float) for name, a in arrays.items() if _is_vector(a)}
     if not plain:
         raise refuse(path, "has no vectors of numbers; save one for each channel, and `time`")
-    time_names = {name: _own_time(name, plain) for name in plain}
+    time_names = {name: _time_of(name, plain) for name in plain}
     times = {time for time in time_names.values() if time is not None}
     for name, time in time_names.items():
         if time is not None and len(plain[time]) != len(plain[name]):
@@ -93,7 +93,7 @@ def _is_vector(values: Any) -> bool:
     return values.dtype.kind in "iufb" and np.ndim(np.squeeze(values)) == 1 and values.size > 1
 
 
-def _own_time(name: str, arrays: dict[str, Floats]) -> str | None:
+def _time_of(name: str, arrays: dict[str, Floats]) -> str | None:
     plain = named(name).name
     names = f"{plain}_time", f"time_{plain}", f"t_{plain}", f"{plain}_t"
     return next((other for other in arrays if named(other).name in names), None)
@@ -178,7 +178,7 @@ BINARY: dict[str, Callable[[Path], Read]] = {
 
 
 SPARSE = 0.2  # share of missing values from which a channel has times of its own
-FEWEST_TIMES = 0.2  # of the samples: fewer are no times of theirs
+TIMES_SHARE = 0.2  # of the samples: fewer are no times of theirs
 TRANSIENT = 0.2  # share of a log that may come before the constant speed with which it ends
 
 Channels = dict[str, Floats]
@@ -313,7 +313,7 @@ def averaged(path: Path, time: Floats, channels: Channels, notes: list[str]) -> 
     times, group, count = np.unique(time, return_inverse=True, return_counts=True)
     if len(times) == len(time):
         return time, channels
-    if len(times) < FEWEST_TIMES * len(time):
+    if len(times) < TIMES_SHARE * len(time):
         fault = f"has {len(times)} times for {len(time)} samples; name another column, or give rate"
         raise refuse(path, fault, what="time")
     again = counted(len(time) - len(times), "sample")
@@ -352,7 +352,7 @@ def _continues(part: LogSegment, last: LogSegment) -> bool:
 
 
 def regular(log: Log, notes: list[str]) -> None:
-    """Say where samples are missing, and how much the steps of time vary."""
+    """Note missing samples, and a variation of the steps of time."""
     gaps = log.gaps
     if gaps:
         longest = max(gap.stop - gap.start for gap in gaps)

@@ -86,8 +86,8 @@ def read_frd(
     try:
         _refuse_unread(records, columns, units or {}, quantity, estimator)
         if records:
-            places = _places(path, file, columns)
-            log = read_log(path, places, units, trim=0.0, unwrap=False, delimiter=delimiter, decimal=decimal)
+            by_role = _record_columns(path, file, columns)
+            log = read_log(path, by_role, units, trim=0.0, unwrap=False, delimiter=delimiter, decimal=decimal)
             rows = [log.channels[role] for role in RECORDS]
             return bode_of_records(log.time, *rows, amplitude=amplitude, notes=log.notes)
         picked = {role: _picked(path, file, role, columns) for role in WORDS}
@@ -195,13 +195,13 @@ def _response(
     return part["frequency"][good], z[good], pair or "phase" in part
 
 
-def _places(path: Path, file: list[Column], columns: Mapping[str, str | int]) -> dict[str, str | int]:
+def _record_columns(path: Path, file: list[Column], columns: Mapping[str, str | int]) -> dict[str, str | int]:
     """Columns of a log of reference, torque and speed."""
-    places = dict(columns)
+    by_role = dict(columns)
     for role, words in RECORDS.items():
-        if role in places:
+        if role in by_role:
             continue
-        taken = [index_of(path, file, channel, column) for channel, column in places.items()]
+        taken = [index_of(path, file, channel, column) for channel, column in by_role.items()]
         named = [i for i, c in enumerate(file) if _words(c) & words and not _words(c) & LOAD and i not in taken]
         if len(named) != 1:
             names = ", ".join(file[i].name for i in named) or "none"
@@ -209,5 +209,5 @@ def _places(path: Path, file: list[Column], columns: Mapping[str, str | int]) ->
                 f"has no frequency, and records need a {role.replace('_', ' ')}, of which there is {names}: "
                 f"columns={{'frequency': NAME}} or columns={{{role!r}: NAME}} names it"
             )
-        places[role] = named[0]
-    return places
+        by_role[role] = named[0]
+    return by_role

@@ -23,10 +23,10 @@ from .table import Column, index_of, read_table, refuse, unit_of
 
 WRONG_GEAR = 0.02  # relative difference of measured and given ratio
 
-AGREES = 0.2  # relative: angle and integral of the speed
-CLOSE = 0.03  # relative: to a factor between units
+SPEED_TOLERANCE = 0.2  # relative: angle and integral of the speed
+FACTOR_TOLERANCE = 0.03  # relative: to a factor between units
 SLOW, SLOWEST = 3600.0, 0.5  # s, a sample of a log of a drive, surely and where no unit is given
-STILL = 1e-5  # rad: less is no motion
+MOTION_RAD = 1e-5  # rad: less is no motion
 # What an angle grows relative to the integral of the speed when one of them is in another unit than was read.
 FACTORS = (
     (180.0 / pi, "angle", "deg"),
@@ -177,7 +177,7 @@ def doubts(log: Log) -> tuple[str, ...]:
         sentences.append(f"time goes on by {log.step:.4g} s a sample: is it in ms, us or ns? units={{'time': 'ms'}}")
     for shaft in ("motor", "load"):
         angle, speed = log.channels.get(f"{shaft}_angle"), log.channels.get(f"{shaft}_speed")
-        if angle is not None and float(np.ptp(angle)) < STILL:
+        if angle is not None and float(np.ptp(angle)) < MOTION_RAD:
             sentences.append(f"{shaft}_angle stays within {np.ptp(angle):.2g} rad: nothing moves")
         elif angle is not None and speed is not None:
             sentences += _growth(log, shaft, angle, speed)
@@ -199,14 +199,14 @@ def _growth(log: Log, shaft: str, angle: Floats, speed: Floats) -> list[str]:
     if np.dot(far, far) == 0.0:
         return [f"{shaft}_speed is 0 throughout and {shaft}_angle moves; is it the right column?"]
     factor = float(np.dot(far, angle) / np.dot(far, far))
-    if abs(factor - 1.0) <= AGREES:
+    if abs(factor - 1.0) <= SPEED_TOLERANCE:
         return []
     fact = f"{shaft}_angle grows {factor:.4g} times as fast as {shaft}_speed says"
     for ratio, kind, unit in FACTORS:
-        if isclose(abs(factor), ratio, rel_tol=CLOSE):
+        if isclose(abs(factor), ratio, rel_tol=FACTOR_TOLERANCE):
             name = "time" if kind == "time" else f"{shaft}_{kind}"
             return [f"{fact}: {name} is probably in {unit}, units={{{name!r}: {unit!r}}}"]
-    if isclose(factor, -1.0, rel_tol=CLOSE):
+    if isclose(factor, -1.0, rel_tol=FACTOR_TOLERANCE):
         return [f"{fact}: their directions differ"]
     large = max(abs(factor), 1.0 / abs(factor)) if factor else 0.0
     if 20.0 < large < 400.0 and abs(large - round(large)) < 0.02 * large:

@@ -21,8 +21,8 @@ from ..yaml_text import FileError, Problem, complaint, shown, text_of
 from .guide_log import GUIDE, guide_table
 from .names import MISSING, Dialect, Unclear, converted, find, header_cells, is_number, named, number, split, unit_row
 
-LARGEST = 1024 * 1024 * 1024  # of a text file [bytes]
-LONGEST = 1_000_000  # line of a table [characters]
+FILE_BYTES = 1024 * 1024 * 1024  # of a text file [bytes]
+LINE_LETTERS = 1_000_000  # line of a table [characters]
 COMMENTS = ("#", "%", "//")
 
 # A comma stands before a fraction only where it cannot part columns.
@@ -150,7 +150,7 @@ def read_table(
         If the text is no table, or can be read in two ways.
     """
     notes: list[str] = []
-    text = text_of(path, kind, LARGEST, notes=notes)
+    text = text_of(path, kind, FILE_BYTES, notes=notes)
     if text.startswith(GUIDE):
         table = guide_table(text)
         if not table:
@@ -160,7 +160,7 @@ def read_table(
     if not lines.text:
         raise refuse(path, f"is empty; give a {kind} with a line for each sample")
     for line_number, line in zip(lines.numbers, lines.text, strict=True):
-        if len(line) > LONGEST:
+        if len(line) > LINE_LETTERS:
             fault = f"has {len(line)} characters in one line; give a {kind} with a line for each sample"
             raise refuse(path, fault, line_number)
     try:

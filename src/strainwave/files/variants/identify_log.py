@@ -29,7 +29,7 @@ from ..logs.read import read_log
 from ..project_text import project_text
 from ..reading import from_text
 
-ENOUGH, NEARLY = 0.9, 0.98  # of the motion: what the model must explain, and where more than the scatter is left
+EXPLAINED_SHARE, SHARE_WITH_REST = 0.9, 0.98  # of the motion: to be explained, alone and beside a rest above scatter
 UNITS = {
     "K1": "N*m/rad", "K2": "N*m/rad", "K3": "N*m/rad", "T1": "N*m", "T2": "N*m", "B": "N*m*s/rad",
     "coulomb": "N*m", "viscous": "N*m*s/rad", "gravity": "N*m", "hysteresis": "N*m/rad", "yield_twist": "rad",
@@ -104,14 +104,14 @@ class IdentifiedLog(Fit):
         """Sentence on the share of the motion that the model explains."""
         share = f"{100.0 * max(self.explained, 0.0):.{1 if self.explained < 0.99 else 2}f} % of the motion"
         shows = f"The log shows {listed(self.causes)}, which the model lacks" if self.causes else ""
-        if self.explained < ENOUGH:
+        if self.explained < EXPLAINED_SHARE:
             several = len({piece.log for piece in self.answer.joint.pieces}) > 1
             hints = f"{shows}." * bool(shows), "The logs may be of different joints: fit each alone." * several
             return " ".join([f"The model explains only {share}. Do not use its numbers.", *filter(None, hints)])
         if self.causes:
             return f"{shows}: it explains {share}."
         if self.answer.more:
-            use = "" if self.explained >= NEARLY else " Do not use its numbers."
+            use = "" if self.explained >= SHARE_WITH_REST else " Do not use its numbers."
             more = f"{self.answer.more:.2g} times the readings' scatter is left"
             return f"Something outside of the model moves the load: it explains {share}, and {more}.{use}"
         if not self.answer.inertia_known:
@@ -210,9 +210,9 @@ def identify_log(
         law, ratio = _slopes(record), record.ratio
     records = _logs(logs)
     answer = answered(records, ratio, law, inertia, constant, progress)
-    causes = (*answer.causes, *(_held(records) if answer.explained < ENOUGH else ()))
+    causes = (*answer.causes, *(_held(records) if answer.explained < EXPLAINED_SHARE else ()))
     fit = answer.known
-    least = NEARLY if answer.more else ENOUGH
+    least = SHARE_WITH_REST if answer.more else EXPLAINED_SHARE
     enough = project is not None or {"K1", "B"} & {*fit.values}  # else nothing is known beside the catalogue
     usable = bool(not causes and answer.explained >= least and answer.inertia_known and enough)
     made = _project(answer, gear, project) if usable else None

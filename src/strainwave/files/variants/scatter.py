@@ -138,7 +138,7 @@ class Exceedance(Result):
         return {"oscillation": ("drive", self.oscillation, "rad"), **speeds, **factors}
 
     def facts(self) -> tuple[Fact, ...]:
-        """Everything that is said of an exceedance, once."""
+        """Every fact of an exceedance, once."""
         share, low, high = [f"{number(100.0 * p, 3)} %" for p in (self.probability, *self.interval)]
         rows = () if self.ranking is None else self.ranking.rows
         sizes = np.nanquantile(self.oscillation, LEVELS) if self.failed < self.count else np.full(len(LEVELS), np.nan)
@@ -152,7 +152,7 @@ class Exceedance(Result):
             Fact("oscillation_quantiles_rad", tuple(sizes.tolist()), "oscillation of 5, 50, 95 % of the drives: {}"),
             Fact("oscillation_rad", self.oscillation), Fact("at_rad_per_s", self.at),
             Fact("avoid_low_rad_per_s", self.low), Fact("avoid_high_rad_per_s", self.high),
-            Fact("", self._ends_said(), "{}"),
+            Fact("", self._ends_text(), "{}"),
             Fact("factors", self.factors), Fact("first_order_index", {row.path: row.index for row in rows}),
             Fact("", tuple(row.sentence for row in rows), "{}"),
             Fact("errors", self.errors), Fact("", failed, "{}" if self.failed else ""),
@@ -161,7 +161,7 @@ class Exceedance(Result):
             Fact("seed", self.seed, f"seed {self.seed}"), Fact("remarks", self.remarks, "note: {}"),
         )  # fmt: skip
 
-    def _ends_said(self) -> tuple[str, ...]:
+    def _ends_text(self) -> tuple[str, ...]:
         """Sentence on both ends of the speeds to avoid, in the unit of the project's speeds."""
         ends, speeds = self.ends(), self.speeds
         if ends is None:

@@ -28,10 +28,10 @@ SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the mod
 HERTZ = 2.0 * np.pi
 MOST_UNITS = 100_000
 PLAIN = "loop"  # name of the design that everything is compared with
-LITTLE = 0.1  # of the error before: with more left, the guards are looked at
+ERROR_SHARE = 0.1  # of the error before: with more left, the guards are checked
 SLOWER = 0.5  # of the rate of the plain loop: what is slower is waited for
 SLOWEST = 100.0  # of the longest run that is taken: what is slower is not waited for
-COARSE = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
+SAMPLES = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
 
 def compensate(
@@ -228,11 +228,11 @@ def _refuse_slow(bench: Bench, signed: float) -> None:
     if not speed:
         raise ValueError("speed [rad/s] is 0, and a drive at rest has no orders; give the speed of the motor")
     highest = max(bench.orders)
-    fastest = 2.0 * np.pi / (COARSE * bench.sampling.period * highest)
+    fastest = 2.0 * np.pi / (SAMPLES * bench.sampling.period * highest)
     if speed > fastest:
         raise ValueError(
             f"samples every {1e6 * bench.sampling.period:.4g} us are too slow for order "
-            f"{in_turns(highest, bench.model)} at {bench.speeds.said(speed)}, as a period of it needs {COARSE:g} of "
+            f"{in_turns(highest, bench.model)} at {bench.speeds.said(speed)}, as a period of it needs {SAMPLES:g} of "
             f"them: sample at least every {1e6 * bench.sampling.period * fastest / speed:.3g} us, or stay below "
             f"{bench.speeds.said(fastest)}"
         )
@@ -292,7 +292,7 @@ def _one(
     warnings = []
     if rate:
         run = adapting(bench, controller, speed, end)
-        result = replace(result, converged=converged_at(run, LITTLE * result.before.rms))
+        result = replace(result, converged=converged_at(run, ERROR_SHARE * result.before.rms))
         warnings += _given_up(bench, design, controller, speed, run, result)
     warnings += [*_beyond(bench, design, speed)]
     return replace(result, warnings=(*warnings, *_warnings(design, result, float(growth))))
@@ -336,7 +336,7 @@ def _given_up(
     bench: Bench, design: Compensator, controller: Any, speed: float, run: LoopRun, result: Compensation
 ) -> Any:
     """Sentence on a controller that takes little away and whose guard has dropped its torque."""
-    if result.after.rms > LITTLE * result.before.rms and tripped(controller, run.memory.state):
+    if result.after.rms > ERROR_SHARE * result.before.rms and tripped(controller, run.memory.state):
         yield (
             f"{design.name}: its guard has dropped its torque at {bench.speeds.said(speed)}, as that grew beyond what "
             "the error of the model needs; compare the sign and the phase of the model with the drive."

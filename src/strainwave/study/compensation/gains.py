@@ -26,8 +26,8 @@ from .result import Units
 DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
 HALVINGS, GRID = 20, 300
 GUARD = 5.0
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # of a period from one sample that is looked at to the next: they meet all phases
-LOOKED_AT, BLOCK = 20_000, 20  # samples of an adaptation, and those whose rms is taken together
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # of a period from one kept sample to the next: they meet all phases
+KEPT_SAMPLES, BLOCK = 20_000, 20  # samples of an adaptation, and those whose rms is taken together
 DRIFT = 1e-7  # of a pole from 1: rounding of the differences
 NEARBY = 1.0 + np.concatenate([-np.geomspace(1e-4, 0.3, 25), np.geomspace(1e-4, 0.3, 25)])
 QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
@@ -106,7 +106,7 @@ def steady_run(
 def adapting(bench: Bench, controller: Any, speed: float, end: float) -> LoopRun:
     """A run from the first sample on, of which so many samples are kept, each at another phase of the lowest order."""
     period = 2.0 * pi / (abs(speed) * min(bench.orders)) / bench.sampling.period  # in samples
-    every = round((end / bench.sampling.period / LOOKED_AT // period + GOLDEN) * period)
+    every = round((end / bench.sampling.period / KEPT_SAMPLES // period + GOLDEN) * period)
     return run_loop(bench.closed(controller, speed), end, y0=bench.start(speed), every=max(1, every))
 
 

@@ -307,9 +307,9 @@ class CompensationBench(Result):
 
     def variables(self) -> Labelled:
         """Residuals and torques."""
-        places = {"before": "before.rms", "after": "after.rms", "peak": "after.peak", "torque": "torque.peak"}
+        paths = {"before": "before.rms", "after": "after.rms", "peak": "after.peak", "torque": "torque.peak"}
         units = {"before": "rad", "after": "rad", "peak": "rad", "torque": "N*m", "stable": ""}
-        values = {n: [list(map(attrgetter(places.get(n, n)), row)) for row in self.results] for n in units}
+        values = {n: [list(map(attrgetter(paths.get(n, n)), row)) for row in self.results] for n in units}
         return {n: (("controller", "speed"), np.array(values[n]), u) for n, u in units.items()}
 
     def __str__(self) -> str:

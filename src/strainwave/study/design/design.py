@@ -23,13 +23,13 @@ from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...model.train import DriveTrain, Held
 from .averaged import Drives, Largest, balanced, largest, sensitivities, worth
-from .options import Case, Option, bounded, error_of, forbidden, looked_at, option_of, rotor_doubts
+from .options import Case, Option, bounded, error_of, for_balance, forbidden, option_of, rotor_doubts
 from .result import Candidate, Design, front
 from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, miss_of, needed
 
 MOST_BALANCED = 400  # designs by harmonic balance
 MOST_DRIVES = 2000  # at once by averaging
-BEST = 3  # designs whose sensitivities are given
+MOST_SENSITIVITIES = 3  # designs whose sensitivities are given
 AVERAGING, BALANCE = "averaging", "harmonic balance"
 NONE = Check("", 0.0, "")
 OSCILLATION, LOOP = "oscillation", "loop"
@@ -106,7 +106,7 @@ class _Search:
         for option in self.good:
             self.misses.pop(option.gear.name, None)
         nearest = "" if feasible else self._nearest(gears)
-        chosen = [(o, self._drives(o.gear, [o.rotor], [o.load], o.torque)) for o in best[:BEST]]
+        chosen = [(o, self._drives(o.gear, [o.rotor], [o.load], o.torque)) for o in best[:MOST_SENSITIVITIES]]
         result = Design(
             self.spec,
             tuple(feasible),
@@ -247,14 +247,14 @@ class _Search:
     def _worst(self, option: Option) -> tuple[Crest, float, float] | None:
         """Largest oscillation of an option, with the load and the torque under which it occurs; None where one fails.
 
-        What averaging bounds below a motion that is found is not looked at, nor what is left once one is too large.
+        Cases that averaging bounds below a computed motion are left out, and all others once one is too large.
         With the motor held both signs of a torque are alike where a shift of the angle turns the error into its
         negative: where the orders of its lines have the same power of 2.
         """
         lines = error_of(option.gear, self.spec).lines
         alike = self.spec.loop is None and len({line.order & -line.order for line in lines if line.amplitude}) < 2
         best: tuple[Crest, float, float] | None = None
-        for case in looked_at(option):
+        for case in for_balance(option):
             if (alike and case.torque > 0.0) or (best is not None and case.high <= best[0].size):
                 continue
             train = self._train(option, case)

@@ -61,8 +61,8 @@ def option_of(gear: Gear, rules: Check, rotor: float, cases: list[Case]) -> Opti
     return Option(gear, rules, rotor, load, torque, size, low, high, speed, 0.0, tuple(cases))
 
 
-def looked_at(option: Option) -> list[Case]:
-    """Cases of an option that harmonic balance looks at, the largest first: under each torque the worst loads."""
+def for_balance(option: Option) -> list[Case]:
+    """Cases of an option for harmonic balance, the largest first: under each torque the worst loads."""
     ranked, seen = sorted(option.cases, key=lambda case: -case.size), Counter[float]()
     return [case for case in ranked if (seen.update([case.torque]) or seen[case.torque] <= LOADS)]
 

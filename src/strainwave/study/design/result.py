@@ -148,7 +148,7 @@ class Design(Result):
     sensitivities : tuple of Sensitivity
         Of the best designs.
     drives, balanced : int
-        Drives looked at by averaging (gear, motor and load), and designs by harmonic balance.
+        Drives computed by averaging (gear, motor and load), and designs by harmonic balance.
     remarks : tuple of str
         Remarks on the numbers.
     """

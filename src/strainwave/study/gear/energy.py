@@ -26,7 +26,7 @@ from ...numerics.integration.simulate import simulate
 
 CYCLES = (1e-6, 1e5)  # shortest and longest stretch
 OWN = "damping B"  # of the losses: the oscillator's own
-COARSE = 1e-6  # tolerance of the first pass, which finds how large the states and works are
+FIRST_TOLERANCE = 1e-6  # tolerance of the first pass, which finds how large the states and works are
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def energy_balance(
     if y0.shape != (states,):
         raise ValueError(f"the start is {shown(start)}; it must be {', '.join(system.state_names())}")
     begin = (*y0.tolist(), *(0.0,) * (2 + len(names)))
-    sizes = np.max(np.abs(_run(system, begin, duration, Dopri5(rtol=COARSE))), axis=1)
+    sizes = np.max(np.abs(_run(system, begin, duration, Dopri5(rtol=FIRST_TOLERANCE))), axis=1)
     smallest = float(np.min(sizes[sizes > 0.0], initial=1.0))
     y = _run(system, begin, duration, Dopri5(rtol=rtol, atol=max(1e-2 * rtol * smallest, 1e-300)))
     work, error_work, *losses = map(float, y[states:, -1])

@@ -16,9 +16,9 @@ from ...model.error_spectrum import extremes
 from ...model.oscillator import Oscillator
 from ...numerics.operating_point import operating_point
 
-FEWEST = 256
+LEAST_SAMPLES = 256
 PER_PERIOD = 8  # samples a period of the highest harmonic
-SMALLEST = 1e-13  # share of the whole below which a harmonic is rounding
+HARMONIC_SHARE = 1e-13  # share of the whole below which a harmonic is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
 
 
 def _samples(highest: int, period: int) -> int:
-    return max(FEWEST, PER_PERIOD * positive_count("harmonic", highest)) * period
+    return max(LEAST_SAMPLES, PER_PERIOD * positive_count("harmonic", highest)) * period
 
 
 def _torques(excitation: Any, phase: Floats) -> Floats:
@@ -142,6 +142,6 @@ def _peak_to_peak(samples: Floats) -> float:
     size = np.abs(series)
     if not len(size) or float(np.max(np.abs(samples))) == 0.0:
         return 0.0
-    kept = np.flatnonzero(size > SMALLEST * float(np.max(np.abs(samples))))
+    kept = np.flatnonzero(size > HARMONIC_SHARE * float(np.max(np.abs(samples))))
     low, high = extremes(kept + 1, series[kept].real, -series[kept].imag)
     return high - low

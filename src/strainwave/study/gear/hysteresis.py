@@ -21,7 +21,7 @@ from ...model.laws import BoucWen, Parallel, PiecewiseLinear, Play
 from ...numerics.operating_point import RTOL, SPEED, operating_point, slow_path
 
 SMALL_LOOP = 0.04  # of the rated torque
-FINEST = 1e-13  # tolerance
+LOOP_TOLERANCE = 1e-13  # tolerance
 
 
 @dataclass(frozen=True)
@@ -94,8 +94,8 @@ def hysteresis_loop(law: Law, torque: float, *, speed: float = SPEED, rtol: floa
     """
     law = _twistable(law)
     torque, speed = number("torque [N*m]", torque, positive=True), number("speed [rad/s]", speed, positive=True)
-    if not FINEST <= (rtol := number("rtol", rtol)) < 1.0:
-        raise ValueError(f"rtol is {rtol:g}; it must be from {FINEST:g}, where rounding begins, to below 1")
+    if not LOOP_TOLERANCE <= (rtol := number("rtol", rtol)) < 1.0:
+        raise ValueError(f"rtol is {rtol:g}; it must be from {LOOP_TOLERANCE:g}, where rounding begins, to below 1")
     state = np.zeros(2 + states_of(law))  # torsion, internal states, work
     branches, at_zero, work, ends = [], [], [], []
     for target in (torque, -torque, torque):
@@ -212,7 +212,7 @@ def fit_hysteresis(
     ValueError
         If a number is not positive.
     SolveError
-        If the values cannot be met; the sentence says by how much and why.
+        If the values cannot be met; the sentence gives the misfit and the reason.
     """
     from scipy.optimize import least_squares  # half a second that a loop without a fit need not wait
 

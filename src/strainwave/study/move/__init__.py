@@ -1,1 +1,1 @@
-"""A move of a drive: what its motion asks of motor and gear, how far the load is off, when it has settled; run-ups."""
+"""A move of a drive: its demands on motor and gear, the pointing error of the load, its settling; run-ups."""

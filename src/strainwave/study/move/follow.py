@@ -142,7 +142,7 @@ class Watched(NamedTuple):
     train: Any
 
     def rhs(self, phase: Any, y: Any) -> Any:
-        """Time derivatives of the state; the train looks at its own states alone."""
+        """Time derivatives of the state; the train takes its own states alone."""
         train = self.train
         error, motor, gear, _ = self.watched(phase, y)
         speed = abs(train.omega * train.reference.slope(phase))

@@ -39,12 +39,12 @@ from .servo import commanded_speed, limited_time, on_segment, servo_train
 ACCURATE = Dopri5(rtol=1e-10, atol=1e-13)
 WINDOW = 60.0 * ARCSEC  # where nothing is given: the accuracy class of a gear
 DECAY = 7.0  # time constants of the slowest vibration after the end: 0.1 % of it is left
-LONGEST = 20.0  # durations of the profile that the run goes on at most
+TAIL_DURATIONS = 20.0  # durations of the profile that the run goes on at most
 RESONANT = math.sqrt(0.5)  # damping ratio from which on a vibration has no resonance
 
 STANDS = 1e-6  # of the mean speed of a profile: a motor that is never faster does not break away
 STUCK = "The motor does not break away: dry friction holds it through the whole move."
-WITHIN = 8  # places in a step at which the error is looked at
+STEP_TIMES = 8  # times in a step at which the error is computed
 
 
 class Quintic(NamedTuple):
@@ -95,7 +95,7 @@ def settling(error: Quintic, final: float, window: float, begin: float, end: flo
     """
     first = int(np.searchsorted(error.begin, begin, side="right")) - 1
     steps = np.arange(max(first, 0), int(np.searchsorted(error.begin, end, side="left")))
-    shares = np.linspace(0.0, 1.0, WITHIN + 2)
+    shares = np.linspace(0.0, 1.0, STEP_TIMES + 2)
     k, s = np.repeat(steps, len(shares)), np.tile(shares, len(steps))
     t = error.begin[k] + s * error.length[k]
     off = np.abs(error.of_share(s, k) - final) - window
@@ -212,7 +212,7 @@ def move(
         smooth = follow(_without_error(mover.train), path, y0, tail, method)
         with_error = Quintic.through(run.t, *run.pointing(), run.steps)
         plain = Quintic.through(smooth.t, *smooth.pointing(), smooth.steps)
-        t = with_error.dense(WITHIN)
+        t = with_error.dense(STEP_TIMES)
         passed = tuple(passes(crossed, mover.train, path, t, with_error.values(t) - plain.values(t)))
     if is_dry(mover.train) and (resting := standing(project)) and resting.hunts:
         mover = replace(mover, remarks=(*mover.remarks, f"At rest: {resting.hunting()}"))
@@ -273,7 +273,7 @@ def _resonances(poles: Any) -> Floats:
 def _tail(poles: Any, path: Path) -> float:
     """Time [s] in which the slowest vibration decays, but for those that do not."""
     rates = -poles.real[-poles.real > 1e-9 * np.max(np.abs(poles))]
-    return min(LONGEST * path.duration, DECAY / float(np.min(rates, initial=np.inf)))
+    return min(TAIL_DURATIONS * path.duration, DECAY / float(np.min(rates, initial=np.inf)))
 
 
 def _times_at_limits(run: Followed, torque: Floats, speed: Floats, limits: MotorLimits) -> Iterator[str]:

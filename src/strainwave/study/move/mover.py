@@ -32,7 +32,7 @@ LINES_LEFT_OUT = (
 )
 
 
-EACH = 16  # samples in a segment: gravity varies little in it
+SEGMENT_SAMPLES = 16  # samples in a segment: gravity varies little in it
 
 
 class Demand(NamedTuple):
@@ -67,7 +67,7 @@ class Motion(NamedTuple):
 
 def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
     """Demand of a path on a train without its elasticity, with the accelerations of one so many times as long."""
-    t = path.dense(EACH)
+    t = path.dense(SEGMENT_SAMPLES)
     angle, speed, acceleration = path.motion_at(np.append(np.nextafter(t[:-1], np.inf), t[-1]))
     acceleration = acceleration / stretch**2
     end, N = train.load.end(), train.N
@@ -151,7 +151,7 @@ def _too_large(demand: Demand, limits: MotorLimits) -> bool:
 
 
 def _stretched(train: DriveTrain, path: Path, limits: MotorLimits) -> str:
-    """By how much a rigid drive stretches a profile whose torque is too large; friction stays that of its speed."""
+    """Stretch by a rigid drive of a profile whose torque is too large; friction stays that of its speed."""
 
     def too_large(stretch: float) -> bool:
         demand = demand_of(train, path, stretch)

@@ -23,7 +23,7 @@ from ...model.train.drive_train import DriveTrain
 from .follow import Path
 
 LIFE = "L10 life of the bearing {}, if the profile goes on without end"
-EACH = 16  # times in a segment at which its angle is computed
+SEGMENT_TIMES = 16  # times in a segment at which its angle is computed
 TURN = 2.0 * np.pi * np.arange(4096) / 4096
 
 
@@ -116,7 +116,7 @@ def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
         beat, text = beat_said(train)
     except ValueError:  # nothing beats, or lines with neither turn
         return
-    turned = train.N * float(np.ptp(path.motion_at(path.dense(EACH))[0])) / (2.0 * math.pi)
+    turned = train.N * float(np.ptp(path.motion_at(path.dense(SEGMENT_TIMES))[0])) / (2.0 * math.pi)
     if turned < beat:
         mean = train.N * path.travel() / (2.0 * math.pi * path.duration)
         yield (

@@ -17,11 +17,11 @@ from ...drive.operating_point import mean_state
 from ...model.controllers.closed_loop import Sampling
 from ...model.train.drive_train import DriveTrain
 
-POINTS, BEYOND = 500, 30.0  # frequencies, and how far below and above the slowest and fastest pole they go
+POINTS, BEYOND = 500, 30.0  # frequencies, and the factor by which they go beyond the slowest and fastest pole
 STEP = 0.05  # of the logarithm of a frequency, below these where a loop with other gains is slower
 ABOUT = np.tan(np.linspace(-1.45, 1.45, 30))  # places around a resonance, in half widths
 AT_REST = 1e-9  # of the largest pole: one that stands for 0
-SETTLED, TIMES = 0.02, 4000  # share of the largest deviation, and times that are looked at
+SETTLED, TIMES = 0.02, 4000  # share of the largest deviation, and number of times
 
 
 class LoopFigures(NamedTuple):

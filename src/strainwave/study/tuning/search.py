@@ -21,11 +21,11 @@ SPREAD, TRIED, STARTS = 400, 12, 3  # points of the box that are linear, of thes
 COARSE, FINE, PROOF = (0.5, 0.2), (0.1, 0.04), (0.2, 0.05, 0.02)  # relative changes of gains
 WORTH, SMALL, GAINED = 0.02, 0.003, 0.008  # of the measure: what a coarse, a fine and a proving step must gain
 INSIDE = 1e-9
-MANY = 8  # drives from which on no points are computed to the end for the front alone
+MANY_DRIVES = 8  # drives from which on no points are computed to the end for the front alone
 REACH, SHORTEST = 0.3, 0.01  # of the logarithm of a gain: the longest step of all at first, and in the end
 LONGER, SHORTER = 2.0, 0.4  # times the longest step, after one that keeps half of its promise, and one that is no help
 ROUNDS = 40
-CHOICES = 20  # gains that are looked at where the best are not sturdy
+CHOICES = 20  # gains that are tried where the best are not sturdy
 COUNTED = 0.7  # of the highest crest: lower ones do not count
 DIFFERENCE = 1e-3  # of a gain, of slopes
 PROMISED = 1e-3  # of the measure: a program that promises less is the last
@@ -74,7 +74,7 @@ class Search:
 
     def _beaten(self, goals: Floats, x: Floats) -> bool:
         """True for goals that a computed point beats, its peak sensitivity too; always of many drives."""
-        if len(self.trial.drives) > MANY:
+        if len(self.trial.drives) > MANY_DRIVES:
             return True
         peak = self.trial.linear(x).figures.peak_sensitivity
         return any(p.figures.peak_sensitivity <= peak and np.all(p.goals <= goals) for p in self.computed.values())

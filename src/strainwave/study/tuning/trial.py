@@ -25,7 +25,7 @@ from .linear import UNSTABLE, LoopFigures, OpenLoop
 
 CRESTS, APART = 3, 0.1  # of a drive that are kept, and the least relative distance of their speeds
 SHORT = 1e-4  # s: a move that is settled at its end counts as settled then
-SETTLED_S = 1e-3  # s: shorter settling of a move is not told apart, where no goal is one
+SETTLED_S = 1e-3  # s: shorter settling times of a move are equal, where no goal is one
 STEP = 0.05  # of a gain, of its sensitivity
 CLIFF = 0.2  # of a number, from which on a small change of a gain costs too much
 

@@ -167,7 +167,7 @@ def _cases(view: View) -> list[tuple[TimeCase, DriveMotion | None]]:
 
 
 def _drive(case: TimeCase, motion: DriveMotion | None) -> dict[str, Any] | None:
-    """The whole drive at the speed of a case, and how far the error equation is from it."""
+    """The drive at the speed of a case, and the error equation relative to it."""
     if motion is None:
         return None
     reduced = None if case.cycle is None else case.cycle.oscillation

@@ -26,10 +26,10 @@ from ...view import View, sign, sizes
 from ..section import Part, Table
 from .resonances import envelope, jump_speeds
 
-MATTERS = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
+MOTOR_RATIO = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
 LITTLE = "the choice changes little"
 RESPONSE = "Linear response of the speeds to a torque on the"
-APART = 0.1  # relative difference of train and error equation that is warned of
+TRAIN_TOLERANCE = 0.1  # relative difference of train and error equation that is warned of
 
 
 def whole_train(view: View) -> Part:
@@ -69,7 +69,7 @@ def run_up_of_train(view: View) -> Part:
     )  # fmt: skip
 
 
-def _run_said(ramp: Ramp) -> Sentence:
+def _run_sentence(ramp: Ramp) -> Sentence:
     run = _run_data(ramp)
     lost = sorted(((J, name) for name, J in run["heat_J"].items() if J), reverse=True)
     heat = ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
@@ -192,7 +192,7 @@ def reduction(view: View) -> dict[str, Any] | None:
     load = under_load(view.project.mean_load_torque if view.analysis.load_cases else None)
     full, reduced = float(curve.oscillation[top]), float(exact.oscillation[top_reduced])
     fast, slow = float(curve.omega[top]), float(exact.omega[top_reduced])
-    apart = max(abs(np.log(reduced / full)), abs(np.log(slow / fast))) > np.log1p(APART)
+    apart = max(abs(np.log(reduced / full)), abs(np.log(slow / fast))) > np.log1p(TRAIN_TOLERANCE)
     return {
         **sizes(reduced, "oscillation"),
         **view.speed_data(slow),
@@ -250,7 +250,7 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> tuple[str, Sentenc
         if response.sweep is not None:
             path = response.sweep.run_up
             panel.line(response.curve.omega[path], response.curve.peak[path], colour, name, dash, 1.3)
-    return figure([[panel]], 300.0, "run-up of the drive train"), _run_said(ramp)
+    return figure([[panel]], 300.0, "run-up of the drive train"), _run_sentence(ramp)
 
 
 def motors(view: View) -> Part:
@@ -272,7 +272,7 @@ def motors(view: View) -> Part:
     if cases := [case for case in view.analysis.motors if case.drive is not None]:
         motions = [Sentence("{} at {} with ", Angle(case.oscillation), Speed(case.omega, digits=4)) for case in cases]
         oscillations = listed(one + motor_in_words(case.name) for one, case in zip(motions, cases, strict=True))
-        decides = f"the choice changes it {number(ratio, 2)} times" if ratio and ratio > MATTERS else LITTLE
+        decides = f"the choice changes it {number(ratio, 2)} times" if ratio and ratio > MOTOR_RATIO else LITTLE
         texts = [
             "The file names no motor: this report is about one that is ideally held. The error oscillates with "
             + oscillations
