@@ -29,7 +29,6 @@ from .resonances import envelope, jump_speeds
 MOTOR_RATIO = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
 LITTLE = "the choice changes little"
 RESPONSE = "Linear response of the speeds to a torque on the"
-TRAIN_TOLERANCE = 0.1  # relative difference of train and error equation that is warned of
 
 
 def whole_train(view: View) -> Part:
@@ -192,13 +191,11 @@ def reduction(view: View) -> dict[str, Any] | None:
     load = under_load(view.project.mean_load_torque if view.analysis.load_cases else None)
     full, reduced = float(curve.oscillation[top]), float(exact.oscillation[top_reduced])
     fast, slow = float(curve.omega[top]), float(exact.omega[top_reduced])
-    apart = max(abs(np.log(reduced / full)), abs(np.log(slow / fast))) > np.log1p(TRAIN_TOLERANCE)
     return {
         **sizes(reduced, "oscillation"),
         **view.speed_data(slow),
         "oscillation_relative_to_train": reduced / full,
         "speed_relative_to_train": slow / fast,
-        "far_apart": bool(apart),
         "sentence": Sentence(
             f"With {motor} and a rigid load, as in the error equation, the oscillation{load} would reach {{}} at "
             f"{{}}: {_times(reduced / full, 'as large as that', ' that')} of the train, at "
@@ -222,13 +219,10 @@ def _times(ratio: float, same: str, of: str) -> str:
 
 
 def train_warning(view: View) -> list[str]:
-    """Say where the error equation is far from the whole train; a free motor has a sentence of its own."""
+    """Say that speeds are those of the error equation; a free motor has a sentence of its own."""
     study = view.analysis.train
-    if study is None or study.left_out is not None:
+    if study is None or study.left_out is not None or reduction(view) is not None:
         return []
-    if (compared := reduction(view)) is not None:
-        about = " Resonances, single speeds and the proof of stability in the appendix are about that equation."
-        return [compared["sentence"] + about] if compared["far_apart"] else []
     return [
         "Resonances, single speeds, speeds to avoid and the proof of stability are about the error equation with an "
         "ideally held motor and a rigid load: the whole drive train has a run-up alone."
