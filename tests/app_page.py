@@ -52,4 +52,4 @@ def until_drawn_again(page, before, name="torque"):
 
 
 def largest(page):
-    return float(re.search(r"up to ([\d.]+) arcsec", page.locator("#answer").inner_text()).group(1))
+    return float(re.search(r"largest oscillation: ([\d.]+) arcsec", page.locator("#answer").inner_text()).group(1))

@@ -15,6 +15,7 @@ import pytest
 import zarr
 
 import strainwave as sw
+from strainwave.base.quantities import checked
 from strainwave.sample.identity import digest, identity, installed
 
 pytestmark = pytest.mark.slow
@@ -148,6 +149,27 @@ def test_a_function_that_changes_has_another_identity(monkeypatch):
     monkeypatch.setattr(Own, "torque", lambda self, x: 2.0 * self.K * x)
     after = identity(uses_global), identity(Gain(2.0)), identity(Own(1.0))
     assert all(old != new for old, new in zip(before, after, strict=True))
+
+
+class Scaled(NamedTuple):
+    stiffness_of: float
+
+    def torque(self, x):
+        return K * self.stiffness_of * x
+
+
+def test_a_law_whose_global_number_changes_is_refused_where_machine_code_has_the_old_one(monkeypatch):
+    system = sw.Oscillator(1.0, 0.1, Scaled(2.0), sw.Harmonic(1.0), 1.0)
+    with monkeypatch.context() as changed:
+        changed.setenv("STRAINWAVE_JIT", "1")
+        assert checked(checked(system)) == system
+        changed.setattr(sys.modules[__name__], "K", 3.0)
+        with pytest.raises(ValueError, match="Scaled or a value that it reads has changed since its first use"):
+            checked(system)
+        changed.setenv("STRAINWAVE_JIT", "0")
+        assert checked(system) == system  # Python takes the number of now
+    monkeypatch.setenv("STRAINWAVE_JIT", "1")
+    assert checked(system) == system
 
 
 MEASURES = """

@@ -5,6 +5,7 @@ neither from those of one turn.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ import strainwave as sw
 from strainwave.app.commands.response import facts
 from strainwave.app.commands.speed_map import write
 from strainwave.drive.steady import is_beating
+from strainwave.drive.train_curve import with_rounded_corners
 from strainwave.drive.two_turns import beat_said, largest_beat
 from strainwave.files.reading import from_text
 from strainwave.files.variants.project_sweep import sweep_project
@@ -514,6 +516,32 @@ def test_what_follows_no_beat_says_so(tmp_path):
     for ask in (varying.response, varying.analyze, lambda: sw.speed_map(varying)):
         with pytest.raises(ValueError, match="a line of the output's turn is in this drive, and its damping or stiff"):
             ask()
+
+
+class Own(NamedTuple):
+    """A law with a corner that knows its rounded form."""
+
+    K: float
+
+    def torque(self, x):
+        return self.K * (x + abs(x))
+
+    def rounded(self):
+        return sw.Linear(self.K)
+
+
+class Steeper(sw.PiecewiseLinear):
+    """Another law than the one whose methods it inherits."""
+
+    def torque(self, x):
+        return 2.0 * self.K1 * x
+
+
+def test_a_law_rounds_its_corners_itself():
+    assert with_rounded_corners(HELD._replace(law=Own(3.0))).law == sw.Linear(3.0)
+    for law in (Steeper(1.0, 2.0, 3.0, 1.0, 2.0), sw.Linear(K), sw.laws.RoundedPiecewiseLinear(1, 2, 3, 1, 2, 0.1)):
+        train = HELD._replace(law=law)
+        assert with_rounded_corners(train) is train
 
 
 def test_the_corners_of_a_catalogue_gear_are_rounded_and_said(tmp_path):

@@ -342,6 +342,17 @@ def test_scaled_law_has_the_torque_times_the_factor(name):
     np.testing.assert_allclose(LAWS[name].scaled(0.3).torque(x), expected, rtol=0, atol=8 * EPS * np.max(abs(expected)))
 
 
+@pytest.mark.parametrize("name", [name for name, law in LAWS.items() if hasattr(law, "rounded")])
+def test_rounded_law_is_the_law_away_from_its_corners(name):
+    law, round_ = LAWS[name], LAWS[name].rounded()
+    assert round_.breakpoints() == ()
+    assert round_.rounded() is round_
+    x, _ = torsions(law)
+    near = [abs(x - corner) < 0.5 * round_.width for corner in law.breakpoints()]
+    away = ~np.any(near, axis=0) if near else np.ones(len(x), bool)
+    np.testing.assert_allclose(round_.torque(x[away]), law.torque(x[away]), rtol=1e-12, atol=1e-12)
+
+
 @pytest.mark.parametrize("excitation", EXCITATIONS.values(), ids=EXCITATIONS.keys())
 def test_scaled_excitation_has_the_torque_times_the_factor(excitation):
     np.testing.assert_allclose(excitation.scaled(0.3).torque(ANGLES), 0.3 * excitation.torque(ANGLES), atol=1e-15)

@@ -577,13 +577,20 @@ for how in ({}, {"processes": True}):
 """
 
 
-def test_a_measure_of_a_notebook_cell_is_swept_in_threads_and_refused_for_processes():
-    run = subprocess.run([sys.executable, "-c", CELL], capture_output=True, text=True, check=True)
+@pytest.mark.parametrize(
+    ("call", "why"),
+    [
+        (["-c", CELL], "it is defined at the prompt or in a notebook cell"),
+        (["-"], "this program is no file that a process can read: <stdin>"),
+    ],
+)
+def test_a_measure_of_a_notebook_cell_is_swept_in_threads_and_refused_for_processes(call, why):
+    run = subprocess.run([sys.executable, *call], input=CELL, capture_output=True, text=True, check=True)
     values, refusal = run.stdout.splitlines()
     assert values == "[1.0, 2.0]"
     assert refusal == (
-        "the measure or the system cannot be sent to another process (it is defined at the prompt or in a notebook "
-        "cell); define it at the top level of a module, or leave out processes=True"
+        f"the measure or the system cannot be sent to another process ({why}); define it at the top level of a module, "
+        "or leave out processes=True"
     )
 
 

@@ -1,20 +1,76 @@
-"""A response curve as data and as columns of a file, for commands and reports."""
+"""A response curve as sentences, as data and as columns of a file, for commands, reports and the page."""
 
 import cmath
 import math
 from typing import Any
 
+from ..base.facts import Fact
 from ..base.results import Branch, Floats, Status
 from ..base.units import Speeds
 from ..drive.drive_response import DriveResponse
-from .console import WHAT_X_IS
-from .view import sizes, speed_data
+from ..drive.project import Project
+from ..drive.two_turns import A_TURN, beat_said
+from .console import WHAT_X_IS, number
+from .view import AngleUnit, angle_unit, sizes, speed_data
 
 CONVENTIONS = (
     f"{WHAT_X_IS}; oscillation is the largest distance from the mean, in a run-up from the mean of its turns; peak is "
     "the largest size, the mean included; amplitudes of single harmonics are 0-to-peak; omega is the speed of the base "
     "angle"
 )
+
+
+UNCOVERED = "of the stable motions that are known; at some speeds the drive leaves them, and there"
+
+
+def ranged(project: Project) -> bool:
+    """True if the load has a range of torques."""
+    return project.other_loads[0] < project.other_loads[1]
+
+
+def sizes_said(
+    project: Project, motions: DriveResponse, covered: bool, angle: AngleUnit | None = None
+) -> tuple[str, ...]:  # fmt: skip
+    """The largest oscillation against its limit, and the largest error; none where no motion is stable."""
+    top, limit, speeds, digits, against = motions.largest(), project.limit, project.speeds, project.digits, ""
+    if top is None:
+        return ()
+    size, largest = float(motions.oscillation[motions.top]), float(motions.peak[top])
+    angle = angle or angle_unit(largest)
+    if limit is not None and size <= limit:  # one that is passed is among the failures
+        bound, alone = angle_unit(limit).text(limit), " under this load alone" * ranged(project)
+        against = f", within the limit of {bound}{alone}"
+        if not covered:
+            against = f", {UNCOVERED} the limit of {bound} is not known to be met"
+    at = [number(speeds.own(float(motions.omega[i])), digits(5)) for i in (motions.top, top)]
+    return (
+        f"{motions.name}, largest oscillation: {angle.text(size, digits())} at {at[0]} {speeds.own_unit}{against}",
+        f"largest error, mean included: {angle.text(largest, digits())} at {at[1]} {speeds.own_unit}",
+    )
+
+
+def beat_facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
+    """Period of a beat, and the oscillation in its smallest turn, at the speed of the largest."""
+    curve, top = found.curve, found.top
+    if curve.envelope is None or curve.beat is None:
+        return ()
+    period, every = 2.0 * math.pi * curve.beat / float(curve.omega[top]), beat_said(project.whole)[1]
+    return (
+        Fact("beat.turns", curve.beat), Fact("beat.period_s", period, f"the error {every}, there {{}}"),
+        Fact("beat.smallest_arcsec", float(curve.envelope[top, 1]), f"{{}} in the turn where it is smallest; {A_TURN}"),
+    )  # fmt: skip
+
+
+def torques_said(project: Project, judged: Any) -> str:
+    """Torques of gear and motor: under a range of loads lower bounds, as vibration under the others is not known."""
+    many, motor, digits = ranged(project), judged.motor, project.digits()
+    text = f"in the gear at {'least' if many else 'most'} {number(judged.used.peak_torque, digits)} N·m"
+    if motor and project.motor == "free" and project.train is None:
+        text += f", of the motor {number(motor.torque, digits)} N·m beside the mean that keeps a free motor's speed"
+    elif motor:
+        text += f", of the motor {number(motor.torque, digits)} N·m"
+        text += "" if many else f", {number(motor.holding, digits)} N·m of it at steady speed"
+    return f"{text}; vibration is counted under this load alone, analyze counts it under all" if many else text
 
 
 def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:

@@ -26,7 +26,7 @@ class Law(Protocol):
 
     It may have `energy(x)`, `breakpoints()` (torsions where it is not smooth), `scaled(factor)` (a form for many
     steps), `spring_stiffness(x)` (without what friction or memory add at rest), `kinks(x, v, z)` (what vanishes where a
-    law with memory is not smooth) and `check()`.
+    law with memory is not smooth), `rounded()` (its form with rounded corners) and `check()`.
     """
 
     def torque(self, x: Any) -> Any:

@@ -15,6 +15,8 @@ from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hi
 import numpy as np
 from numpy.typing import NDArray
 
+from ..compile.identity import is_installed, refuse_changed
+from ..compile.jit import enabled
 from ..compile.tree import is_model as is_model
 from ..compile.tree import joined as joined
 from ..compile.tree import leaf_of as leaf_of
@@ -177,6 +179,8 @@ def _largest(item: float) -> float:
 
 
 def _check(model: Any) -> None:
+    if not is_installed(type(model).__module__) and enabled():
+        refuse_changed(type(model))
     small = ""
     for name, value in zip(model._fields, model, strict=True):
         items = value if isinstance(value, tuple) and not is_model(value) else (value,)

@@ -25,6 +25,7 @@ from dis import EXTENDED_ARG, hasconst, opmap
 from functools import cache
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -313,6 +314,20 @@ class Identity:
             "so a sweep that uses it cannot be resumed; use numbers, arrays, model objects, functions, "
             "functools.partial or frozen dataclasses, or leave the store out"
         )
+
+
+FIRST = WeakKeyDictionary[type, str]()  # text of each user's class at its first use
+
+
+def refuse_changed(cls: type) -> None:
+    """Refuse a user's class that reads other values than at its first use, which its machine code has (ValueError)."""
+    with suppress(TypeError):
+        text = Identity().text(cls)
+        if FIRST.setdefault(cls, text) != text:
+            raise ValueError(
+                f"{cls.__name__} or a value that it reads has changed since its first use, whose machine code has the "
+                "values of then; run its class statement again, or start a new process"
+            )
 
 
 def _used(held: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.blas import one_thread
+from ..base.law import stated
 from ..base.protocols import DECAYS, FOLD, TOP, System, lacking, terms_of
 from ..base.quantities import number, shown
 from ..base.results import Floats
@@ -20,8 +21,6 @@ from ..model.excitation import Harmonics, shortest
 from ..model.gears.limits import cubic_means
 from ..model.laws.dry import is_dry, rubbing, smooth
 from ..model.laws.hysteresis import Parallel
-from ..model.laws.measured import RoundedPiecewiseLinear
-from ..model.laws.springs import PiecewiseLinear
 from ..model.orders import order_pair
 from ..model.oscillator import Oscillator
 from ..model.train.controls import Held
@@ -38,7 +37,6 @@ from .operating_point import with_more
 from .reductions import left_out
 from .response import FEWEST, PER_HARMONIC, TurnResponse, gear_torque, sizes_of, sweep_on, turn_response
 
-ROUNDED = 0.25  # of the widest corners that do not meet: sizes within 0.5 % of an integration with true corners
 POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
 
 NO_MOTION = (
@@ -259,12 +257,9 @@ def torques_of_angle(law: Any) -> tuple[float, float]:
 
 
 def with_rounded_corners(train: DriveTrain) -> DriveTrain:
-    """The train with the corners of a law of three slopes rounded."""
-    law = train.law
-    if not isinstance(law, PiecewiseLinear):
-        return train
-    first, second = law.T1 / law.K1, (law.T2 - law.T1) / law.K2
-    return train._replace(law=RoundedPiecewiseLinear(*law, ROUNDED * min(2.0 * first, second)))
+    """The train with the corners of its law rounded, where the law can do that."""
+    law = stated(train.law, "rounded")
+    return train if law is None or law is train.law else train._replace(law=law)
 
 
 def as_train(system: System, ratio: float | None) -> DriveTrain:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.blas import one_thread
-from ..base.law import breakpoints_of, depends
+from ..base.law import breakpoints_of, depends, stated
 from ..base.protocols import FOLD, System, lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number
 from ..base.records import Waves
@@ -22,7 +22,6 @@ from ..base.series import largest_of_samples
 from ..base.units import ARCSEC
 from ..model.excitation import NoError
 from ..model.gears.limits import cubic_means
-from ..model.laws.measured import RoundedPiecewiseLinear
 from ..model.orders import order_pair
 from ..model.train import DriveTrain, Steady
 from ..model.train.linear_part import linear_part
@@ -251,9 +250,8 @@ def beating_response(
     if train is None:
         raise ValueError(VARIES)
     exact, train = train, with_rounded_corners(train)
-    rounding = (
-        "" if train is exact else f"the corners of the law are rounded over {train.law.width / ARCSEC:.3g} arcsec"
-    )
+    width = f" over {train.law.width / ARCSEC:.3g} arcsec" if hasattr(train.law, "width") else ""
+    rounding = "" if train is exact else f"the corners of the law are rounded{width}"
     found = two_turn_response(train, speeds, limit=limit)
     found = replace(found, message=f"{found.message}; motions apart from the curve are not looked for")
     curve = found.branch(speeds)
@@ -304,7 +302,7 @@ def largest_beat(train: DriveTrain, speeds: tuple[float, float], pairs: Any = ()
 
 def _left_out(part: Any) -> float:
     """Share of the motion in a wave that a curve leaves out."""
-    return CORNERED if isinstance(part.laws[0], RoundedPiecewiseLinear) else CURVE
+    return CURVE if stated(part.laws[0], "rounded") is None else CORNERED
 
 
 def _sizes(problem: Torus, points: Floats) -> Floats:

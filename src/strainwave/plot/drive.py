@@ -5,7 +5,6 @@ unstable ones dashed. Curves have more points than were computed: between those 
 """
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,6 +21,7 @@ from ..drive.project import Project
 from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, HERTZ, ORANGE, Axis, Panel, angle, of_speeds, panels_of
 
 if TYPE_CHECKING:  # a curve alone is drawn without them
+    from ..files.variants.comparison import ProjectComparison
     from ..study.analysis.analysis import Analysis
     from ..study.analysis.in_time import RunUp
     from ..study.analysis.load_cases import AtTorque
@@ -269,27 +269,21 @@ def draw_folds(panel: Panel, folds: list[float], heights: list[float]) -> None:
         panel.note(u, v, f"{u / panel.x.size:.5g}")
 
 
-def comparison_panels(
-    titles: Sequence[str], responses: Sequence[DriveResponse], limits: Sequence[float | None], speeds: Speeds,
-    alone: Sequence[bool],
-) -> list[Panel]:  # fmt: skip
-    """The oscillation of every drive over the speed, each with its own line, and their limit [rad] if they share it.
-
-    `alone` says whose curve is that of its error equation alone, as no motion of the drive is stable.
-    """
-    largest = [float(np.max(response.oscillation)) for response in responses]
+def comparison_panels(found: "ProjectComparison", speeds: Speeds) -> list[Panel]:
+    """The oscillation of every drive over the speed, each with its own line, and their limit [rad] if they share it."""
+    largest = [float(np.max(response.oscillation)) for response in found.responses]
     panel = Panel("largest oscillation of the error", of_speeds(speeds), angle("", largest))
-    for i, (title, response) in enumerate(zip(titles, responses, strict=True)):
+    for i, (title, response) in enumerate(zip(found.titles, found.responses, strict=True)):
         name = f"{i + 1}: {title}"
         name = name if len(name) <= TITLE_LETTERS else name[: TITLE_LETTERS - 3] + "..."
-        name += " (error equation alone)" * alone[i]
+        name += " (error equation alone)" * bool(np.isnan(found.oscillation[i]))
         x, y, dash = response.omega, response.oscillation, STYLES[(i + i // len(COLOURS)) % len(STYLES)]
         colour = COLOURS[i % len(COLOURS)]
         panel.parted(x, y, response.stable, colour, name, ("", ""), (THICK, THIN), (dash, dash))
         panel.note(float(x[np.argmax(y)]), float(np.max(y)), str(i + 1))
-    shared = {limit for limit in limits if limit is not None}
-    if len(shared) == 1:
-        panel.level(shared.pop(), GREY, "limit", "8 4")
+    known = set(found.limit[~np.isnan(found.limit)].tolist())
+    if len(known) == 1:
+        panel.level(known.pop(), GREY, "limit", "8 4")
     panel.fit()
     return [panel]
 

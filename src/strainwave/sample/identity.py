@@ -1,4 +1,4 @@
-"""What makes a sweep that sweep and no other: a text of its system, points and measure, and the hash of it."""
+"""Identity of a sweep: a text of its system, points and measure, and the hash of it."""
 
 import functools
 import hashlib
@@ -42,8 +42,9 @@ def installed(*things: Any) -> list[str]:
 
 def readable(measure: Any) -> str:
     """Name of a measure for people."""
-    if isinstance(measure, functools.partial):
-        return readable(measure.func)
+    inner = measure.func if isinstance(measure, functools.partial) else getattr(measure, "measure", None)
+    if inner is not None:  # of a partial, or of the variants of a project
+        return readable(inner)
     return getattr(measure, "__qualname__", None) or type(measure).__qualname__
 
 
@@ -64,8 +65,9 @@ def check_spec(path: Path, attributes: Mapping[str, Any]) -> None:
             f"{path} was begun with {begun[0]}, this is {present[0]}, in which its functions are not recognised; "
             f"finish it with {begun[0]}, or give another path"
         )
+    names = [_named(path, name) for name in stored.get("parameters", ())]
     raise ValueError(
-        f"{path} holds another sweep ({stored.get('measure')} over {', '.join(stored.get('parameters', ()))}; hash "
+        f"{path} holds another sweep ({stored.get('measure')} over {', '.join(names)}; hash "
         f"{spec[:8]}, this one has {attributes['spec'][:8]}); give another path, or delete it"
     )
 
@@ -78,6 +80,13 @@ def check_versions(path: Path, begun: Mapping[str, Any], own: Mapping[str, Any])
             raise ValueError(
                 f"{path} was begun with {before}, this is {now}; finish it with that version, or give another path"
             )
+
+
+def _named(path: Path, axis: str) -> str:
+    """Name of the numbers along an axis of a store, where it has one of its own."""
+    with suppress(OSError, ValueError, KeyError):
+        return str(json.loads((path / axis / "zarr.json").read_text(encoding="utf-8"))["attributes"]["name"])
+    return axis
 
 
 def _version(name: str) -> str:

@@ -32,7 +32,7 @@ OWN_NAMES = ("done", "message", "point_status", "chunk", "letter", "variable", E
 
 
 class PointStatus(IntEnum):
-    """What became of a point: the variable `point_status` of a sweep."""
+    """Outcome at a point: the variable `point_status` of a sweep."""
 
     OK = 0
     RAISED = 1
@@ -56,12 +56,12 @@ class Variable(NamedTuple):
 
     @property
     def fill(self) -> Any:
-        """What stands where there is no result: NaN, or -1 in whole numbers."""
+        """Value without a result: NaN, or -1 in whole numbers."""
         return -1 if self.dtype.startswith("int") else np.nan
 
 
 class Part(NamedTuple):
-    """What was found at the points of a chunk; `message` tells of the first that failed."""
+    """Results at the points of a chunk; `message` tells of the first that failed."""
 
     variables: tuple[Variable, ...]
     arrays: dict[str, Array]
@@ -72,7 +72,7 @@ class Part(NamedTuple):
 
 @dataclass(frozen=True)
 class Job:
-    """What a sweep does at every point.
+    """Work of a sweep at every point.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class Job:
 
     @property
     def whole_chunks(self) -> bool:
-        """Whether the measure takes a whole chunk at a time."""
+        """True if the measure takes a whole chunk at a time."""
         return bool(getattr(self.measure, "whole_chunks", False))
 
 

@@ -1,4 +1,4 @@
-"""Where a sweep looks: a grid over parameters, or a sample of their distributions, made chunk by chunk.
+"""Points of a sweep: a grid over parameters, or a sample of their distributions, made chunk by chunk.
 
 A chunk's points follow from its place and the seed alone. Both samples are those of SciPy; of a Latin hypercube all
 points are in memory, of a Sobol sample those of a chunk.

@@ -248,7 +248,7 @@ class SweepStore:
                 ) from error
 
     def _found(self) -> Array:
-        """Which chunks are done: those that say so and whose files are whole."""
+        """Chunks that are done: those that say so and whose files are whole."""
         finished = np.zeros(self.layout.chunks, bool)
         for chunk in range(len(finished)):
             with contextlib.suppress(Exception):

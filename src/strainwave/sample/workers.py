@@ -71,7 +71,7 @@ class Workers:
 
     @property
     def room(self) -> int:
-        """How many chunks the workers take at a time, one for every thread and one in reserve."""
+        """Count of chunks that the workers take at a time, one for every thread and one in reserve."""
         return 2 * max(1, self.count if self.client is None else sum(self.client.nthreads().values()))
 
     def submit(self, job: Job, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
@@ -84,7 +84,7 @@ class Workers:
             return self.executor.submit(compute, job, first, values)
 
     def lost(self, error: BaseException) -> bool:
-        """Whether a worker died of this chunk, or of another one that it had at the same time."""
+        """True if a worker died of this chunk, or of another one that it had at the same time."""
         if self.client is None:
             return isinstance(error, BrokenExecutor)
         from distributed import KilledWorker
@@ -173,9 +173,12 @@ def _bytecode() -> None:
 
 def _refuse_local(job: Job) -> None:
     """Refuse a measure or a system that another process cannot have (TypeError)."""
+    script = getattr(sys.modules["__main__"], "__file__", None)
     try:
-        at_prompt = b"__main__" in pickle.dumps(job) and not hasattr(sys.modules["__main__"], "__file__")
+        at_prompt = b"__main__" in pickle.dumps(job) and script is None
         why = "it is defined at the prompt or in a notebook cell" if at_prompt else ""
+        if script is not None and not os.path.exists(script):  # each process runs it again
+            why = f"this program is no file that a process can read: {script}"
     except Exception as error:
         why = " ".join(str(error).split())
     if why:
@@ -238,7 +241,7 @@ class StoreLock:
                     os.close(descriptor)
 
     def _still_there(self, descriptor: int) -> bool:
-        """Whether the locked file is the one of that name: its last owner may have removed it meanwhile."""
+        """True if the locked file is the one of that name: its last owner may have removed it meanwhile."""
         with contextlib.suppress(FileNotFoundError):
             return os.path.samestat(os.fstat(descriptor), os.stat(self.path))
         return False

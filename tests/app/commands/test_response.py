@@ -14,7 +14,8 @@ from small_drive import at_the_load
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.response import _sizes, facts
+from strainwave.app.commands.response import facts
+from strainwave.app.curves import sizes_said
 from strainwave.base.facts import data
 from strainwave.base.sentences import Sentence, Speed
 from strainwave.files.reading import read_project
@@ -73,14 +74,16 @@ def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hyst
 
 
 @pytest.mark.parametrize(("size", "covered", "said"), [
-    (1e-3, True, "within the limit"), (1e-3, False, "the drive leaves them"), (1e-1, False, "above the limit"),
+    (1e-3, True, "within the limit"), (1e-3, False, "the drive leaves them"), (1e-1, False, "rpm"),
 ])  # fmt: skip
 def test_a_limit_is_met_only_where_a_stable_motion_is_known_at_every_speed(drive, size, covered, said):
     drive.write_text(PROJECT + "limit: {oscillation: 1 deg}\n", encoding="utf-8")
-    motions = SimpleNamespace(name="pointing error")
-    line = _sizes(read_project(drive), motions, covered, size, 30.0, {"peak_arcsec": 10.0, "speed": 30.0})[0]
+    curve = {"omega": np.array([30.0]), "oscillation": np.array([size]), "peak": np.array([size])}
+    motions = SimpleNamespace(name="pointing error", top=0, largest=lambda: 0, **curve)
+    line = sizes_said(read_project(drive), motions, covered)[0]
     assert said in line
     assert ("within" in line) == (said == "within the limit")
+    assert ("limit" in line) == (size < 1e-2)  # one that is passed is the failure
 
 
 def test_a_curve_that_ends_inside_its_range_does_not_cover_it(drive):

@@ -157,9 +157,9 @@ def test_the_torque_of_one_curve_says_that_the_load_is_left_out(page):
     until_drawn_again(page, before)
     names = page.evaluate("() => document.getElementById('plot-torque').data.map((one) => one.name)")
     assert "largest without the load's torque, stable" in names
-    (need,) = (text for text in page.locator("#remarks li").all_inner_texts() if "motor must give" in text)
-    assert re.match(r"The motor must give at least [\d.]+ N·m at steady speed, and turn", need)
-    assert "from −" in page.inner_text("#answer")
+    (need,) = (text for text in page.locator("#remarks li").all_inner_texts() if text.startswith("Torque in the gear"))
+    assert re.match(r"Torque in the gear at least [\d.]+ N·m, of the motor [\d.]+ N·m; vibration is counted", need)
+    assert "under this load alone. The speeds under every load follow." in page.inner_text("#answer")
 
 
 def test_a_slow_picture_does_not_erase_what_is_said_of_assumed_numbers(blank):

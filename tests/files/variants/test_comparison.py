@@ -17,7 +17,7 @@ from strainwave.app.report.report import comparison_page
 from strainwave.base.facts import data, lines
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
-from strainwave.files.variants.comparison import _compared
+from strainwave.files.variants.comparison import compared
 from strainwave.plot.drive import comparison_panels
 
 PLAIN = JOINT.replace("title: joint", "title: plain").replace("hysteresis:", "#").replace("limit:", "# ")
@@ -68,16 +68,16 @@ def test_the_torque_of_a_comparison_is_at_least_that_of_gravity():
 @pytest.mark.slow
 def test_a_drive_without_a_stable_motion_has_no_size_of_the_error_equation():
     found = axis().analyze(advice=False)
-    compared = _compared([axis(), axis()], [replace(found, train=replace(found.train, curve=None)), found])
-    lost, known = data(compared.facts())["drives"]
+    both = compared([axis(), axis()], [replace(found, train=replace(found.train, curve=None)), found])
+    lost, known = data(both.facts())["drives"]
     sizes = ("oscillation_arcsec", "speed_rpm", "load_torque_N_m", "torque_N_m", "folds")
     assert [lost[key] for key in sizes] == [None] * 5
     assert known["oscillation_arcsec"] == pytest.approx(found.largest_oscillation().peak / ARCSEC)
-    told = {line[:32].strip(): line.split()[-2:] for line in lines(compared.facts()) if line.startswith("  ")}
+    told = {line[:32].strip(): line.split()[-2:] for line in lines(both.facts()) if line.startswith("  ")}
     assert told["torque in the gear [N·m]"][1] == "–"  # the second column is that of the lost one
-    panels = comparison_panels(compared.titles, compared.responses, [None, None], axis().speeds, [True, False])
+    panels = comparison_panels(both, axis().speeds)
     names = {curve.label for curve in panels[0].curves}
     assert {"1: axis (error equation alone)", "2: axis"} <= names
-    page = comparison_page(compared, "")
+    page = comparison_page(both, "")
     assert "<th>drive</th><th>2: axis</th><th>1: axis</th>" in page
     assert re.search(r'<td>torque in the gear \[N·m\]</td><td class="n">[\d.]+</td><td class="n">–</td>', page)

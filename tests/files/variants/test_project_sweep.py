@@ -55,6 +55,9 @@ def test_a_store_says_what_its_axes_are(project, tmp_path):
     xr.testing.assert_identical(
         data.load(), sw.sweep(sw.sample.largest, project, grid, store=tmp_path / "s.zarr").load()
     )
+    said = r"s\.zarr holds another sweep \(largest over damping\.B, motor\.mode; "
+    with pytest.raises(ValueError, match=said):
+        sw.sweep(sw.sample.largest, project, grid | {"damping.B": ["41 N*m*s/rad"]}, store=tmp_path / "s.zarr")
 
 
 def light(project):

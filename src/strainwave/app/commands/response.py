@@ -1,6 +1,5 @@
 """`strainwave response`, `compare` and `exceedance`: the response of a drive, of several, and of its scatter."""
 
-import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,22 +15,20 @@ from ...drive.drive_response import DriveResponse
 from ...drive.friction.standstill import standing
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
-from ...drive.two_turns import A_TURN, beat_said
 from ...files.notes import OF_CURVE, load_remark, move_note, remarks, unsaid
 from ...files.reading import read_project
 from ...files.sources import source_facts, sources_text
 from ...plot import axes
-from ...plot.drive import HEIGHT, comparison_panels, drive_panels, reference
+from ...plot.drive import HEIGHT, drive_panels, reference
 from ...plot.panels import named
 from ...plot.svg import WIDTH, stacked
 from ..console import WHAT_X_IS, Progress, as_csv, finished, number, reported, staged, to_json, write_all, write_csv
-from ..curves import CONVENTIONS, curve_data, drive_columns
+from ..curves import CONVENTIONS, beat_facts, curve_data, drive_columns, ranged, sizes_said, torques_said
 from ..view import angle_unit, quantity, writer
 from .options import file_type, json_option, limit_option, output_option, project_argument, retune_option
 
 FIGURES = (".svg", ".png")
 CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
-UNCOVERED = "of the stable motions that are known; at some speeds the drive leaves them, and there"
 LEFT_OUT = 1e-3  # share of the motion in the harmonics that are left out, from which on it is told
 NO_JUMPS = ("no jumps",)
 
@@ -100,18 +97,14 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         Fact("failures", tuple(told(list(judged.failures), write)), "FAIL: {}"),
         Fact("", f"{name}, {plain['message']}", "response, motor: {}"),
         Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", motions.name),
-        Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", _ranged(project)),
+        Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", ranged(project)),
         Fact("oscillation.speed", fast), Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
-        Fact(
-            "",
-            _sizes(project, motions, judged.covered, size, fast, peak) if peak else project.undamped or plain["sweep"],
-            "{}",
-        ),
+        Fact("", sizes_said(project, motions, judged.covered) or project.undamped or plain["sweep"], "{}"),
         Fact("scope", OF_CURVE, "{}"),
-        *_beat(project, motions),
+        *beat_facts(project, motions),
         Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),
         Fact("limits", tuple(one.data() for one in judged.findings)),
-        Fact("", _torques(project, judged), "torque {}"),
+        Fact("", torques_said(project, judged), "torque {}"),
         Fact("fold_speeds", tuple(folds)),
         Fact("", f"{_speeds(folds)} {unit}" if folds else (), "folds, where the curve turns: {}"),
         Fact("jump_up_speed", speeds.own(sweep.jump_up) if sweep else None),
@@ -130,24 +123,8 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
     )  # fmt: skip
 
 
-def _beat(project: Project, response: DriveResponse) -> tuple[Fact, ...]:
-    """Period of a beat, and the oscillation in its smallest turn, at the speed of the largest."""
-    curve, top = response.curve, response.top
-    if curve.envelope is None or curve.beat is None:
-        return ()
-    period, every = 2.0 * math.pi * curve.beat / float(curve.omega[top]), beat_said(project.whole)[1]
-    return (
-        Fact("beat.turns", curve.beat), Fact("beat.period_s", period, f"the error {every}, there {{}}"),
-        Fact("beat.smallest_arcsec", float(curve.envelope[top, 1]), f"{{}} in the turn where it is smallest; {A_TURN}"),
-    )  # fmt: skip
-
-
 def _speeds(speeds: Sequence[float], between: str = ", ") -> str:
     return between.join(number(speed, 5) for speed in speeds)
-
-
-def _ranged(project: Project) -> bool:
-    return project.other_loads[0] < project.other_loads[1]
 
 
 def _remarks(project: Project) -> list[str]:
@@ -160,35 +137,6 @@ def _remarks(project: Project) -> list[str]:
             f"The file gives single speeds: the curve goes from {ends} {speeds.own_unit}, a fifth beyond them."
         )
     return texts
-
-
-def _sizes(
-    project: Project, curve: DriveResponse, covered: bool, size: float, fast: float, peak: dict[str, Any]
-) -> tuple[str, ...]:  # fmt: skip
-    """The largest oscillation [rad] against its limit, and the largest error."""
-    largest, unit, limit = peak["peak_arcsec"] * ARCSEC, project.speeds.own_unit, project.limit
-    against, angle, digits = "", angle_unit(largest), project.digits
-    if limit is not None:
-        where, alone = "above" if size > limit else "within", " under this load alone" * _ranged(project)
-        against = f", {where} the limit of {angle_unit(limit).text(limit)}{alone}"
-        if size <= limit and not covered:
-            against = f", {UNCOVERED} the limit of {angle_unit(limit).text(limit)} is not known to be met"
-    return (
-        f"{curve.name}, largest oscillation: {angle.text(size, digits())} at {number(fast, digits(5))} {unit}{against}",
-        f"largest error, mean included: {angle.text(largest, digits())} at {number(peak['speed'], digits(5))} {unit}",
-    )
-
-
-def _torques(project: Project, judged: Any) -> str:
-    """Torques of gear and motor: under a range of loads lower bounds, for vibration under the others is not known."""
-    ranged, motor, digits = _ranged(project), judged.motor, project.digits()
-    text = f"in the gear at {'least' if ranged else 'most'} {number(judged.used.peak_torque, digits)} N·m"
-    if motor and project.motor == "free" and project.train is None:
-        text += f", of the motor {number(motor.torque, digits)} N·m beside the mean that keeps a free motor's speed"
-    elif motor:
-        text += f", of the motor {number(motor.torque, digits)} N·m"
-        text += "" if ranged else f", {number(motor.holding, digits)} N·m of it at steady speed"
-    return f"{text}; vibration is counted under this load alone, analyze counts it under all" if ranged else text
 
 
 def _band(speeds: Speeds, band: Any) -> tuple[Fact, ...]:
@@ -208,7 +156,7 @@ def _band(speeds: Speeds, band: Any) -> tuple[Fact, ...]:
 def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
     """Put responses of projects side by side: table, figure."""
     from ...files.variants.comparison import compare as compare_projects
-    from ..report.report import comparison_page
+    from ..report.report import comparison_figure, comparison_page
 
     drives = [read_project(path) for path in projects]
     if len({drive.speeds.by_motor for drive in drives}) > 1:
@@ -217,9 +165,7 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
         result, stop = finished(lambda: compare_projects(drives, progress=lambda t, s: progress.show(t, 0.95 * s)))
         progress.show("writing", 0.95)
         rows = data(result.facts())["drives"]
-        limits, alone = [drive.limit for drive in drives], np.isnan(result.oscillation).tolist()
-        panels = comparison_panels(result.titles, result.responses, limits, drives[0].speeds, alone)
-        figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
+        figure = comparison_figure(result, drives[0].speeds)
         table = as_csv(list(rows[0]), [row.values() for row in rows])
         write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(result, figure)})
     written = f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}"

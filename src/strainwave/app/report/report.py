@@ -16,14 +16,14 @@ from ...base.archive import version
 from ...base.facts import table
 from ...base.results import Floats
 from ...base.sentences import silent
+from ...base.units import Speeds
 from ...compile.jit import light_as_python
 from ...drive.project import Project
 from ...files.reading import read_project
-from ...files.variants.comparison import ProjectComparison
+from ...files.variants.comparison import ProjectComparison, compared
 from ...plot.drive import comparison_panels
 from ...plot.svg import stacked
 from ...study.analysis.verdict import Answer
-from ...study.analysis.words import equation_alone
 from ..console import WHAT_X_IS, number, slug, staged, to_json, write_csv
 from ..curves import curve_columns, drive_columns, speed_columns
 from ..view import View
@@ -153,6 +153,11 @@ def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
     return plain_page(f"{title} – {'appendix' if appendix else 'dynamic error'}", "".join(body), foot=foot)
 
 
+def comparison_figure(compared: ProjectComparison, speeds: Speeds) -> str:
+    """Draw the oscillation of several drives over the speed (SVG)."""
+    return stacked(comparison_panels(compared, speeds), 360.0, "oscillation of several drives over the speed")
+
+
 def comparison_page(compared: ProjectComparison, figure: str) -> str:
     """Write the HTML page of `strainwave compare` and its figure (SVG), the smallest oscillation first."""
     order = np.argsort(compared.oscillation).tolist()
@@ -172,12 +177,8 @@ def verdicts_page(reports: dict[str, Report]) -> str:
     """
     views = [report.view for report in reports.values()]
     passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
-    panels = comparison_panels(
-        [view.project.title for view in views], [view.analysis.loudest for view in views],
-        [view.project.limit for view in views], views[0].speeds,
-        [bool(equation_alone(view.analysis)) for view in views],
-    )  # fmt: skip
-    figure = stacked(panels, 360.0, "oscillation of several drives over the speed")
+    found = compared([view.project for view in views], [view.analysis for view in views])
+    figure = comparison_figure(found, views[0].speeds)
     note = f"{NOTES['oscillation']} {NOTES['x']} Each drive has its own report: follow its name."
     rows, links = list[list[str]](), list[str]()
     for i, (name, report) in enumerate(reports.items(), 1):

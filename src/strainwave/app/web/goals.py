@@ -20,10 +20,10 @@ from ...study.compensation.designs import own_rate
 from ...study.compensation.gains import times_of
 from ...study.tuning.result import gain_unit
 from ...study.tuning.tune import tune
-from ..console import without_calls
+from ..console import number, without_calls
 from .parameters import parameters
 from .state import Refused, yaml_of
-from .views import Progress, solved
+from .views import Progress, sentences, solved
 
 AT_RESONANCE = (
     "The speed is that at which the largest order meets the resonance of the load on the gear, the motor held, under "
@@ -90,7 +90,10 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
     """The gains of the loop that make the pointing error small, before and after, and the project that has them."""
     result = tune(project, progress=progress)
     points = {"file": result.before, "rule": result.rule, "recommended": result.recommended}
+    size = [number(point.pointing / ARCSEC, project.digits()) for point in (result.before, result.recommended)]
+    binds = [f"what binds: {', '.join(result.binding)}"] if result.binding else []
     return {
+        "said": sentences([f"largest oscillation of the recommended gains {' → '.join(size)} arcsec", *binds]),
         "gains": {name: sign(gain_unit(result.control, name)) for name in result.gains},
         "points": [
             {
@@ -106,7 +109,6 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
         "before": _curve(result.response_before, project.speeds.scale),
         "after": _curve(result.response_after, project.speeds.scale),
         "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
-        "binding": list(result.binding),
         "project": yaml_of(result.applied(project)),
         "numbers": without_calls(str(result)),
         "remarks": [*map(str, result.sensitivities), *result.remarks],
@@ -122,11 +124,15 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
     controllers, duration = (bench.loop, result.controller), settle + SHOWN_TURNS * turn
     runs = [bench.run(controller, result.speed, duration) for controller in controllers]
     last = runs[0].time >= settle
+    torque = f"the motor gives up to {number(result.torque.peak, 3)} N·m"
+    not_counted = [f"this does not count: {result.excluded}"] if result.excluded else []
+    grows = [] if result.stable or result.excluded else ["the error grows"]
+    at = f"{result.title}, at {result.axis.said(result.speed)}: {result.said}"
     return {
+        "said": sentences([at, *map(str, result.robustness), torque, *not_counted, *grows]),
         "time": runs[0].time[last] - settle,
         "before_arcsec": runs[0].error[last] / ARCSEC,
         "after_arcsec": runs[1].error[last] / ARCSEC,
-        "title": result.title,
         "speed": result.axis.scale * result.speed,
         "speed_unit": result.axis.unit,
         **{
@@ -134,7 +140,6 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
             for name in ("before", "after")
         },
         "torque": result.torque.peak,
-        "gear_torque": result.gear_torque,
         "stable": result.stable,
         "excluded": result.excluded,
         "other_gears": [

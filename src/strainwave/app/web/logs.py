@@ -12,7 +12,7 @@ from zipfile import ZipFile
 import numpy as np
 from scipy.io import whosmat
 
-from ...base.units import ARCSEC, RPM
+from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...files.logs.names import canonical, named
 from ...files.logs.read import columns_of, read_log
@@ -26,7 +26,7 @@ from ..view import sign
 from .state import LogColumns, Refused, yaml_of
 
 SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4", ".mcap")
-MOST_SHOWN, MOST_SEGMENTS, MOST_LINES = 2000, 100, 12
+MOST_SHOWN, MOST_LINES = 2000, 12
 MOST_UNPACKED = 256 << 20  # bytes of a packed log
 CALLS = r"(columns|units)=(\{.*?\}|\[.*?\]|names)"  # arguments of the library in its sentences
 HIGHEST = 60.0  # order that a log is searched for
@@ -124,21 +124,14 @@ def _sentence(error: Exception, path: Path) -> str:
 
 def _log_data(log: Log) -> dict[str, Any]:
     step = max(1, len(log) // MOST_SHOWN)
-    segments = log.segments()[:MOST_SEGMENTS] if log.moving else ()
     return {
+        "said": log.length,
         "samples": len(log),
-        "rate_Hz": log.rate,
-        "from_s": log.time[0],
-        "to_s": log.time[-1],
-        "gaps": len(log.gaps),
         "ratio": log.ratio,
         "time": log.time[::step],
         "channels": [
             {"name": name, "unit": log.units[name], "low": np.min(v), "high": np.max(v), "values": v[::step]}
             for name, v in log.channels.items()
-        ],
-        "segments": [
-            {"kind": part.kind, "start": part.start, "stop": part.stop, "rpm": part.speed / RPM} for part in segments
         ],
         "pointing": _pointing(log, step),
         "orders": _orders(log),

@@ -3,25 +3,27 @@
 The curve that follows a slider has fewer points.
 """
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
+from ...base.facts import lines
 from ...base.results import SolveError
-from ...base.sentences import told
+from ...base.sentences import Sentence, Speed, told
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.notes import OF_CURVE, load_remark, move_note, unsaid
 from ...study.analysis.in_time import drive_motion
+from ...study.analysis.verdict_words import ranges
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
-from ..console import without_calls
-from ..view import angle_unit, writer
+from ..console import number, without_calls
+from ..curves import beat_facts, sizes_said, torques_said
+from ..view import AngleUnit, angle_unit, writer
 
 Progress = Callable[[str, float], None]  # of a stage and a share
 POINTS = 40  # about, of the curve that follows a slider
@@ -35,6 +37,13 @@ FIXED_LOAD = (
     "slowly than the motor turns."
 )
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
+MOVED = "duration_s", "window_rad", "pointing_error_rad"  # of a move: what its view is asked for
+IN_ARCSEC = AngleUnit("arcsec", 1.0 / ARCSEC)  # as the pictures have it
+
+
+def sentences(texts: Iterable[str]) -> str:
+    """Lines of results as sentences."""
+    return " ".join(f"{text[:1].upper()}{text[1:]}." for text in map(without_calls, texts))
 
 
 def solved(project: Project, separate: bool = False) -> DriveResponse:
@@ -50,11 +59,13 @@ def response(project: Project, separate: bool = False) -> dict[str, Any]:
     limit, motor_limits = project.limit, project.motor_limits or MotorLimits()
     low, high = project.other_loads
     judged = project.judged(motions)
-    motor, torque = judged.motor, motions.usage.peak_torque
-    limits, carried = _torque_limits(project), judged.used.peak_torque
-    passed = [cap | {"reached": carried} for cap in limits if carried > cap["torque"] and cap["name"] != "rated torque"]
+    motor = judged.motor
     write = writer(project, angle_unit(motions.oscillation[top]), speeds.unit, scale)
+    out_of = [told(Sentence("avoid {}", ranges(band)), write)] if (band := judged.verdict.speeds) else []
+    said = sizes_said(project, motions, judged.covered, IN_ARCSEC)[:1]
     return {
+        "said": sentences([*said, *lines(beat_facts(project, motions)), *out_of]),
+        "torque_said": f"Torque {torques_said(project, judged)}.",
         "title": project.title,
         "speed_name": speeds.name,
         "speed_unit": speeds.unit,
@@ -75,16 +86,13 @@ def response(project: Project, separate: bool = False) -> dict[str, Any]:
         "largest": {
             "speed": float(scale * motions.omega[top]),
             "oscillation_arcsec": float(sizes[top]),
-            "torque": torque,
-            "torque_speed": scale * motions.usage.at_peak,
+            "torque": motions.usage.peak_torque,
         },
-        "beat": _beat(motions),
-        "torque_limits": limits,
-        "torque_exceeded": passed[0] if passed else None,
+        "smallest_arcsec": None if curve.beat is None or curve.envelope is None else curve.envelope[:, 1] / ARCSEC,
+        "torque_limits": _torque_limits(project),
         "load_torques": [low, project.mean_load_torque, high],
         "passes": judged.passes,
         "assumed": bool(project.assumed),
-        "covered": judged.covered,
         "failures": told(list(judged.failures), write),
         "limits": [cap.data() for cap in judged.findings],
         "required_motor": None if motor is None else {
@@ -102,18 +110,6 @@ def response(project: Project, separate: bool = False) -> dict[str, Any]:
         ],
         "whole": separate,
         "digits": project.digits(),
-    }  # fmt: skip
-
-
-def _beat(motions: DriveResponse) -> dict[str, Any] | None:
-    """Period of the beat at the largest oscillation, and the oscillation in its smallest turn; None without one."""
-    curve, top = motions.curve, motions.top
-    if curve.beat is None or curve.envelope is None:
-        return None
-    smallest = curve.envelope[:, 1] / ARCSEC
-    return {
-        "turns": curve.beat, "period_s": 2.0 * math.pi * curve.beat / float(motions.omega[top]),
-        "smallest_arcsec": smallest, "smallest_at_largest_arcsec": float(smallest[top]),
     }  # fmt: skip
 
 
@@ -146,7 +142,7 @@ def under_loads(project: Project) -> dict[str, Any] | None:
     ends = chart.speeds[[0, -1]]
     full = len(chart.windows) == 1 and bool(np.allclose(chart.windows[0], ends, rtol=1e-9))
     return {
-        "count": len(chart.loads), "allowed": chart.windows * project.speeds.scale, "whole": full,
+        "said": sentences([chart.allowed_said]), "allowed": chart.windows * project.speeds.scale, "whole": full,
         "failures": chart.failures, "passes": None if project.limit is None and full else full and not chart.failures,
     }  # fmt: skip
 
@@ -172,7 +168,12 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
     begun, x, v = run.begun, run.error / ARCSEC, run.rate / ARCSEC
     every = max(1, len(begun.t) // MOST_SHOWN)
     low, high = project.load_torques
+    write = writer(project, IN_ARCSEC, unit, scale)
+    under = f", {number(run.load_torque)} N·m on the load" * (low < high)
+    at = Sentence("{} at {}{}: {}", run.name, Speed(run.omega), under, run.said)
+    torque = f"largest torque in the gear {number(run.peak_torque, project.digits())} N·m"
     return {
+        "said": sentences([told(at, write) + f", {torque}"]),
         "speed": rpm,
         "error_name": run.name,
         "transient": {"time": begun.t[::every], "error_arcsec": begun.y[0][::every] / ARCSEC},
@@ -183,7 +184,6 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
             "error_arcsec": x[: -1 : run.per_turn], "rate_arcsec_per_s": v[: -1 : run.per_turn],
         },
         "oscillation_arcsec": run.oscillation / ARCSEC,
-        "mean_arcsec": run.mean / ARCSEC,
         "torque": run.peak_torque,
         "load_torque": run.load_torque,
         "load_torques": [low, high],
@@ -206,7 +206,11 @@ def moved(project: Project) -> dict[str, Any]:
         "time": run.time, "reference_deg": np.degrees(run.reference), "error_arcsec": run.pointing_error / ARCSEC,
         "motor_torque": run.motor_torque, "gear_torque": run.gear_torque, "motor_speed": run.motor_speed / RPM,
     }  # fmt: skip
+    above = project.limit is not None and run.peak_error > project.limit
+    against = [f"above the limit of {IN_ARCSEC.text(project.limit or 0.0)} in the move"] if above else []
+    answers = [fact for fact in run.facts() if fact.key.partition(".")[0] in MOVED]
     return {name: values[:: max(1, len(run.time) // MOST_SHOWN)] for name, values in curves.items()} | {
+        "said": sentences([*lines(answers), *against]),
         "duration": run.duration,
         "settling_time": run.settling_time,
         "window_arcsec": run.window / ARCSEC,
@@ -239,7 +243,7 @@ def mapped(project: Project, search: bool, loads: list[float], progress: Progres
         "torque": chart.torque,
         "forbidden": [band * project.speeds.scale for band in chart.forbidden],
         "allowed": chart.windows * project.speeds.scale,
-        "rule": chart.rule, "numbers": without_calls(str(chart)),
+        "said": sentences([chart.allowed_said]), "rule": chart.rule, "numbers": without_calls(str(chart)),
         "failures": list(chart.failures),
         "remarks": list(chart.remarks),
     }  # fmt: skip

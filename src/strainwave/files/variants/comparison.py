@@ -1,6 +1,6 @@
 """Several projects side by side: the analysis of each drive under all its loads, and what an engineer compares."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from ...base.facts import Fact, aligned, table
 from ...base.quantities import index
-from ...base.records import Labelled, Result
+from ...base.records import Along, Labelled, Result
 from ...base.results import Floats, Interrupted
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
@@ -19,6 +19,30 @@ from ...study.analysis.verdict import Verdict
 from ..notes import of_hysteresis
 
 MOST_DRIVES = 20
+Quantity = Callable[[Project, Analysis], Any]
+
+
+def _load(project: Project, analysis: Analysis) -> float:
+    torque = analysis.largest_oscillation().torque
+    return project.mean_load_torque if torque is None else torque
+
+
+def _folds(_: Project, analysis: Analysis) -> int:
+    low, high = analysis.loudest.curve.span
+    return sum(low <= fold.omega <= high for fold in analysis.loudest.folds)
+
+
+SIZES: dict[str, tuple[str, Quantity]] = {  # of motions: of a drive without a stable one there are none
+    "oscillation": ("rad", lambda _, a: a.largest_oscillation().peak),
+    "speed": ("rad/s", lambda _, a: a.largest_oscillation().omega),
+    "load": ("N*m", _load), "torque": ("N*m", lambda _, a: a.usage.peak_torque), "jumps": ("", _folds),
+}  # fmt: skip
+COLUMNS: dict[str, tuple[str, Quantity]] = {
+    "lowest_load": ("N*m", lambda p, _: p.load_torques[0]), "highest_load": ("N*m", lambda p, _: p.load_torques[1]),
+    "omega_0": ("rad/s", lambda p, _: p.omega_0), "damping_ratio": ("1", lambda p, _: p.damping_ratio),
+    "reflected_inertia": ("kg*m**2", lambda p, _: p.drive.N**2 * p.drive.J_m),
+    "load_inertia": ("kg*m**2", lambda p, _: p.drive.J_l), "limit": ("rad", lambda p, _: p.limit),
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,31 +106,24 @@ class ProjectComparison(Result):
     run_ups: tuple[tuple[tuple[float, float], ...], ...] = ()
 
     rows: ClassVar[str] = "drive"
+    arrays: ClassVar[Along] = {"drive": {name: unit for name, (unit, _) in (COLUMNS | SIZES).items()}}
 
     def keep_out_of(self, i: int) -> str:
         """Speeds that a drive must keep out of, in words: to avoid, or beyond a limit of the gear; empty if none."""
         i = index("i", i, len(self.titles), "drives")
-        scale, unit = self.scales[i]
-        bands = (f"{low * scale:.5g} to {high * scale:.5g} {unit}" for low, high in self.verdicts[i].speeds)
-        return ", ".join(bands)
+        return self._bands(i, self.verdicts[i].speeds)
 
     def run_up_adds(self, i: int) -> str:
         """Speeds that a run-up adds to these, in words; empty if none."""
+        return self._bands(i, self.run_ups[i])
+
+    def _bands(self, i: int, bands: Iterable[tuple[float, float]]) -> str:
         scale, unit = self.scales[i]
-        return ", ".join(f"{low * scale:.5g} to {high * scale:.5g} {unit}" for low, high in self.run_ups[i])
+        return ", ".join(f"{low * scale:.5g} to {high * scale:.5g} {unit}" for low, high in bands)
 
     def coordinates(self) -> Labelled:
         """Titles and gears."""
         return {"title": ("drive", list(self.titles), ""), "gear": ("drive", list(self.gears), "")}
-
-    def variables(self) -> Labelled:
-        """Every number that is compared."""
-        units = {
-            "oscillation": "rad", "speed": "rad/s", "load": "N*m", "lowest_load": "N*m", "highest_load": "N*m",
-            "torque": "N*m", "omega_0": "rad/s", "damping_ratio": "1", "reflected_inertia": "kg*m**2",
-            "load_inertia": "kg*m**2", "jumps": "", "limit": "rad",
-        }  # fmt: skip
-        return {name: ("drive", getattr(self, name), unit) for name, unit in units.items()}
 
     def beat(self, i: int) -> float | None:
         """Period [s] of the beat of a drive at its largest oscillation; None where its motions do not beat."""
@@ -180,61 +197,42 @@ def compare(projects: Sequence[Project], *, progress: Callable[[str, float], Non
     Interrupted
         On Ctrl-C after at least two projects, with the comparison of those.
     """
-    compared = list(projects)
-    if not 2 <= len(compared) <= MOST_DRIVES:
-        raise ValueError(f"there are {len(compared)} projects; give 2 to {MOST_DRIVES} to compare")
+    drives = list(projects)
+    if not 2 <= len(drives) <= MOST_DRIVES:
+        raise ValueError(f"there are {len(drives)} projects; give 2 to {MOST_DRIVES} to compare")
     analyses: list[Analysis] = []
     try:
-        for i, project in enumerate(compared):
+        for i, project in enumerate(drives):
             if progress is not None:
-                progress(project.title, i / len(compared))
+                progress(project.title, i / len(drives))
             analyses.append(project.analyze(advice=False))
     except KeyboardInterrupt:
         if len(analyses) < 2:
             raise
-        extent = f"the comparison is that of the first {len(analyses)} of {len(compared)} projects"
-        raise Interrupted(f"interrupted; {extent}", _compared(compared[: len(analyses)], analyses)) from None
-    return _compared(compared, analyses)
+        extent = f"the comparison is that of the first {len(analyses)} of {len(drives)} projects"
+        raise Interrupted(f"interrupted; {extent}", compared(drives[: len(analyses)], analyses)) from None
+    return compared(drives, analyses)
 
 
-def _compared(projects: list[Project], analyses: list[Analysis]) -> ProjectComparison:
-    tops = [analysis.largest_oscillation() for analysis in analyses]
-    responses = tuple(analysis.loudest for analysis in analyses)
-    mean = [p.mean_load_torque for p in projects]
-
-    lost = [unfollowed(project.train, one.train_curve) for project, one in zip(projects, analyses, strict=True)]
-
-    def sizes(values: Sequence[float]) -> Floats:
-        return np.where(lost, np.nan, np.array(values, float))
-
-    def column(quantity: Callable[[Project], Any]) -> Floats:
-        return np.array([np.nan if (value := quantity(p)) is None else value for p in projects], float)
-
+def compared(projects: list[Project], analyses: list[Analysis]) -> ProjectComparison:
+    """Put analyses of projects side by side."""
+    pairs = list(zip(projects, analyses, strict=True))
+    lost = [unfollowed(project.train, analysis.train_curve) for project, analysis in pairs]
+    columns = {name: _column(quantity, pairs) for name, (_, quantity) in COLUMNS.items()}
+    sizes = {name: np.where(lost, np.nan, _column(quantity, pairs)) for name, (_, quantity) in SIZES.items()}
     return ProjectComparison(
-        tuple(p.title for p in projects),
-        tuple("own law" if p.gear is None else p.gear.name for p in projects),
-        responses,
-        tuple(analysis.verdict for analysis in analyses),
-        tuple((p.speeds.scale, p.speeds.unit) for p in projects),
-        sizes([top.peak for top in tops]),
-        sizes([top.omega for top in tops]),
-        sizes([torque if top.torque is None else top.torque for top, torque in zip(tops, mean, strict=True)]),
-        column(lambda p: p.load_torques[0]),
-        column(lambda p: p.load_torques[1]),
-        sizes([analysis.usage.peak_torque for analysis in analyses]),
-        column(lambda p: p.omega_0),
-        column(lambda p: p.damping_ratio),
-        column(lambda p: p.drive.N**2 * p.drive.J_m),
-        column(lambda p: p.drive.J_l),
-        sizes([_folds(response) for response in responses]),
-        column(lambda p: p.limit),
-        tuple(" ".join(limit.sentence for limit in gravest(analysis.limits) if limit.fails) for analysis in analyses),
-        tuple(p.path.name for p in projects),
-        tuple(dict.fromkeys(note for p in projects for note in of_hysteresis(p))),
-        tuple(() if analysis.avoid is None else analysis.avoid.passed for analysis in analyses),
-    )
+        titles=tuple(p.title for p in projects),
+        gears=tuple("own law" if p.gear is None else p.gear.name for p in projects),
+        responses=tuple(analysis.loudest for analysis in analyses),
+        verdicts=tuple(analysis.verdict for analysis in analyses),
+        scales=tuple((p.speeds.scale, p.speeds.unit) for p in projects),
+        failures=tuple(" ".join(one.sentence for one in gravest(a.limits) if one.fails) for a in analyses),
+        files=tuple(p.path.name for p in projects),
+        remarks=tuple(dict.fromkeys(note for p in projects for note in of_hysteresis(p))),
+        run_ups=tuple(() if a.avoid is None else a.avoid.passed for a in analyses),
+        **columns, **sizes,
+    )  # fmt: skip
 
 
-def _folds(response: DriveResponse) -> int:
-    low, high = response.curve.span
-    return sum(low <= fold.omega <= high for fold in response.folds)
+def _column(quantity: Quantity, pairs: list[tuple[Project, Analysis]]) -> Floats:
+    return np.array([np.nan if (value := quantity(*pair)) is None else value for pair in pairs], float)

@@ -25,13 +25,10 @@ from .replaced import replaced
 POINTS, SPEEDS = 40, 200  # of each curve, about, and of the band
 # 2 to 5 % of damping for 3 %, as in the report; an accuracy class is what an error has at most.
 # A hysteresis loss of a catalogue is an upper bound; that of another gear may be too small.
-RANGES = {
-    "damping.": (2.0 / 3.0, 5.0 / 3.0), "hysteresis.": (0.5, 1.5), "hysteresis": (0.5, 1.5), "excitation.": (0.5, 1.0),
-    "motor.loop.bandwidth": (2.0 / 3.0, 1.5),
-}  # fmt: skip
-WHAT = {
-    "damping.": "damping", "hysteresis.": "hysteresis", "hysteresis": "yield twist of the hysteresis",
-    "excitation.": "kinematic error", "motor.loop.bandwidth": "bandwidth",
+RANGES = {  # by how names begin: what they are, and the ends of the range over the value
+    "damping.": ("damping", 2.0 / 3.0, 5.0 / 3.0), "hysteresis.": ("hysteresis", 0.5, 1.5),
+    "hysteresis": ("yield twist of the hysteresis", 0.5, 1.5), "excitation.": ("kinematic error", 0.5, 1.0),
+    "motor.loop.bandwidth": ("bandwidth", 2.0 / 3.0, 1.5),
 }  # fmt: skip
 OF = ("damping.ratio", "damping.B", "damping.quality", "motor.loop.bandwidth", "excitation.accuracy")
 ENDINGS = {  # of a hysteresis: its torque is proportional to all of the first together
@@ -160,7 +157,7 @@ def how_sure(project: Project) -> Sureness:
         Doubt(group.what, tuple(group.names), _listed(group, 1.0), (_listed(group, low), _listed(group, high)), side)
         for group, side in zip(groups, sides, strict=True)
         if isfinite(side[0])
-        for low, high in (RANGES[group.key],)
+        for _, low, high in (RANGES[group.key],)
     )
     some = np.isfinite(drives.low)
     low, high = np.where(some, drives.low, np.nan), np.where(some, drives.high, np.nan)
@@ -288,7 +285,7 @@ class Group(NamedTuple):
     @property
     def what(self) -> str:
         """Name of the group, in words."""
-        return WHAT[self.key]
+        return RANGES[self.key][0]
 
     @property
     def shifts(self) -> bool:
@@ -297,7 +294,7 @@ class Group(NamedTuple):
 
     def factor(self, share: float) -> float:
         """Factor at a share of the range."""
-        low, high = RANGES[self.key]
+        _, low, high = RANGES[self.key]
         return float(low * (high / low) ** share)
 
 

@@ -7,7 +7,7 @@ from .springs import PiecewiseLinear as PiecewiseLinear
 from .springs import Play as Play
 from .springs import Polynomial as Polynomial
 from .measured import Knot as Knot
-from .measured import RoundedPiecewiseLinear as RoundedPiecewiseLinear
+from .rounded import RoundedPiecewiseLinear as RoundedPiecewiseLinear
 from .measured import Tabulated as Tabulated
 from .measured import tabulated as tabulated
 from .hysteresis import BoucWen as BoucWen

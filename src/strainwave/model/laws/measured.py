@@ -1,7 +1,7 @@
-"""Smooth torsion laws of a datasheet or of a measurement: rounded slopes, and a monotone cubic through points.
+"""The torsion law of a measurement: a monotone cubic through points.
 
-As in `laws`, a law is a NamedTuple with branch-free `torque(x)`, `stiffness(x)` and `energy(x)`; both laws here are C1
-in the torque, so they have no breakpoints. x is in rad on the output side, torque in N*m, energy in J.
+As in `laws`, it is a NamedTuple with branch-free `torque(x)`, `stiffness(x)` and `energy(x)`; it is C1 in the torque,
+so it has no breakpoints. x is in rad on the output side, torque in N*m, energy in J.
 """
 
 from collections.abc import Sequence
@@ -9,88 +9,10 @@ from itertools import pairwise
 from math import isfinite
 from typing import Any, NamedTuple
 
-from ...base.quantities import LARGEST, Angle, Reals, Torque, TorsionalStiffness, checked, reals, shown
+from ...base.quantities import LARGEST, Angle, Torque, TorsionalStiffness, checked, reals, shown
 from ...compile.jit import kernel
-from .springs import PiecewiseLinear, corners
 
 FEWEST_POINTS, MOST_POINTS = 3, 64
-
-
-@kernel
-def clipped(s: Any, w: Any) -> Any:
-    """Clip s to -w .. w."""
-    return 0.5 * (abs(s + w) - abs(s - w))
-
-
-@kernel
-def rounded(s: Reals, w: Reals) -> Any:
-    """Return abs(s) outside -w .. w, and inside it the parabola w/2 + s^2/(2 w) that joins it smoothly."""
-    c = clipped(s, w)
-    return abs(s - c) + 0.5 * (w + c * c / w)
-
-
-@kernel
-def area(s: Any, w: Reals) -> Any:
-    """Integral of `rounded` from 0 to s, odd in s."""
-    c = clipped(s, w)
-    return 0.5 * ((s - c) * (abs(s) + w) + c * (w + c * c / (3.0 * w)))
-
-
-class RoundedPiecewiseLinear(NamedTuple):
-    """`PiecewiseLinear` with its corners rounded over a `width` [rad] of torsion: odd, C1.
-
-    Within width/2 of a corner the torque is a parabola and the stiffness runs linearly from one slope to the next;
-    outside it is the vendors' straight line itself. Requires, besides what `PiecewiseLinear` requires, that the rounded
-    corners neither meet each other nor reach zero: width <= 2 x1 and width <= x2 - x1.
-    """
-
-    K1: TorsionalStiffness
-    K2: TorsionalStiffness
-    K3: TorsionalStiffness
-    T1: Torque
-    T2: Torque
-    width: Angle
-
-    def torque(self, x: Reals) -> Any:
-        """Torque T(x) [N*m] at torsion x [rad]."""
-        w, (x1, x2) = 0.5 * self.width, corners(self)
-        inner = 0.5 * (self.K1 - self.K2) * (rounded(x + x1, w) - rounded(x - x1, w))
-        outer = 0.5 * (self.K2 - self.K3) * (rounded(x + x2, w) - rounded(x - x2, w))
-        return self.K3 * x + inner + outer
-
-    def stiffness(self, x: Reals) -> Any:
-        """Stiffness dT/dx [N*m/rad] at torsion x [rad]; continuous."""
-        w, (x1, x2) = 0.5 * self.width, corners(self)
-        inner = 0.5 * (self.K1 - self.K2) * (clipped(x + x1, w) - clipped(x - x1, w)) / w
-        outer = 0.5 * (self.K2 - self.K3) * (clipped(x + x2, w) - clipped(x - x2, w)) / w
-        return self.K3 + inner + outer
-
-    def energy(self, x: Any) -> Any:
-        """Energy stored [J] at torsion x [rad]."""
-        w, (x1, x2) = 0.5 * self.width, corners(self)
-        inner = 0.5 * (self.K1 - self.K2) * (area(x + x1, w) - area(x - x1, w) - 2.0 * area(x1, w))
-        outer = 0.5 * (self.K2 - self.K3) * (area(x + x2, w) - area(x - x2, w) - 2.0 * area(x2, w))
-        return 0.5 * self.K3 * x * x + inner + outer
-
-    def breakpoints(self) -> tuple[float, ...]:
-        """No breakpoints: the slope is continuous."""
-        return ()
-
-    def turning_points(self) -> tuple[float, ...]:
-        """None: the torque rises."""
-        return ()
-
-    def check(self) -> None:
-        """Refuse what `PiecewiseLinear` refuses, and transitions that meet (ValueError)."""
-        law = PiecewiseLinear(self.K1, self.K2, self.K3, self.T1, self.T2)
-        law.check()
-        x1, x2 = law.breakpoints()[2:]
-        widest = min(2.0 * x1, x2 - x1)
-        if not 0.0 < self.width <= widest * (1.0 + 1e-12):
-            raise ValueError(
-                f"RoundedPiecewiseLinear.width is {self.width:g} rad; it must be positive and at most "
-                f"{widest:.6g} rad, where the rounded corners meet"
-            )
 
 
 class Knot(NamedTuple):

@@ -24,6 +24,7 @@ from ...base.quantities import Angle, PerSquareRadian, Reals, States, Torque, To
 from ...compile.jit import kernel
 from ...compile.maths import sign
 from ...compile.tree import with_leaf
+from .rounded import ROUNDED, RoundedPiecewiseLinear, check_slopes, corners, widest
 
 MERGE = 1e-5  # roots closer than this fraction are one multiple root: `roots` spreads a triple root by eps^(1/3)
 
@@ -145,13 +146,6 @@ class Polynomial(NamedTuple):
         return self.coefficients
 
 
-@kernel
-def corners(law: Any) -> Any:
-    """Torsions x1 and x2 [rad] at which the slope of a law of three slopes changes."""
-    x1 = law.T1 / law.K1
-    return x1, x1 + (law.T2 - law.T1) / law.K2
-
-
 class PiecewiseLinear(NamedTuple):
     """The vendors' stiffness: slope K1 up to torque T1, K2 up to T2, K3 beyond; odd, C0.
 
@@ -204,13 +198,13 @@ class PiecewiseLinear(NamedTuple):
         """None: the torque rises."""
         return ()
 
+    def rounded(self) -> RoundedPiecewiseLinear:
+        """The same law with its corners rounded."""
+        return RoundedPiecewiseLinear(*self, ROUNDED * widest(self))
+
     def check(self) -> None:
         """Refuse slopes that are not positive, and torques out of order (ValueError)."""
-        if min(self.K1, self.K2, self.K3) <= 0.0:
-            slopes = f"{self.K1:g}, {self.K2:g}, {self.K3:g} N*m/rad"
-            raise ValueError(f"PiecewiseLinear has the slopes {slopes}; all must be positive")
-        if not 0.0 < self.T1 < self.T2:
-            raise ValueError(f"PiecewiseLinear has T1 = {self.T1:g} and T2 = {self.T2:g} N*m; it needs 0 < T1 < T2")
+        check_slopes(self)
 
 
 class Slopes(NamedTuple):

@@ -16,7 +16,7 @@ from ...base.protocols import System
 from ...base.quantities import number
 from ...base.records import Along, Result
 from ...base.results import Branch, Floats, SolveError, Trajectory, largest_between
-from ...base.sentences import Sentence, Speed, on_screen, silent
+from ...base.sentences import Angle, Sentence, Speed, on_screen, silent
 from ...base.series import largest_of_samples
 from ...base.units import RPM
 from ...drive.drive_response import DriveResponse
@@ -300,6 +300,12 @@ class DriveMotion(Result):
             self.turns, f"{100.0 * self.change / float(np.ptp(self.error)):.2g}",
         )  # fmt: skip
 
+    @property
+    def said(self) -> Sentence:
+        """Its sizes."""
+        sizes = map(Angle, (self.oscillation, self.mean, self.peak))
+        return Sentence("oscillation {} about a mean of {}, largest size {}", *sizes)
+
     def __str__(self) -> str:
         alone = ""
         if self.loads is not None:
@@ -308,8 +314,7 @@ class DriveMotion(Result):
         return on_screen(
             f"DriveMotion: {self.name} at {self.omega:.6g} rad/s ({self.omega / RPM:.6g} rpm) of the base angle, "
             f"{self.load_torque:.6g} N*m on the load\n"
-            f"  oscillation {self.oscillation:.6g} rad about a mean of {self.mean:.6g} rad, largest size "
-            f"{self.peak:.6g} rad\n"
+            f"  {self.said}\n"
             f"  largest torque in the gear {self.peak_torque:.6g} N*m; "
             f"{self.remark or 'it repeats with every turn'}{alone}"
         )

@@ -197,11 +197,15 @@ def _remedy(analysis: Any, verdict: Verdict) -> str:
         return "" if avoid is None or avoid.limit is not None else ADD_LIMIT
     steps: list[str] = [*changes_said(analysis, verdict)]
     if verdict.answer is Answer.BUT:
-        keep = "Without a change: keep to {}." if steps else "Keep to {}."
-        steps.append(Sentence(keep, ranges(verdict.allowed, -1)))
+        steps.append(keep_to(verdict, "Without a change: keep" if steps else "Keep"))
     elif over_limit(analysis) and not verdict.allowed:
         steps.append("No speed of the range is without it.")
     return Sentence(" ").join([*steps, ADD_LIMIT] if avoid is not None and avoid.limit is None else steps)
+
+
+def keep_to(verdict: Verdict, keep: str = "Keep") -> Sentence:
+    """The advice of a drive that is right at some speeds."""
+    return Sentence("{} to {}.", keep, ranges(verdict.allowed, -1))
 
 
 def over_limit(analysis: Any) -> bool:
@@ -287,10 +291,8 @@ def answers(analysis: Any) -> dict[str, Any]:
         "loop": "" if loop is None else loop.sentence,
         "how sure": how_sure(analysis),
         "smallest change": _change(analysis),
-        "without a change": "",
+        "without a change": keep_to(verdict) if verdict.answer is Answer.BUT else "",
     }
-    if verdict.answer is Answer.BUT:
-        sentences["without a change"] = Sentence("Keep to {}.", ranges(verdict.allowed, -1))
     if (avoid := analysis.avoid) is not None and avoid.passed:
         sentences["run-up"] = Sentence("A run-up adds {}.", ranges(avoid.passed))
     return {what: said for what, said in sentences.items() if said}

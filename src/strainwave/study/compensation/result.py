@@ -204,6 +204,12 @@ class Compensation(Result):
         """Reduction of the rms [dB]; negative where the error grew."""
         return 20.0 * log10(self.before.rms / self.after.rms) if self.after.rms > 0.0 else float("inf")
 
+    @property
+    def said(self) -> str:
+        """Rest of the error, in words."""
+        rms = [number(one.rms / ARCSEC, 3) for one in (self.before, self.after)]
+        return f"rms of the pointing error {' → '.join(rms)} arcsec"
+
     def on_others(self) -> tuple[str, ...]:
         """Sentences on its rate, and on its error on gears and units that differ from the model."""
         return tuple(

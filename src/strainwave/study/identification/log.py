@@ -365,9 +365,13 @@ class Log(Result):
         """The channels over the time."""
         return {name: ("time", values, self.units[name]) for name, values in self.channels.items()}
 
+    @property
+    def length(self) -> str:
+        """Samples, time and rate, in words."""
+        return f"{len(self)} samples, {self.time[0]:.6g} to {self.time[-1]:.6g} s, {self.rate:.6g} Hz"
+
     def __str__(self) -> str:
-        ends = f"{self.time[0]:.6g} .. {self.time[-1]:.6g} s"
-        lines = [f"Log: {len(self)} samples, {ends}, {self.rate:.6g} Hz, {counted(len(self.gaps), 'gap')}"]
+        lines = [f"Log: {self.length}, {counted(len(self.gaps), 'gap')}"]
         for n, v in self.channels.items():
             lines.append(f"  {n}: {np.min(v):.4g} .. {np.max(v):.4g} {self.units[n]}".rstrip())
         told = [("note", note) for note in self.notes] + [("doubt", doubt) for doubt in self.doubts]

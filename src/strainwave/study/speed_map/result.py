@@ -233,6 +233,11 @@ class SpeedMap(Result):
         """Number of the load with the largest oscillation, or without a known motion at some speed."""
         return int(np.argmax(np.max(self.oscillation, axis=1)))
 
+    @property
+    def allowed_said(self) -> str:
+        """The speeds that every load allows, in words."""
+        return f"allowed under every load: {listed(self.windows, self.axis) or 'no speed'}"
+
     def _worst_sentence(self) -> str:
         i = int(np.argmax(self.crests[:, 1]))
         speed, size = self.crests[i].tolist()
@@ -263,7 +268,7 @@ class SpeedMap(Result):
             Fact("", self._worst_sentence(), "largest oscillation: {}" if len(self.loads) > 1 else ""),
             Fact("allowed_under_every_load_rpm", self.windows),
             Fact("allowed_under_every_load_rad_per_s", self.windows),
-            Fact("", listed(self.windows, self.axis) or "no speed", "allowed under every load: {}"),
+            Fact("", self.allowed_said, "{}"),
             Fact("run_up_adds_rpm", self.run_up),
             Fact("", listed(passed, self.axis) or "no speed", "" if self.run_up is None else "a run-up adds: {}"),
             Fact("units", None if scatter is None else scatter.units),

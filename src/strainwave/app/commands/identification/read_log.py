@@ -12,7 +12,7 @@ from ....files.logs.read import read_log as log_of
 from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
-from ...console import in_options, number, staged, to_json
+from ...console import in_options, staged, to_json
 from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
 
@@ -60,10 +60,9 @@ def facts(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> tuple[Fact, ..
     channels = {name: {"unit": log.units[name], **dict(zip(SIZES, some, strict=True))} for name, some in sizes.items()}
     gaps = [f"{gap.start:.13g} to {gap.stop:.13g} s" for gap in log.gaps[:5]]
     gaps += [f"{len(log.gaps) - 5} more"] if len(log.gaps) > 5 else []
-    ends = f"{log.time[0]:.6g} to {log.time[-1]:.6g} s"
     return (
         Fact("file", file.name),
-        Fact("", f"{file.name}: {len(log)} samples, {ends}, {number(log.rate, 6)} Hz", "{}"),
+        Fact("", f"{file.name}: {log.length}", "{}"),
         Fact("samples", len(log)), Fact("start_s", log.time[0]), Fact("stop_s", log.time[-1]),
         Fact("rate_hz", log.rate), Fact("jitter_s", log.jitter), Fact("channels", channels),
         Fact("", tuple(tuple(map(Fact, [""] * 6, row, ("channel", "unit", *SIZES))) for row in rows), "{}"),

@@ -4,7 +4,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from ....base.sentences import Angle, Sentence, Speed, listed
-from ....base.units import ARCSEC
 from ....plot.svg import figure
 from ....study.analysis.remedies import CANCELLED
 from ....study.analysis.verdict_words import apart_said, band_data
@@ -226,11 +225,7 @@ def compensation(view: View) -> Part:
         ],
         notes=remarks,
         figures=[(figure([panels], 240.0, "pointing error before and after"), TURNS.format(speeds.base, speed))],
-        lines=[
-            f"controller {result.name} at {speed}: rms of the pointing error {number(result.before.rms / ARCSEC, 3)} → "
-            f"{number(result.after.rms / ARCSEC, 3)} arcsec"
-            for result in results
-        ],
+        lines=[f"controller {result.name} at {speed}: {result.said}" for result in results],
     )
 
 

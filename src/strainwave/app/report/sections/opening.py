@@ -15,8 +15,6 @@ from ....model.drive import HDC_40_050, HDC_40_050_WARNING
 from ....model.gears.limits import gravest
 from ....plot.svg import stacked
 from ....study.analysis.analysis import Analysis, Largest
-from ....study.analysis.verdict import Answer
-from ....study.analysis.verdict_words import ranges
 from ....study.analysis.words import how_sure
 from ...curves import CONVENTIONS
 from ...view import View, sizes
@@ -76,20 +74,21 @@ def _first(view: View, verdict: dict[str, Any]) -> str:
     ends = speeds.name + " " + Speed(*view.analysis.speeds, digits=5, between=" to ", bare=True) + f" {speeds.unit}"
     revision = f" · revision {project.revision}" if project.revision else ""
     drawn = stacked(drive_figure(view)[:1], 250.0, "oscillation of the error against speed", PAGE)
-    rows = "".join(f"<tr><th>{escape(w)}</th><td>{escape(text)}</td></tr>\n" for w, text in verdict["answers"].items())
+    answers = verdict["answers"]
+    rows = "".join(f"<tr><th>{escape(w)}</th><td>{escape(text)}</td></tr>\n" for w, text in answers.items())
     over = "" if verdict["answer"] == "all right" else " over"
     marks = MARKS if view.analysis.train_curve is None and view.analysis.regimes else ""
     return (
         f"<header><h1>{escape(project.title)}</h1>\n"
         + paragraph(f"Dynamic error analysis · {gear} · {_about(view)} · {view.rendered(ends)}{revision}", "sub")
         + f'</header>\n<div class="verdict{over}">{paragraph(verdict["headline"], "answer")}'
-        + f'<div class="first"><figure>{drawn}</figure>{_orders(view)}</div>\n'
+        + f'<div class="first"><figure>{drawn}</figure>{_orders(view, answers)}</div>\n'
         + paragraph(marks, "note")
         + f'<table class="answers"><tbody>{rows}</tbody></table></div>\n'
     )
 
 
-def _orders(view: View) -> str:
+def _orders(view: View, answers: dict[str, str]) -> str:
     """Table of changes that can be ordered or set, the oscillation after each, and its mark against the limit."""
     rows, mark = list[tuple[str, str]](), {True: " ✗", False: " ✓", None: ""}
     for remedy in [one for one in view.analysis.remedies if can_be_ordered(one) and one.helps][:FIRST]:
@@ -97,9 +96,8 @@ def _orders(view: View) -> str:
         rows.append((str(remedy), left + mark[remedy.exceeds]))
     within = "; ✓ is within the limit" * bool(view.project.limit)
     note = f"Each alone, with the oscillation that it leaves{within}." * bool(rows)
-    verdict = view.analysis.verdict
-    if verdict.answer is Answer.BUT:
-        rows.append((str(view.rendered(Sentence("keep to {}", ranges(verdict.allowed, -1)))), ""))
+    if keep := answers.get("without a change"):
+        rows.append((keep, ""))
     table = html_table(("what", "leaves"), rows) + paragraph(note, "note")
     return f"<div><h2>What can be ordered or set</h2>{table}</div>" if rows else ""
 

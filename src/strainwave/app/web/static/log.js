@@ -67,7 +67,7 @@ async function paintLog(r) {
     answer(`${file.name} cannot be read yet: ${r.why}`, false);
     return [];
   }
-  answer(`${file.name}: ${r.samples} samples, ${round(r.from_s)} to ${round(r.to_s)} s, ${round(r.rate_Hz)} Hz, ${r.channels.length} channels${r.ratio === null ? "" : `, ratio ${round(r.ratio)}`}.`);
+  answer(`${file.name}: ${r.said}, ${r.channels.length} channels${r.ratio === null ? "" : `, ratio ${round(r.ratio)}`}.`);
   const rows = r.orders.lines.map((l) => [round(l.order), `${round(l.amplitude)} ± ${round(l.error, 2)} ${signed(r.orders.unit)}`, l.kind]);
   const head = ["order", `amplitude of ${(r.orders.of ?? "").replaceAll("_", " ")}`, "kind"];
   const names = r.channels.map((c) => c.name), both = names.includes("motor_angle") && names.includes("load_angle");
@@ -89,6 +89,6 @@ async function paintIdentified(r) {
   const columns = { "time [s]": r.time, "measured torsion [arcsec]": r.measured_arcsec, "computed torsion [arcsec]": r.computed_arcsec, "residual [arcsec]": r.residual_arcsec };
   await draw("identified-torsion", { data: [over(r.measured_arcsec, "measured", BLUE, "solid"), over(r.computed_arcsec, "computed", RED, "dash")], layout: { xaxis: { title: "time [s]" }, yaxis: { title: "torsion [arcsec]" } }, table: columns, label: `Measured and computed torsion over time, measured ${between(r.measured_arcsec, "arcsec")}` });
   await draw("identified-residual", { data: [over(r.residual_arcsec, "residual", ORANGE, "solid")], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: "residual [arcsec]" } }, table: columns, label: `Residual of the torsion over time, ${between(r.residual_arcsec, "arcsec")}`, size: "second" });
-  answer(`${r.headline} ${round(r.rms_arcsec, 3)} arcsec rms are left of the measured torsion.`, r.usable ? null : false);
+  answer(r.headline, r.usable ? null : false);
   return r.remarks;
 }

@@ -1,8 +1,8 @@
 // The views that a job fills: the map over speed and load, the compensation and the tuning.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, ask, between, BLUE, button, byId, element, GREEN, inward, pictures, placed, RED, round, sentences, signed, sure, tabled } from "/static/plots.js";
-import { about, asked, state } from "/static/state.js";
+import { answer, ask, between, BLUE, button, byId, element, GREEN, pictures, placed, RED, round, sentences, signed, tabled } from "/static/plots.js";
+import { asked, state } from "/static/state.js";
 
 const job = (body) => () => call("/api/jobs", { body: { state: asked(), ...body } });
 const EDGE = [{ color: "#000", width: 5 }, { color: "#fff", width: 2 }]; // a line that is seen on every colour, and in grey
@@ -18,8 +18,7 @@ export async function speedMap() {
     controls.append(element("label", {}, "Loads [N·m] ", loads), element("label", {}, search, " look for subharmonics and other motions apart from the curves (takes longer)"));
   }
   return jobView("Which speeds are allowed under which load.", "Compute the speed map", () => {
-    const asks = mapOptions();
-    return { start: job({ kind: "speed-map", ...asks }), asks };
+    return { start: job({ kind: "speed-map", ...mapOptions() }) };
   }, paintSpeedMap);
 }
 
@@ -31,14 +30,10 @@ export function mapOptions() {
   return { search: state.options.search !== "no", loads };
 }
 
-async function paintSpeedMap(r, { asks }) {
+async function paintSpeedMap(r) {
   const draw = pictures();
-  const own = asks.loads.length ? "" : " of the project";
-  const [first, end] = [r.load[0], r.load[r.load.length - 1]].map((load) => signed(round(load))), unit = signed(r.load_unit);
-  const loads = r.load.length === 1 ? `the load${own}, ${first} ${unit}` : `all ${r.load.length} loads${own}, ${first} to ${end} ${unit}`;
-  const allowed = inward(r.allowed, about.digits);
-  const failures = sentences(r.failures);
-  answer(`${failures}Usable under ${loads}: ${allowed ? `${allowed} ${r.speed_unit}` : "no speed"}${r.forbidden.some((bands) => bands.length) ? ` (framed: ${signed(r.rule).replace(/^forbidden: /, "")})` : ""}.`, failures ? false : null);
+  const failures = sentences(r.failures), framed = r.forbidden.some((bands) => bands.length) ? ` Framed: ${signed(r.rule).replace(/^forbidden: /, "")}.` : "";
+  answer(`${failures}${signed(r.said)}${framed}`, failures ? false : null);
   const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;
   const below = (i) => r.load[i] - (steps[Math.max(i - 1, 0)] ?? 0.5), above = (i) => r.load[i] + (steps[Math.min(i, last - 1)] ?? 0.5);
   const shapes = EDGE.flatMap((line) => r.forbidden.flatMap((bands, i) => bands.map(([low, high]) => ({ type: "rect", x0: low, x1: high, y0: below(i), y1: above(i), line }))));
@@ -59,18 +54,15 @@ async function paintCompensation(r) {
   const bar = (x, y, name, colour, pattern) => ({ type: "bar", name, x, y, text: y.map((value) => round(value, 3)), textposition: "outside", constraintext: "none", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   const pair = (x, before, after) => [bar(x, before, "before", RED, "/"), bar(x, after, "after", BLUE, "")];
   const texts = kinds.map(([, text]) => text), [before, after] = [r.before, r.after].map((one) => kinds.map(([key]) => one[key]));
-  await draw("compensation", { data: pair(texts, before, after), layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": texts, "before [arcsec]": before, "after [arcsec]": after }, label: `Pointing error before and after compensation: rms ${round(r.before.rms_arcsec)} and ${round(r.after.rms_arcsec)} arcsec` });
+  await draw("compensation", { data: pair(texts, before, after), layout: { barmode: "group", yaxis: { title: "pointing error [arcsec]" } }, table: { "quantity": texts, "before [arcsec]": before, "after [arcsec]": after }, label: signed(r.said) });
   const run = (y, name, color, dash) => ({ x: r.time.map((t) => 1e3 * t), y, mode: "lines", name, line: { color, dash }, hovertemplate: `%{x:.4g} ms<br>%{y:.4g} arcsec<extra>${name}</extra>` });
   await draw("compensation-time", { data: [run(r.before_arcsec, "before", RED, "dash"), run(r.after_arcsec, "after", BLUE, "solid")], layout: { xaxis: { title: "time [ms]" }, yaxis: { title: "pointing error [arcsec]" } }, table: { "time [s]": r.time, "before [arcsec]": r.before_arcsec, "after [arcsec]": r.after_arcsec }, label: `Pointing error over the last turns, before ${between(r.before_arcsec, "arcsec")}, after ${between(r.after_arcsec, "arcsec")}`, size: "second" });
   const gears = r.other_gears.map((g) => `${Math.abs(100 * g.stiffness)} % ${g.stiffness < 0 ? "softer" : "stiffer"}`);
-  const rest = (g) => (g.after_rms_arcsec === null ? "growing" : `${round(g.after_rms_arcsec, 3)} arcsec`);
   if (gears.length) {
     const names = [gears[0], "as the model", ...gears.slice(1)], at = (key) => [r.other_gears[0], { before_rms_arcsec: r.before.rms_arcsec, after_rms_arcsec: r.after.rms_arcsec }, ...r.other_gears.slice(1)].map((g) => g[key]);
-    await draw("gears", { data: pair(names, at("before_rms_arcsec"), at("after_rms_arcsec")), layout: { barmode: "group", xaxis: { title: "stiffness of the gear" }, yaxis: { title: "rms [arcsec]" } }, table: { "gear": names, "before [arcsec]": at("before_rms_arcsec"), "after [arcsec]": at("after_rms_arcsec") }, label: `Pointing error on other gears: ${gears.map((name, i) => `${name} ${rest(r.other_gears[i])}`).join(", ")}`, size: "second" });
+    await draw("gears", { data: pair(names, at("before_rms_arcsec"), at("after_rms_arcsec")), layout: { barmode: "group", xaxis: { title: "stiffness of the gear" }, yaxis: { title: "rms [arcsec]" } }, table: { "gear": names, "before [arcsec]": at("before_rms_arcsec"), "after [arcsec]": at("after_rms_arcsec") }, label: signed(r.said), size: "second" });
   }
-  const others = gears.length ? ` On a gear ${gears.map((name, i) => `${name}: ${rest(r.other_gears[i])}`).join(", ")}.` : "";
-  const not = r.excluded ? ` This does not count: ${r.excluded}.` : r.stable ? "" : " The error grows.";
-  answer(`${r.title[0].toUpperCase()}${r.title.slice(1)}, at ${sure(r.speed)} ${r.speed_unit}: rms ${round(r.before.rms_arcsec, 3)} arcsec before, ${round(r.after.rms_arcsec, 3)} arcsec after.${others} The motor gives up to ${round(r.torque, 3)} N·m.${not}`, not ? false : null);
+  answer(signed(r.said), r.excluded || !r.stable ? false : null);
   placed("prepend", element("div", { id: "assumed" }, "Assumed:", element("ul", {}, ...r.assumed.map((text) => element("li", { textContent: signed(text) })))));
   return r.remarks;
 }
@@ -84,10 +76,10 @@ async function paintTuning(r) {
   const curve = (one, name, color, dash) => (one ? [{ x: one.speed, y: one.oscillation_arcsec, name, mode: "lines", line: { color, dash }, hovertemplate: `%{x:.5g} ${r.speed_unit}<br>%{y:.4g} arcsec<extra>${name}</extra>` }] : []);
   const limit = r.limit_arcsec !== null && r.after ? curve({ speed: [r.after.speed[0], r.after.speed.at(-1)], oscillation_arcsec: [r.limit_arcsec, r.limit_arcsec] }, "limit", GREEN, "dot") : [];
   const table = Object.fromEntries(["before", "after"].flatMap((key) => (r[key] ? [[`speed ${key} [${r.speed_unit}]`, r[key].speed], [`oscillation ${key} [arcsec]`, r[key].oscillation_arcsec]] : [])));
-  await draw("tuning", { data: [...curve(r.before, "before", RED, "dash"), ...curve(r.after, "after", BLUE), ...limit], layout: { xaxis: { title: `speed [${r.speed_unit}]` }, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" } }, table, label: `Oscillation over the speed, before ${round(r.points[0].oscillation_arcsec)} and after ${round(r.points[2].oscillation_arcsec)} arcsec at most` });
+  await draw("tuning", { data: [...curve(r.before, "before", RED, "dash"), ...curve(r.after, "after", BLUE), ...limit], layout: { xaxis: { title: `speed [${r.speed_unit}]` }, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" } }, table, label: signed(r.said) });
   const shown = { oscillation_arcsec: "largest oscillation [arcsec]", settling_s: "settling after a torque [s]", move_settling_s: "settling of the move [s]", compliance_arcsec_per_N_m: "compliance [arcsec per N·m]", peak_sensitivity: "peak sensitivity", gain_margin: "gain margin", phase_margin_deg: "phase margin [°]", motor_torque: "motor torque [N·m]" };
   const rows = [...Object.entries(r.gains).map(([name, unit], i) => [`${name} [${unit}]`, ...r.points.map((p) => round(p.gains[i]))]), ...Object.entries(shown).filter(([key]) => r.points.some((p) => p[key] !== null)).map(([key, text]) => [text, ...r.points.map((p) => round(p[key], 3))])];
   placed("prepend", element("div", { className: "wide", id: "tuned" }, tabled(["gains", ...r.points.map((p) => p.name)], rows), button("use", "Take these gains into the drive", () => ask("project", r.project))));
-  answer(`The recommended gains bring the largest oscillation from ${sure(r.points[0].oscillation_arcsec)} to ${sure(r.points[2].oscillation_arcsec)} arcsec.${r.binding.length ? ` What binds: ${r.binding.join(", ")}.` : ""}`);
+  answer(signed(r.said));
   return r.remarks;
 }

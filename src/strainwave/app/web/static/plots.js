@@ -44,13 +44,6 @@ export const numbers = (text) => placed("append", element("details", { id: "numb
 export const round = (value, digits = 4) => (value === null || value === undefined ? "–" : Number(value.toPrecision(digits)).toString());
 // A computed number: three digits where it rests on assumed ones.
 export const sure = (value) => (Math.abs(value) >= 10 ** about.digits ? String(Math.round(value)) : round(value, about.digits));
-// An end of a band of speeds, rounded to one side by Math.floor or Math.ceil, and never coarser than to 1.
-export function toward(way, value, digits = 4) {
-  const step = 10 ** Math.min(0, Math.floor(Math.log10(value || 1)) + 1 - digits), steps = value / step, near = Math.round(steps);
-  return round((Math.abs(steps - near) < 1e-6 ? near : way(steps)) * step, 12);
-}
-// Bands of speeds with their ends rounded inward; one without a speed between them is none.
-export const inward = (bands, digits) => bands.map(([a, b]) => [toward(Math.ceil, a, digits), toward(Math.floor, b, digits)]).filter(([a, b]) => Number(a) < Number(b)).map((ends) => ends.join(" to ")).join(", ");
 export const signed = (text) => (text ?? "").replaceAll("`", "").replaceAll("*", "·").replace(/(?<!\w)-(?=\d)/g, "−"); // units and numbers as they are printed
 export const sentences = (texts) => texts.map((text) => signed(text) + " ").join("");
 export const between = (values, unit) => {

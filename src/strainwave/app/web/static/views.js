@@ -3,7 +3,7 @@ import { call, download } from "/static/api.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { compensation, mapOptions, speedMap, tuning } from "/static/maps.js";
-import { answer, ask, between, BLUE, button, byId, COLOURS, crosshair, draw, element, epoch, GREEN, inward, link, numbers, ORANGE, parts, pictures, PINK, RED, round, sentences, signed, sure, tabled, toward } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, byId, COLOURS, crosshair, draw, element, epoch, GREEN, link, numbers, ORANGE, parts, pictures, PINK, RED, round, sentences, signed, sure, tabled } from "/static/plots.js";
 import { about, asked, remember, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
@@ -106,45 +106,32 @@ async function response(again, answered = () => false) {
   const x = { title: `${r.speed_name} [${r.speed_unit}]`, ...crosshair };
   const shapes = r.avoid.map(([low, high]) => band(low, high, RED));
   const data = [...beside("oscillation_arcsec", "arcsec"), ...curve(r, r.oscillation_arcsec, r.error_name, "arcsec")];
-  if (r.beat) data.push({ x: r.speed, y: r.beat.smallest_arcsec, name: "smallest turn of the beat", mode: "lines", line: { color: BLUE, width: 1 }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+  if (r.smallest_arcsec) data.push({ x: r.speed, y: r.smallest_arcsec, name: "smallest turn of the beat", mode: "lines", line: { color: BLUE, width: 1 }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   if (r.folds.length) {
     data.push({ x: r.folds.map((f) => f.speed), y: r.folds.map((f) => f.oscillation_arcsec), name: "fold: the motion jumps", mode: "markers", marker: { color: ORANGE, size: 10, symbol: "diamond" }, hovertemplate: `fold at %{x:.5g} ${r.speed_unit}<extra></extra>` });
   }
   if (r.limit_arcsec !== null) data.push(level(r, r.limit_arcsec, "limit", GREEN, "dot", "arcsec"));
   if (r.avoid.length) data.push({ x: [null], y: [null], name: "speeds to avoid", mode: "markers", marker: { symbol: "square", size: 12, color: RED, opacity: 0.25 } });
   const table = { [`speed [${r.speed_unit}]`]: r.speed, "oscillation [arcsec]": r.oscillation_arcsec, "peak with mean [arcsec]": r.peak_arcsec, "stable": r.stable.map(Number), "largest torque [N*m]": r.torque, "cubic mean torque [N*m]": r.mean_torque };
-  const picture = { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: unbounded ? r.message : `Oscillation of the ${r.error_name} over the ${r.speed_name}: at most ${round(r.largest.oscillation_arcsec)} arcsec at ${round(r.largest.speed)} ${r.speed_unit}` };
+  const picture = { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: unbounded ? r.message : signed(r.said) };
   const later = structuredClone(picture), top = Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite)));
   await draw("response", picture);
   const [low, mean, high] = r.load_torques, under = low < high ? (mean ? ` at ${signed(round(mean))} N·m on the load` : " without the load's torque") : "";
   if (current.drive !== drive) throw new DOMException("a newer one is drawn", "AbortError");
   if (!overtaken) await drawTorque(draw, r, x, under, table);
   pinControls(again);
-  const said = `Oscillation up to ${sure(r.largest.oscillation_arcsec)} arcsec at ${sure(r.largest.speed)} ${r.speed_unit}${r.beat ? ` (${sure(r.beat.smallest_at_largest_arcsec)} in the smallest turn of a beat of ${round(r.beat.period_s, 3)} s)` : ""}`;
-  const unknown = !r.covered && r.largest.oscillation_arcsec <= r.limit_arcsec;
-  const against = r.limit_arcsec !== null && unknown ? `, of the stable motions that are known; at some speeds the drive leaves them, and there the limit of ${round(r.limit_arcsec)} arcsec is not known to be met.` : r.limit_arcsec === null ? "; the project has no limit." : r.largest.oscillation_arcsec > r.limit_arcsec ? "." : `, within the limit of ${round(r.limit_arcsec)} arcsec.`;
   const failures = sentences(r.failures);
-  const keep = r.avoid.length ? ` Avoid ${r.avoid.map(([a, b]) => `${toward(Math.floor, a, r.digits)} to ${toward(Math.ceil, b, r.digits)}`).join(", ")} ${r.speed_unit}.` : "";
-  const range = `from ${signed(round(low))} to ${signed(round(high))} N·m`;
-  const loads = (of) => {
-    if (!(low < high)) return "";
-    if (!of) return ` This is for ${signed(round(mean))} N·m on the load; its torques ${range} follow.`;
-    if (of.why) return ` This is for ${signed(round(mean))} N·m on the load; under torques ${range} it has no answer: ${signed(of.why)}.`;
-    const usable = inward(of.allowed, r.digits);
-    return ` Under ${of.count} loads ${range}, ${of.whole ? "every speed is usable" : usable ? `usable are ${usable} ${r.speed_unit === "rpm" ? "rpm of the motor" : r.speed_unit}` : "no speed is usable"}.`;
-  };
+  const loads = (of) => (low < high ? ` ${of ? signed(of.said ?? `Under every load there is no answer: ${of.why}.`) : "The speeds under every load follow."}` : "");
   // A drive that is within its limit with assumed numbers passes where their whole range is within it.
   const tell = (sure, met, of) => {
     const passes = r.passes ?? of?.passes, more = sentences((of?.failures ?? []).filter((text) => !r.failures.includes(text)));
     if (unbounded) return answer(`${r.message[0].toUpperCase()}${r.message.slice(1)}.`, false);
-    return answer(`${failures}${more}${said}${against}${keep}${loads(of)} ${sure}`.trim(), passes && !met ? null : passes);
+    return answer(`${failures}${more}${signed(r.said)}${loads(of)} ${sure}`.trim(), passes && !met ? null : passes);
   };
   tell(...(r.assumed ? ["The range for assumed numbers is being computed.", null] : ["", true]));
   clearTimeout(pause);
   pause = setTimeout(afterwards, 500, later, top, drive, mine, tell, low < high);
-  const need = r.required_motor, steady = need && (need.holding_torque < need.torque ? `, ${sure(need.holding_torque)} N·m of it` : "");
-  const motor = need ? `The motor must give ${low < high ? "at least" : "up to"} ${sure(need.torque)} N·m${steady} at steady speed, and turn at up to ${round(r.required_motor.largest_speed)} ${r.speed_unit}.` : "";
-  return [...(unbounded ? [] : [r.message === "reached both ends" ? "" : r.message, motor]), ...r.remarks];
+  return [...(unbounded ? [] : [r.message === "reached both ends" ? "" : r.message, r.torque_said]), ...r.remarks];
 }
 
 function speedControl(again) {
@@ -165,9 +152,7 @@ async function motion(again) {
   const speed = speedControl(again);
   if (!(speed > 0)) throw new Error("the speed is not a positive number");
   const r = await call("/api/motion", { body: { state: asked(), speed }, kind: "view" });
-  const [low, high] = r.load_torques;
-  const under = low < high ? `, under ${signed(round(r.load_torque))} N·m on the load` : "";
-  answer(`At ${round(speed)} ${about.speed.unit}${under}, the ${r.error_name} oscillates by ${sure(r.oscillation_arcsec)} arcsec about its mean; it lies between ${signed(sure(Math.min(...r.error_arcsec)))} and ${signed(sure(Math.max(...r.error_arcsec)))} arcsec. The torque in the gear reaches ${sure(r.torque)} N·m.`);
+  answer(signed(r.said));
   await draw("time", { data: [{ x: r.time.map((t) => 1e3 * t), y: r.error_arcsec, mode: "lines", name: r.error_name, line: { color: BLUE, width: 2 }, hovertemplate: "%{x:.4g} ms<br>%{y:.4g} arcsec<extra></extra>" }], layout: { showlegend: false, xaxis: { title: "time [ms]" }, yaxis: { title: `${r.error_name} [arcsec]` } }, table: { "time [s]": r.time, "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `The ${r.error_name} over time, ${between(r.error_arcsec, "arcsec")}`, size: "second" });
   const [left, right] = [Math.min(...r.error_arcsec), Math.max(...r.error_arcsec)], margin = 0.05 * (right - left) || 1;
   await draw("phase", { data: [
@@ -200,9 +185,8 @@ async function move() {
   const draw = pictures();
   moveControls();
   const r = await call("/api/move", { body: { state: asked() }, kind: "view" });
-  const settled = `${r.settling_time === null ? "Not settled within the run" : `Settled ${r.settling_time === 0 ? "at once" : `in ${round(1e3 * r.settling_time, 3)} ms`}`} (±${round(r.window_arcsec)} arcsec about its rest, ${signed(sure(r.rest_arcsec))} arcsec off)`;
-  const failures = sentences(r.failures), above = r.limit_arcsec !== null && r.peak_arcsec > r.limit_arcsec;
-  answer(`${failures}${settled}. During the move of ${round(r.duration)} s the load is off by up to ${sure(r.peak_arcsec)} arcsec${above ? `, above the limit of ${round(r.limit_arcsec)} arcsec` : ""}.${r.limits.length ? ` Ratings of gear and motor are ${r.passes ? "kept" : "passed"}.` : ""}`, r.limits.length ? r.passes && (above ? null : true) : null);
+  const above = r.limit_arcsec !== null && r.peak_arcsec > r.limit_arcsec;
+  answer(sentences(r.failures) + signed(r.said), r.limits.length ? r.passes && (above ? null : true) : null);
   const line = (y, name, unit, colour, more) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 2, ...more }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra></extra>` });
   const over = (y, name, unit, colour, bound, bounds, middle = 0, begin = 0) => [line(y, name, unit, colour), ...(bound ? [1, -1].map((sign) => ({ ...line(r.time.map((t) => (t < begin ? null : middle + sign * bound)), bounds, unit, ORANGE, { width: 1.5, dash: "dash" }), showlegend: sign > 0 })) : [])];
   const end = { type: "line", xref: "x", yref: "paper", x0: r.duration, x1: r.duration, y0: 0, y1: 1, line: { color: PINK, width: 1.5, dash: "dot" } };
