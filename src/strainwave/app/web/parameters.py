@@ -87,7 +87,7 @@ def _in_unit(content: dict[str, Any], name: str, text: str, before: float, unit:
 
 
 def parameters(project: Project) -> list[dict[str, Any]]:
-    """Describe every number of a project that may be changed, in the order of its file."""
+    """Describe every number of a project that may be changed, those of the load first."""
     content = read(project.text).content
     names = [name for name in numbers_of(content) if not name.endswith((".order", ".type")) and ".order." not in name]
     if project.mean_range is None:
@@ -96,7 +96,7 @@ def parameters(project: Project) -> list[dict[str, Any]]:
         names += [f"gear.{name}" for name in OF_RECORD if name in project.gear.law._fields]
     names += of_record(content, project.gear)
     rows = (_described(project, content, name) for name in names)
-    return [one for one in rows if one is not None]
+    return sorted((one for one in rows if one is not None), key=lambda one: str(one["group"]) != "load")
 
 
 def _described(project: Project, content: dict[str, Any], name: str) -> dict[str, Any] | None:
