@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 import strainwave as sw
-from strainwave.drive.margins import ABOUT, MotorLoop
+from strainwave.drive.margins import HALF_WIDTHS, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.controls import core_of, with_core
 
@@ -85,7 +85,7 @@ class Judge:
             loop = MotorLoop(train, sw.study.operating_state(train, train.omega), train.omega)
             if not loop.closed.stable:
                 return inf
-            grid = loop.frequencies(2000, ABOUT)
+            grid = loop.frequencies(2000, HALF_WIDTHS)
             worst = max(worst, float(np.max(1.0 / np.abs(1.0 + loop(grid) * np.exp(-1j * grid * self.delay)))))
         return worst
 

@@ -25,7 +25,7 @@ def told(path: Path, folder: Path) -> dict[str, list[float]]:
     decided = decide(project, rules_of(None, None, None, project.limit))
     rows = {"API": np.ravel(decided.allowed) / RPM}
     result = CliRunner().invoke(command.cli, ["speed-map", str(path), "--json"])
-    if not any(found.curves for found in decided.found):
+    if not any(found.curves for found in decided.by_load):
         assert result.exit_code == 1, result.output
     else:
         assert result.exit_code == 0, result.output

@@ -12,7 +12,7 @@ import strainwave as sw
 from strainwave.drive.asked import WEIGHT
 from strainwave.study.analysis.analyze import decided_bands, judged_postures
 from strainwave.study.analysis.verdict import Answer, judged
-from strainwave.study.analysis.words import posture_said
+from strainwave.study.analysis.words import posture_sentence
 from strainwave.study.speed_map.decide import decide
 from strainwave.study.speed_map.rules import Rules
 
@@ -115,7 +115,7 @@ def test_the_verdict_counts_every_posture_and_names_the_worst(tmp_path):
     for case in arm.cases:
         end = case.on(arm).whole.load.end()
         assert (end.J, float(end.excitation.torque(0.3))) == pytest.approx((case.inertia, case.torque))
-    assert "postures the worst is posture 2 (out)" in posture_said(SimpleNamespace(posture=worst, postures=rows))
+    assert "postures the worst is posture 2 (out)" in posture_sentence(SimpleNamespace(posture=worst, postures=rows))
     assert judged_postures(decide(replace(arm, postures=()), Rules(arm.limit), search=False)) == ()
 
 

@@ -64,12 +64,12 @@ class MotorLimits(NamedTuple):
         for name in self._fields:
             value = getattr(self, name)
             if name in CURVES:
-                if value and (said := curve_fault(value)):
-                    raise ValueError(f"MotorLimits.{name} {said}")
+                if value and (fault := curve_fault(value)):
+                    raise ValueError(f"MotorLimits.{name} {fault}")
             elif value != math.inf:
                 number(f"MotorLimits.{name}", value, positive=True)
-        if said := self.crossing():
-            raise ValueError(f"MotorLimits.continuous_torque {said}")
+        if fault := self.crossing():
+            raise ValueError(f"MotorLimits.continuous_torque {fault}")
 
     def crossing(self) -> str:
         """That the continuous torque is above the peak torque at a speed, as the end of a sentence; empty where not."""
@@ -79,8 +79,8 @@ class MotorLimits(NamedTuple):
         speeds = speeds[speeds <= self.fastest]
         peak, lasting = along(self.peak_torque, speeds), along(self.continuous_torque, speeds)
         i = int(np.argmax(lasting - peak))
-        said = f"is {lasting[i]:.4g} N*m at {speeds[i] / RPM:.5g} rpm, above the peak torque of {peak[i]:.4g} N*m"
-        return f"{said}; swap or correct the curves" if lasting[i] > peak[i] else ""
+        fact = f"is {lasting[i]:.4g} N*m at {speeds[i] / RPM:.5g} rpm, above the peak torque of {peak[i]:.4g} N*m"
+        return f"{fact}; swap or correct the curves" if lasting[i] > peak[i] else ""
 
     @property
     def most(self) -> float:
@@ -149,13 +149,13 @@ class Need(NamedTuple):
     def against(self, limits: MotorLimits, limit: str) -> tuple[Floats, Floats, Floats, Any]:
         """Speeds [rad/s], torque asked and available [N*m], and whether joined; where a curve bends, too."""
         omega, n = self.omega, np.arange(len(self.omega), dtype=float)
-        places = [n]
+        indices = [n]
         for knot, _ in limits.continuous_torque if limit == RMS else limits.peak_torque:
             i = np.flatnonzero(self.joined & ((omega[:-1] - knot) * (omega[1:] - knot) < 0.0))
-            places.append(i + (knot - omega[i]) / (omega[i + 1] - omega[i]))
-        place = np.unique(np.concatenate(places))
-        speeds, torque = np.interp(place, n, omega), np.interp(place, n, self.rms if limit == RMS else self.peak)
-        return speeds, torque, limits.at(limit, speeds), self.joined[place[:-1].astype(int)]
+            indices.append(i + (knot - omega[i]) / (omega[i + 1] - omega[i]))
+        index = np.unique(np.concatenate(indices))
+        speeds, torque = np.interp(index, n, omega), np.interp(index, n, self.rms if limit == RMS else self.peak)
+        return speeds, torque, limits.at(limit, speeds), self.joined[index[:-1].astype(int)]
 
     def share(self, limits: MotorLimits, limit: str) -> float:
         """Largest share of the torque that is available."""

@@ -66,12 +66,12 @@ class MotorUse(NamedTuple):
 
 def most_asked(some: Iterable[MotorUse | None]) -> MotorUse | None:
     """The largest torques of several, of those that are known."""
-    known = [use for use in some if use is not None]
-    if not known:
+    uses = [use for use in some if use is not None]
+    if not uses:
         return None
-    run_up = max((use.run_up for use in known if use.run_up is not None), default=None)
-    top = max(known, key=lambda use: use.torque)
-    return top._replace(holding=max(use.holding for use in known), run_up=run_up)
+    run_up = max((use.run_up for use in uses if use.run_up is not None), default=None)
+    top = max(uses, key=lambda use: use.torque)
+    return top._replace(holding=max(use.holding for use in uses), run_up=run_up)
 
 
 def most_used(*some: Usage) -> Usage:
@@ -278,12 +278,12 @@ class DriveResponse(Result):
         """
         if self.motor_torque is None or self.motor_mean is None or self.motor_rms is None:
             return None
-        at = self.visited()
-        mean, peak = self.motor_mean[at], self.motor_torque[at]
+        visited = self.visited()
+        mean, peak = self.motor_mean[visited], self.motor_torque[visited]
         moved = np.max(np.abs(mean + np.array(shifts)[:, None]), axis=0)
-        ripple = np.maximum(self.motor_rms[at] ** 2 - mean * mean, 0.0)
+        ripple = np.maximum(self.motor_rms[visited] ** 2 - mean * mean, 0.0)
         peak = np.maximum(peak, moved + peak - np.abs(mean))
-        return Need(self.omega[at], peak, np.sqrt(moved**2 + ripple), np.diff(at) == 1)
+        return Need(self.omega[visited], peak, np.sqrt(moved**2 + ripple), np.diff(visited) == 1)
 
     def asked(self, mean: float, loads: tuple[float, float], N: float) -> tuple[Usage, MotorUse | None]:
         """Demands of the motions on gear and motor, at least those of a range of `loads` [N*m] at steady speed.
@@ -294,10 +294,10 @@ class DriveResponse(Result):
         usage = replace(usage, peak_torque=max(usage.peak_torque, *map(abs, loads)))
         if motor is not None and self.motor_mean is not None:
             means = np.abs(self.motor_mean[self.visited()] + (mean - np.array(loads)[:, None]) / N)
-            holding, at = float(np.max(means)), self.omega[self.visited()][int(np.argmax(np.max(means, axis=0)))]
+            holding, speed = float(np.max(means)), self.omega[self.visited()][int(np.argmax(np.max(means, axis=0)))]
             motor = motor._replace(holding=holding)
             if holding > motor.torque:
-                motor = motor._replace(torque=holding, at=float(at))
+                motor = motor._replace(torque=holding, at=float(speed))
         return usage, motor
 
     def __str__(self) -> str:

@@ -89,8 +89,8 @@ def bands_between(up: list[Leg], down: list[Leg]) -> tuple[HysteresisBand, ...]:
     cuts = sorted({end for leg in (*up, *down) for end in (leg.low, leg.high)})
     apart: list[tuple[float, float]] = []
     for low, high in pairwise(cuts):
-        here = {next((leg.piece for leg in legs if leg.low <= low and high <= leg.high), None) for legs in (up, down)}
-        if len(here) == 1 or None in here:
+        pieces = {next((leg.piece for leg in legs if leg.low <= low and high <= leg.high), None) for legs in (up, down)}
+        if len(pieces) == 1 or None in pieces:
             continue
         apart.append((apart.pop()[0] if apart and apart[-1][1] == low else low, high))
     bands: list[HysteresisBand] = []
@@ -99,8 +99,8 @@ def bands_between(up: list[Leg], down: list[Leg]) -> tuple[HysteresisBand, ...]:
             {(a.piece, b.piece): a.jump for a, b in pairwise(legs) if a.jump and low <= a.jump.value <= high}
             for legs in (up, down)
         ]
-        pairs = [(forth.pop(way), back.pop(way[::-1])) for way in list(forth) if way[::-1] in back]
-        bands += [HysteresisBand(again.value, there.value, (there,), (again,)) for there, again in pairs]
+        pairs = [(forth.pop(pair), back.pop(pair[::-1])) for pair in list(forth) if pair[::-1] in back]
+        bands += [HysteresisBand(again.value, jump.value, (jump,), (again,)) for jump, again in pairs]
         first, last = tuple(forth.values()), tuple(back.values())
         if pairs and last:
             low = min(jump.value for jump in last)
@@ -115,7 +115,7 @@ def _largest(some: list[Jump]) -> float:
     return max(some, key=lambda j: abs(j.after - j.before)).value if some else float("nan")
 
 
-def told_bands(parameter: str, bands: tuple[HysteresisBand, ...]) -> str:
+def bands_sentence(parameter: str, bands: tuple[HysteresisBand, ...]) -> str:
     """Width and ends of every band in words."""
     if not bands:
         return "No bistable range."
@@ -235,14 +235,14 @@ def jumps(branch: Branch) -> Jumps:
     twice = doubled(branch)
     sentence = " ".join(
         [
-            _told(branch, "run-up", on_up, good_up, up, twice),
-            _told(branch, "run-down", on_down, good_down, down, twice),
-            told_bands(branch.parameter, bands),
-            *_told_doubled(branch, np.union1d(up, down)),
+            _sweep_sentence(branch, "run-up", on_up, good_up, up, twice),
+            _sweep_sentence(branch, "run-down", on_down, good_down, down, twice),
+            bands_sentence(branch.parameter, bands),
+            *_doubled_sentences(branch, np.union1d(up, down)),
         ]
     )
-    found = jumps_of(branch.parameter, up, down, on_up, on_down, good_up, good_down, sentence, bands)
-    return replace(found, flips=doubled_spans(branch, np.isin(np.arange(len(twice)), [*up, *down])))
+    sweeps = jumps_of(branch.parameter, up, down, on_up, on_down, good_up, good_down, sentence, bands)
+    return replace(sweeps, flips=doubled_spans(branch, np.isin(np.arange(len(twice)), [*up, *down])))
 
 
 def jumps_of(
@@ -259,17 +259,17 @@ def jumps_of(
     )  # fmt: skip
 
 
-def _told(
+def _sweep_sentence(
     branch: Branch, name: str, some: tuple[Jump, ...], good: bool, path: Integers, twice: Booleans
 ) -> str:  # fmt: skip
     parameter = branch.parameter
-    told = [
+    changes = [
         f"{'rises' if j.after > j.before else 'drops'} at {parameter} = {j.value:.9g} from {j.before:.4g} to "
         f"{j.after:.4g} ({j.cause}{'; other stable orbits wait there, the nearest is taken' if j.choices > 1 else ''})"
         for j in some
     ]
     without = f"changes without a jump{' where the motion is stable' if twice[path].any() else ''}"
-    text = f"On the {name} max |x| " + (", then ".join(told) if told else without)
+    text = f"On the {name} max |x| " + (", then ".join(changes) if changes else without)
     if not good:
         end = branch.values[path[-1]]
         text += f", and beyond {parameter} = {end:.6g} this branch has no stable orbit: integrate to see what follows"
@@ -294,7 +294,7 @@ def doubled_spans(branch: Branch, some: Booleans | bool = True) -> tuple[tuple[f
     return tuple((float(np.min(run)), float(np.max(run))) for run in runs if np.ptp(run) > 0.0)
 
 
-def _told_doubled(branch: Branch, visited: Integers) -> list[str]:
+def _doubled_sentences(branch: Branch, visited: Integers) -> list[str]:
     inside = branch.values[visited[doubled(branch)[visited]]]
     if not len(inside):
         return []
@@ -313,8 +313,8 @@ def pieces_of(branch: Branch, good: Booleans) -> list[Integers]:
     pieces: list[list[int]] = []
     heading = 0.0
     for i, step in enumerate(np.sign(np.diff(branch.values)).tolist()):
-        whole = (stable[i] or marginal[i]) and (stable[i + 1] or marginal[i + 1]) and (stable[i] or stable[i + 1])
-        if not whole:
+        joined = (stable[i] or marginal[i]) and (stable[i + 1] or marginal[i + 1]) and (stable[i] or stable[i + 1])
+        if not joined:
             heading = 0.0
             continue
         step = step or heading  # two points at one value belong to one run
@@ -345,18 +345,18 @@ def _sweep(branch: Branch, pieces: list[Any], sign: float) -> tuple[Integers, tu
         current = next((k for k, p in enumerate(ahead) if p[0] == start), current)
     visited = [i for i in ahead[current] if values[i] >= begin]
     legs: list[Leg] = []
-    begun, whole = max(begin, float(values[ahead[current][0]])), False
+    begun, complete = max(begin, float(values[ahead[current][0]])), False
     while True:
         last, leg = visited[-1], current
         edge = float(values[last])
-        whole = edge >= ends
+        complete = edge >= ends
         onto = [
             k
             for k, p in enumerate(ahead)
             if k != current and values[p[0]] <= edge < values[p[-1]] and last not in p[:-1]
         ]
         jump = None
-        if not whole and onto and len(legs) <= len(pieces):
+        if not complete and onto and len(legs) <= len(pieces):
             before = float(branch.peak[last])
             landings = [float(np.interp(edge, values[ahead[k]], branch.peak[ahead[k]])) for k in onto]
             best = int(np.argmin(np.abs(np.array(landings) - before)))
@@ -371,8 +371,8 @@ def _sweep(branch: Branch, pieces: list[Any], sign: float) -> tuple[Integers, tu
             break
         begun = edge
     inside = [i for i in visited if values[i] <= ends]
-    found = tuple(leg.jump for leg in legs if leg.jump is not None)
-    return np.array(inside or visited), found, whole, legs
+    taken = tuple(leg.jump for leg in legs if leg.jump is not None)
+    return np.array(inside or visited), taken, complete, legs
 
 
 def _cause(branch: Branch, value: float) -> str:

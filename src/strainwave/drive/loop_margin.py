@@ -26,7 +26,7 @@ from .operating_point import mean_state
 from .state_space import driven, state_space, undriven
 
 ROUNDING = 1e-9  # of the largest pole: less growth than this is none
-LEAST, CLOSE = 1e-3, 1e-3  # smallest share of the bandwidth that is tried, and how near the margin is found
+LEAST_SHARE, MARGIN_TOLERANCE = 1e-3, 1e-3  # of the bandwidth: the smallest that is tried; and of the margin
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,8 +197,8 @@ def motor_name(control: Any, inertia: float) -> str:
         return f"{motor_name(control.loop, inertia)}, position by {mixed or 'the encoder of the load'}"
     if isinstance(control, Filtered):
         kind = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", type(control.filter).__name__.removesuffix("Filter")).lower()
-        at = control.filter.frequency / HERTZ
-        return f"{motor_name(control.loop, inertia)}, {kind} filter of {at:.4g} Hz"
+        hertz = control.filter.frequency / HERTZ
+        return f"{motor_name(control.loop, inertia)}, {kind} filter of {hertz:.4g} Hz"
     if isinstance(control, controls.CascadeLoop):
         gains = f"K_v {control.K_v:.4g} 1/s, K_p {control.K_p:.4g} N*m*s/rad"
         return f"cascade of {gains}, T_n {1e3 * control.T_n:.4g} ms"
@@ -284,9 +284,9 @@ def _last_stable(grows: Callable[[float], bool], largest: float) -> float | None
     high, low = largest, 0.8 * largest
     while grows(low):
         high, low = low, 0.8 * low
-        if low < LEAST * largest:
+        if low < LEAST_SHARE * largest:
             return None
-    while high / low > 1.0 + CLOSE:
+    while high / low > 1.0 + MARGIN_TOLERANCE:
         middle = sqrt(low * high)
         low, high = (low, middle) if grows(middle) else (middle, high)
     return low

@@ -21,10 +21,10 @@ from .loops.linear_control import around_poles, control_response, linear_control
 from .loops.sampled_loop import SampledLoop, sampled_loop
 from .state_space import StateSpace, state_space
 
-POINTS, BEYOND = 4000, 1e3  # frequencies that are looked at, and how far below and above the slowest and fastest pole
-ABOUT = np.tan(np.linspace(-1.5, 1.5, 201))  # places around a resonance, in half widths
-ZOOM, ZOOMS = 33, 3  # places between the neighbours of the largest sensitivity, and rounds
-SMALL = 1e-7  # of the largest: a pole that stands for 0, and an imaginary part that does not count
+POINTS, POLE_SPAN = 4000, 1e3  # frequencies, and how far below and above the slowest and fastest pole
+HALF_WIDTHS = np.tan(np.linspace(-1.5, 1.5, 201))  # places around a resonance, in half widths
+ZOOM_POINTS, ZOOM_ROUNDS = 33, 3  # places between the neighbours of the largest sensitivity, and rounds
+NOISE = 1e-7  # of the largest: a pole that stands for 0, and an imaginary part that does not count
 
 
 class MotorLoop:
@@ -36,10 +36,10 @@ class MotorLoop:
         As of `state_space`: a motor with a loop, and the operating point.
     """
 
-    def __init__(self, train: DriveTrain, at: ArrayLike | None, speed: float) -> None:
-        self.train, self.closed = train, state_space(train, at=at, speed=speed)
-        self._own = np.array([name.startswith("control z") for name in self.closed.states])
-        self.still = self.closed.at[~self._own]
+    def __init__(self, train: DriveTrain, state: ArrayLike | None, speed: float) -> None:
+        self.train, self.closed = train, state_space(train, at=state, speed=speed)
+        self._of_control = np.array([name.startswith("control z") for name in self.closed.states])
+        self.still = self.closed.at[~self._of_control]
 
     @cached_property
     def plant(self) -> StateSpace:
@@ -47,9 +47,9 @@ class MotorLoop:
         return state_space(self.train.with_motor(control=FREE), at=self.still, speed=self.closed.speed)
 
     @cached_property
-    def own(self) -> Any:
+    def control(self) -> Any:
         """The linear control."""
-        return linear_control(self.train.motor.control, self.closed.at, self._own)
+        return linear_control(self.train.motor.control, self.closed.at, self._of_control)
 
     @cached_property
     def outputs(self) -> Floats:
@@ -78,8 +78,8 @@ class MotorLoop:
 
     def __call__(self, omega: ArrayLike) -> Complexes:
         """Open loop (n,) at frequencies [rad/s]; 1 + L = 0 is the closed loop's characteristic equation."""
-        at = np.atleast_1d(np.asarray(omega, float))
-        return np.asarray(np.sum(control_response(self.own, at) * self.answer(at), axis=1))
+        frequencies = np.atleast_1d(np.asarray(omega, float))
+        return np.asarray(np.sum(control_response(self.control, frequencies) * self.answer(frequencies), axis=1))
 
     def answer(self, omega: Floats) -> Complexes:
         """Deviations (n, 2), as the loop sees it and of the motor, over a torque on the motor, without its loop."""
@@ -87,10 +87,10 @@ class MotorLoop:
         response = np.linalg.solve(s, self.plant.B[:, :1].astype(complex))[:, :, 0]
         return np.asarray(response @ self.outputs[:2].T)
 
-    def frequencies(self, points: int, about: Floats, beyond: float = BEYOND) -> Floats:
+    def frequencies(self, points: int, about: Floats, beyond: float = POLE_SPAN) -> Floats:
         """Frequencies [rad/s], ascending, close around resonances and antiresonances."""
         sizes = np.abs(self.corners)
-        sizes = sizes[sizes > SMALL * np.max(sizes, initial=1e-300)]
+        sizes = sizes[sizes > NOISE * np.max(sizes, initial=1e-300)]
         low, high = (float(np.min(sizes)), float(np.max(sizes))) if len(sizes) else (1.0, 1.0)
         return np.unique([*np.geomspace(low / beyond, high * beyond, points), *around_poles(self.corners, about)])
 
@@ -200,14 +200,14 @@ def margins(
         kind = "free" if train.motor.free else "held ideally"
         raise ValueError(f"the motor is {kind} and has no loop to cut; give it a SpeedLoop or a PositionLoop")
     loop = loop_of(train, at, speed, None if sampling is None else checked(sampling))
-    grid = loop.frequencies(POINTS, ABOUT)
+    grid = loop.frequencies(POINTS, HALF_WIDTHS)
     values = loop(grid)
     size = np.log(np.maximum(np.abs(values), 1e-300))
-    across = [i for i in _changes(values.imag) if np.any(np.abs(values.imag[i : i + 2]) > SMALL * np.abs(values[i]))]
+    across = [i for i in _changes(values.imag) if np.any(np.abs(values.imag[i : i + 2]) > NOISE * np.abs(values[i]))]
     gains = np.array([_root(loop, grid, i, lambda z: float(np.log(abs(z)))) for i in _changes(size)])
     phases = np.array([_root(loop, grid, i, lambda z: float(z.imag)) for i in across])
     if sampling is not None:  # half the rate, where a sampled loop is real
-        phases = np.append(phases[phases < grid[-1] * (1.0 - SMALL)], grid[-1])
+        phases = np.append(phases[phases < grid[-1] * (1.0 - NOISE)], grid[-1])
     if len(phases):
         phases = phases[loop(phases).real < 0.0]
     phase_margins = np.angle(-loop(gains)) if len(gains) else gains
@@ -219,19 +219,19 @@ def margins(
 
 
 def loop_of(
-    train: DriveTrain, at: ArrayLike | None, speed: float, sampling: Sampling | None
+    train: DriveTrain, state: ArrayLike | None, speed: float, sampling: Sampling | None
 ) -> MotorLoop | SampledLoop:  # fmt: skip
     """The open loop of a train's motor, as its controller samples it or without samples."""
-    plain = MotorLoop(train, at, speed)
+    plain = MotorLoop(train, state, speed)
     return plain if sampling is None else sampled_loop(plain, sampling)
 
 
 def peak_sensitivity(loop: MotorLoop | SampledLoop, grid: Floats, values: Complexes) -> float:
     """Largest |1/(1 + L)|, between the frequencies of the grid too."""
     least = np.abs(1.0 + values)
-    for _ in range(ZOOMS):
+    for _ in range(ZOOM_ROUNDS):
         top = int(np.argmin(least))
-        grid = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], ZOOM)
+        grid = np.linspace(grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], ZOOM_POINTS)
         least = np.abs(1.0 + loop(grid))
     return float(1.0 / np.min(least))
 

@@ -17,9 +17,9 @@ from ..numerics.balance.rates import jacobians_at, rates_at
 from ..numerics.operating_point import loaded_state
 
 STEP = 0.1  # units of the states for differences: twists of 0.6 microrad
-HELD, BESIDE = Held(), 1e-9  # and a share of a torsion, beyond the kink at the end of a gap
-ROUNDS, CLOSE = 50, 1e-9  # of Newton's method, and rates of the solution relative to those of the train without twist
-EXACT = 1e-14  # of the rates of a train with a twist: what rounding leaves of them
+HELD, KINK_SHARE = Held(), 1e-9  # and a share of a torsion, beyond the kink at the end of a gap
+ROUNDS, RATE_TOLERANCE = 50, 1e-9  # of Newton's method; rates of the solution by those of the train without twist
+RATE_ROUNDING = 1e-14  # of the rates of a train with a twist: what rounding leaves of them
 
 
 def operating_state(
@@ -70,13 +70,13 @@ def operating_state(
         return np.concatenate([state[:2], np.zeros(2), state[2:]])
     names = held.state_names()
     state = np.zeros(len(names))
-    tolerance = CLOSE * max(float(np.max(np.abs(_rates(held, angle, state)))), 1e-300)
+    tolerance = RATE_TOLERANCE * max(float(np.max(np.abs(_rates(held, angle, state)))), 1e-300)
     short, memory, turned = "", [_memory(names, i) for i in range(1 + len(held.load.couplings()))], 0
     kept = [j for places in memory for j in places]
     slack = not (near or lacking(held.law, "stiffness")) and not spring_stiffness(held.law, 0.0)
     if slack:  # where little torque is to be carried, that of a twist as wide as the gap has more rounding
         wide = np.append(2.0 * max(breakpoints_of(held.law), default=0.0), state[1:])
-        tolerance = max(tolerance, EXACT * float(np.max(np.abs(_rates(held, angle, wide)))))
+        tolerance = max(tolerance, RATE_ROUNDING * float(np.max(np.abs(_rates(held, angle, wide)))))
     largest = 1e-300  # a torque that vanishes as the load turns to its place is right to a share of what it was
     for _ in range(ROUNDS):
         # Its torque depends on where the load is: the state of a law with memory is that of its own slow load.
@@ -87,7 +87,7 @@ def operating_state(
         if not _settle(beside, angle, state, kept, tolerance):
             break
         now = _torque_at_load(held, names, state, angle)
-        if near or not (slack or any(memory)) or abs(now - torque) <= CLOSE * largest:
+        if near or not (slack or any(memory)) or abs(now - torque) <= RATE_TOLERANCE * largest:
             return state
         turned += now * torque < 0.0
         if slack and turned > 1:  # each side of the gap leads to the other: the load rests between them
@@ -95,8 +95,8 @@ def operating_state(
             if _settle(held, angle, state, kept, tolerance):
                 return state
             break
-    said = short or "Newton's method finds none"
-    raise SolveError(Sentence("the mean torques hold the train in no state at {}: {}", Speed(speed), said))
+    reason = short or "Newton's method finds none"
+    raise SolveError(Sentence("the mean torques hold the train in no state at {}: {}", Speed(speed), reason))
 
 
 def mean_state(train: DriveTrain) -> Floats | None:
@@ -112,8 +112,8 @@ def refuse_overload(train: DriveTrain) -> None:
     train = with_mean_torques(train)
     names = train.state_names()
     state = np.zeros(len(names))
-    if said := _loaded(train, names, state, (), _torque_at_load(train, names, state, 0.0), 0.0):
-        raise SolveError(said)
+    if fault := _loaded(train, names, state, (), _torque_at_load(train, names, state, 0.0), 0.0):
+        raise SolveError(fault)
 
 
 def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], tolerance: float) -> bool:
@@ -131,9 +131,9 @@ def _settle(train: DriveTrain, angle: float, state: Floats, memory: list[int], t
     return False
 
 
-def _memory(names: tuple[str, ...], place: int) -> list[int]:
+def _memory(names: tuple[str, ...], index: int) -> list[int]:
     """Places of the internal states of the law of the gear (0) or of a coupling among the states of a train."""
-    name = f"coupling {place}" if place else "gear"
+    name = f"coupling {index}" if index else "gear"
     return [j for j, other in enumerate(names) if other.startswith(f"{name} z")]
 
 
@@ -142,8 +142,8 @@ def _torque_at_load(train: DriveTrain, names: tuple[str, ...], state: Floats, an
     end = train.load.end()
     turning = train.omega * train.reference.slope(0.0) / train.N
     deviation = float(state[2]) if "motor deviation" in names else 0.0
-    place = (angle + deviation) / train.N - float(train.load_error(state))
-    drag = torque_of(end.drag, place, turning, (0.0,) * states_of(end.drag))
+    load_angle = (angle + deviation) / train.N - float(train.load_error(state))
+    drag = torque_of(end.drag, load_angle, turning, (0.0,) * states_of(end.drag))
     return float(drag - end.excitation.torque(0.0))
 
 
@@ -168,7 +168,7 @@ def _loaded(
 
 def _beside_gap(train: DriveTrain, u: float, torque: float) -> DriveTrain:
     """The train with a straight law through a torsion [rad] and its torque [N*m], as steep as its own beyond it."""
-    stiffness = float(spring_stiffness(train.law, u * (1.0 + BESIDE)))
+    stiffness = float(spring_stiffness(train.law, u * (1.0 + KINK_SHARE)))
     return train._replace(law=Polynomial((torque - stiffness * u, stiffness))) if stiffness else train
 
 

@@ -18,7 +18,7 @@ from .project import Project
 
 ROUNDING = 1e-12
 LOADS, WITH_MEMORY = 9, 5  # torques of a range; where a curve of a drive with friction or memory is one of many
-OF_FILE = "load of the file"
+FILE_LOAD = "load of the file"
 
 
 class Posture(NamedTuple):
@@ -165,9 +165,9 @@ class LoadCase(NamedTuple):
 def cases_of(project: Project, torques: Sequence[float] | None = None) -> tuple[LoadCase, ...]:
     """Every load of a project: its postures, and its own load under torques [N*m], by default those of `spread`."""
     J = project.subject.load.end().J
-    of_file = f"{OF_FILE}, " if project.postures else ""
-    own = spread(project) if torques is None else torques
-    rows = [LoadCase(f"{of_file}{torque:.4g} N*m", J, torque) for torque in own]
+    of_file = f"{FILE_LOAD}, " if project.postures else ""
+    torques = spread(project) if torques is None else torques
+    rows = [LoadCase(f"{of_file}{torque:.4g} N*m", J, torque) for torque in torques]
     posed = []
     for i, row in enumerate(project.postures, 1):
         torque = project.mean_load_torque if row.torque is None else row.torque

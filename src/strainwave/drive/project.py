@@ -27,13 +27,13 @@ from .drive_response import DriveResponse
 from .loop_margin import motor_name
 from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
 from .operating_point import refuse_overload
-from .reductions import THE_LOOP, beyond_equation, left_out
+from .reductions import LOOP_PART, beyond_equation, left_out
 from .response import UNDAMPED, loses_energy
 from .steady import equation_curve, is_beating, leaves_angle_out, train_motions
 from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, without_gravity
 
-OF_SIZE = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode", "hysteresis")
-SURE = 3  # digits of what rests on an assumed one of these
+SIZE_FIELDS = ("damping", "excitation.kinematic_error", "excitation.accuracy", "motor.loop", "motor.mode", "hysteresis")
+ASSUMED_DIGITS = 3  # digits of what rests on an assumed one of these
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Project:
         low, high = self.speeds.given[0], self.speeds.given[-1]
         gear = "gear of its own law" if self.gear is None else self.gear.name
         motor = next(iter(self.motors())) if self.motor_named and self.whole is not None else self.motor
-        parts = f", with {listed(more)}" if (more := [part for part in self.left_out if part != THE_LOOP]) else ""
+        parts = f", with {listed(more)}" if (more := [part for part in self.left_out if part != LOOP_PART]) else ""
         return on_screen(
             f"Project {self.title!r} ({self.path.name}): {gear}, ratio {self.drive.N:g}, motor: {motor}{parts}\n"
             f"  equation: J {self.J:.6g} kg*m^2, B {self.drive.B:.6g} N*m*s/rad, omega_0 {self.omega_0:.6g} rad/s\n"
@@ -179,11 +179,11 @@ class Project:
     @property
     def assumed(self) -> tuple[Source, ...]:
         """Assumed numbers on which an oscillation rests: of damping, hysteresis, kinematic error and motor."""
-        return tuple(one for one in self.sources if one.word == "assumed" and one.name.startswith(OF_SIZE))
+        return tuple(one for one in self.sources if one.word == "assumed" and one.name.startswith(SIZE_FIELDS))
 
     def digits(self, most: int = 4) -> int:
         """Digits with which an answer is printed."""
-        return min(whole("most", most), SURE if self.assumed else most)
+        return min(whole("most", most), ASSUMED_DIGITS if self.assumed else most)
 
     @property
     def has_memory(self) -> bool:
@@ -237,8 +237,8 @@ class Project:
             return system
         damping = GearDamping(system.B) if self.damping is None else self.damping._replace(B=system.B)
         varying = self.stiffness or NoVariation()
-        whole: VaryingOscillator = checked(VaryingOscillator(system.J, damping, *system[2:], varying))
-        return whole
+        oscillator: VaryingOscillator = checked(VaryingOscillator(system.J, damping, *system[2:], varying))
+        return oscillator
 
     @property
     def mean_load_torque(self) -> float:
@@ -251,8 +251,8 @@ class Project:
         low, high = self.mean_range or (self.mean_load_torque, self.mean_load_torque)
         if self.train is None:
             return low, high
-        least, most = torques_of_angle(self.train.load.end().drag)
-        return low + least, high + most
+        lowest, highest = torques_of_angle(self.train.load.end().drag)
+        return low + lowest, high + highest
 
     @property
     def other_loads(self) -> tuple[float, float]:
@@ -305,18 +305,18 @@ class Project:
             If no periodic motion is found.
         """
         how = {"coexisting": coexisting, "points": points}
-        found = None
+        response = None
         if self.train is not None:
             refuse_free(self.train)
-            found = self.train_response(harmonics, **how)
-            if found is None and has_curve(self.train):
+            response = self.train_response(harmonics, **how)
+            if response is None and has_curve(self.train):
                 refuse_overload(self.train)
                 raise SolveError(NO_MOTION)
-        if found is None:
-            found = self.equation_response(harmonics, **how)
-        if len(found.curve):
-            return found
-        raise SolveError(found.message)
+        if response is None:
+            response = self.equation_response(harmonics, **how)
+        if len(response.curve):
+            return response
+        raise SolveError(response.message)
 
     def train_response(self, harmonics: int | None = None, **how: Any) -> DriveResponse | None:
         """The same of the whole train; None where it has no curve, or none is found."""
@@ -356,9 +356,9 @@ class Project:
         """That the motor's loop is unstable under a load, in a sentence; empty where it is not."""
         return loop_fault(self)
 
-    def judged(self, found: DriveResponse) -> Any:
+    def judged(self, response: DriveResponse) -> Any:
         """The verdict on one curve of the drive by the rules of `analyze`, a `Judged`."""
-        return above("judged")(self, found)
+        return above("judged")(self, response)
 
     def analyze(self, progress: Callable[[str, float], None] | None = None, **parts: bool) -> Any:
         """Analyse the drive through its speeds, an `Analysis`; arguments and errors as of `study.analysis.analyze`."""

@@ -15,7 +15,7 @@ from ..model.train.shafts import NO_DRAG
 from ..numerics.shooting import find_orbit
 
 SAMPLES = 512  # of a cycle, for its largest values
-APART = 0.5  # relative difference beyond which the two are taken for motions on different branches
+BRANCH_DIFFERENCE = 0.5  # relative difference beyond which the two are taken for motions on different branches
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +50,13 @@ class Reductions:
 
     def sentence(self) -> str:
         """One sentence for a report: how large the difference is, where, and what it comes from."""
-        same = np.flatnonzero(np.abs(self.difference) < APART)
+        same = np.flatnonzero(np.abs(self.difference) < BRANCH_DIFFERENCE)
         if len(same) == 0:
             return "No periodic motion of the whole drive train was found to compare the error equation with."
         worst = same[int(np.argmax(np.abs(self.difference[same])))]
-        apart = self.omega[np.abs(self.difference) >= APART]
-        said = "; at {} one of them has jumped and the other not yet"
-        jumped = Sentence(said, Speed(*apart, digits=5, between=", ")) if len(apart) else ""
+        apart = self.omega[np.abs(self.difference) >= BRANCH_DIFFERENCE]
+        text = "; at {} one of them has jumped and the other not yet"
+        jumped = Sentence(text, Speed(*apart, digits=5, between=", ")) if len(apart) else ""
         return Sentence(
             "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "
             f"{self.error_slope:.2g}, and the speed ripple, up to {np.max(self.ripple[same]):.2g} of the speed: "
@@ -81,7 +81,7 @@ def compare_with_train(train: DriveTrain, free: Oscillator, omega: Floats, harmo
     harmonics : int
         Highest harmonic of the whole train.
     """
-    whole, phase = SteadyTrain(train, 1.0), _angles(train)
+    motions, phase = SteadyTrain(train, 1.0), _angles(train)
     table = np.full((len(omega), 3), np.nan)
     before: Orbit | None = None
     for row, speed in zip(table, omega.tolist(), strict=True):
@@ -89,7 +89,7 @@ def compare_with_train(train: DriveTrain, free: Oscillator, omega: Floats, harmo
         if before is None:
             continue
         row[1] = before.peak
-        exact = find_orbit(whole._replace(omega=speed), guess=_extended(train, free, before), harmonics=harmonics)
+        exact = find_orbit(motions._replace(omega=speed), guess=_extended(train, free, before), harmonics=harmonics)
         if exact.status.found:
             row[0], row[2] = exact.peak, np.max(np.abs(exact.state(phase)[2])) / speed
     return Reductions(omega, table[:, 0], table[:, 1], error_slope(train), table[:, 2])
@@ -106,7 +106,7 @@ def _angles(train: DriveTrain) -> Floats:
     return 2.0 * np.pi * np.arange(count) / count
 
 
-THE_LOOP = "the motor's loop"
+LOOP_PART = "the motor's loop"
 
 
 def left_out(train: DriveTrain) -> tuple[str, ...]:
@@ -119,13 +119,13 @@ def left_out(train: DriveTrain) -> tuple[str, ...]:
     motor, load = train.motor, train.load.end()
     held, couplings = motor.held, len(train.load.couplings())
     parts = (
-        (not held and not motor.free, THE_LOOP),
+        (not held and not motor.free, LOOP_PART),
         (not held and motor.drag != NO_DRAG, "the motor's drag"),
         (not held and train.friction != NO_FRICTION, "the friction of the meshing"),
         (load.drag != NO_DRAG, "the gravity of the load" if isinstance(load.drag, AngleTorque) else "the load's drag"),
         (couplings > 0, "the coupling" if couplings == 1 else f"the {couplings} couplings"),
     )
-    return tuple(words for there, words in parts if there)
+    return tuple(words for present, words in parts if present)
 
 
 def beyond_equation(train: DriveTrain) -> bool:

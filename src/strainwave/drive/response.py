@@ -26,10 +26,10 @@ from .drive_response import DriveResponse
 from .jumps import Jumps, jumps
 
 POINTS, MOST_POINTS = 100, 10_000  # about so many, and more where the curve bends
-PER_HARMONIC, FEWEST = 32, 8  # samples of a period of the highest harmonic, or of this one, for the largest torque
+PER_HARMONIC, LEAST_HARMONIC = 32, 8  # samples of a period of the highest harmonic, or of this one
 ROUNDING = 1e-12  # share of the largest harmonic that is none
 
-SETTLE = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
+SETTLING_TIME = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
 UNDAMPED_PERIODS = 50
 ANGLES = 2.0 * np.pi * np.arange(256) / 256
 
@@ -78,7 +78,7 @@ def heat(system: Any, phase: Floats, u: Floats, du: Floats, z: States = ()) -> A
 def settling_time(system: Any) -> float:
     """Time [s] to wait for the transient; without damping it never goes, so a number of periods serves."""
     mu = damping_of(system) / system.J
-    return SETTLE / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / float(system.omega)
+    return SETTLING_TIME / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / float(system.omega)
 
 
 @one_thread
@@ -137,8 +137,8 @@ def turn_response(
     if hill:
         return TurnResponse(problem, placed, with_all_said(problem, curve, traced))
     spring = not lacking(system, "J", "law") and is_spring(system)  # one whose stiffness or damping varies
-    whole = with_all_said(problem, curve, traced) if spring else with_others(problem, curve, traced.elsewhere, [])
-    return TurnResponse(problem, placed, whole)
+    complete = with_all_said(problem, curve, traced) if spring else with_others(problem, curve, traced.elsewhere, [])
+    return TurnResponse(problem, placed, complete)
 
 
 def sweep_on(curve: Branch) -> Jumps | None:
@@ -157,10 +157,10 @@ def of_equation(
     if not len(curve):
         return DriveResponse(curve, sweep, has_reference=has_reference)
     angles, torque = torque_along(system, curve)
-    found = DriveResponse(curve, sweep, curve.peak, largest_of_samples(torque), cubic_means(torque), has_reference)
+    response = DriveResponse(curve, sweep, curve.peak, largest_of_samples(torque), cubic_means(torque), has_reference)
     if train is None:
-        return found
-    return replace(found, **sizes_of(motor_torque(train, angles, torque)))
+        return response
+    return replace(response, **sizes_of(motor_torque(train, angles, torque)))
 
 
 def torque_along(system: Any, curve: Branch) -> tuple[Floats, Floats]:
@@ -172,7 +172,7 @@ def torque_along(system: Any, curve: Branch) -> tuple[Floats, Floats]:
     k = np.arange(1, coefficients.shape[1] // 2 + 1)[:, None] / turns
     sizes = np.max(np.hypot(coefficients[:, 1::2], coefficients[:, 2::2]), axis=0)
     g = math.gcd(*(1 + np.flatnonzero(sizes > ROUNDING * np.max(sizes))).tolist()) or 1  # times that it repeats
-    theta = turns * np.linspace(0.0, 2.0 * np.pi, g * PER_HARMONIC * max(FEWEST, len(k) // g), endpoint=False)
+    theta = turns * np.linspace(0.0, 2.0 * np.pi, g * PER_HARMONIC * max(LEAST_HARMONIC, len(k) // g), endpoint=False)
     waves = np.stack([np.cos(k * theta), np.sin(k * theta)], axis=1).reshape(-1, len(theta))
     slopes = np.stack([-k * np.sin(k * theta), k * np.cos(k * theta)], axis=1).reshape(-1, len(theta))
     if is_spring(system):

@@ -24,9 +24,9 @@ from ..numerics.integration.simulate import first_time, simulate
 from .operating_point import operating_state, repeats
 
 INPUTS = 3  # of the powers, the first ones: motor torque, control, load torque
-TURN = 2.0 * np.pi * np.arange(4096) / 4096
-ASIDE = 1e-3  # rad, a deviation that any loop on the angle answers
-ACCURATE = Dopri5(rtol=1e-11, atol=1e-14)  # energies too: their balance closes to about the tolerance
+TURN_ANGLES = 2.0 * np.pi * np.arange(4096) / 4096
+TEST_ANGLE = 1e-3  # rad, a deviation that any loop on the angle answers
+ACCURATE_METHOD = Dopri5(rtol=1e-11, atol=1e-14)  # energies too: their balance closes to about the tolerance
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +125,8 @@ class DriveRun(Result):
 
     def largest(self) -> tuple[float, float, float]:
         """Largest |dynamic error| [rad], also between samples; time [s], motor speed [rad/s] of the largest sample."""
-        at = int(np.argmax(np.abs(self.error)))
-        return self.peak_error, float(self.trajectory.t[at]), float(self.motor_speed[at])
+        top = int(np.argmax(np.abs(self.error)))
+        return self.peak_error, float(self.trajectory.t[top]), float(self.motor_speed[top])
 
     def _since(self, name: str, after: float) -> float:
         t, after = self.trajectory.t, number("after [s]", after)
@@ -152,7 +152,7 @@ def drive_run(
     t: float | ArrayLike = 1.0,
     *,
     gear: Gear | None = None,
-    method: Method = ACCURATE,
+    method: Method = ACCURATE_METHOD,
 ) -> DriveRun:
     """Simulate a drive train: a start, a stop, a run-up through resonance, or a steady motion.
 
@@ -248,7 +248,7 @@ def holds_its_place(motor: Motor) -> bool:
     control = core_of(motor.control)
     if motor.held or depends(control) == 3:
         return True
-    return float(torque_of(control, -ASIDE, 0.0, ())) != float(torque_of(control, ASIDE, 0.0, ()))
+    return float(torque_of(control, -TEST_ANGLE, 0.0, ())) != float(torque_of(control, TEST_ANGLE, 0.0, ()))
 
 
 def _begun(train: DriveTrain, phase: float) -> DriveTrain:
@@ -257,8 +257,8 @@ def _begun(train: DriveTrain, phase: float) -> DriveTrain:
     def constant(torque: Any) -> Any:
         if repeats(torque):
             return torque
-        at = np.array([phase]) if lacking(torque, "orders") else TURN
-        return Harmonic(0.0, mean=float(np.mean(np.broadcast_to(torque.torque(at), at.shape))))
+        phases = np.array([phase]) if lacking(torque, "orders") else TURN_ANGLES
+        return Harmonic(0.0, mean=float(np.mean(np.broadcast_to(torque.torque(phases), phases.shape))))
 
     motor, end = train.motor, train.load.end()
     return train.with_motor(excitation=constant(motor.excitation)).with_load(excitation=constant(end.excitation))

@@ -99,10 +99,10 @@ class StateSpace(Result):
         """Names of rates, states, inputs and outputs, each with its unit beside it."""
         rates = [f"{name}'" for name in self.states]
         named = {"rate": rates, "state": self.states, "input": self.inputs, "output": self.outputs}
-        found: dict[str, tuple[str, list[str], str]] = {name: (name, list(own), "") for name, own in named.items()}
+        axes: dict[str, tuple[str, list[str], str]] = {name: (name, list(row), "") for name, row in named.items()}
         for name in ("state", "input", "output"):
-            found[f"unit of {name}"] = (name, list(self.units(tuple(named[name]))), "")
-        return found
+            axes[f"unit of {name}"] = (name, list(self.units(tuple(named[name]))), "")
+        return axes
 
     def __str__(self) -> str:
         lines = [f"StateSpace: {len(self.states)} states, motor at {self.speed:g} rad/s"]
@@ -145,11 +145,11 @@ def state_space(train: DriveTrain, *, at: ArrayLike | None = None, speed: float 
     plain = sliding(undriven(train)._replace(omega=1.0), speed)
     turning = plain._replace(reference=Steady(), omega=speed) if speed else plain
     inputs = ("load torque",) if train.motor.held else ("motor torque", "load torque")
-    rest = driven(turning, "motor", Harmonic(0.0))
-    A = jacobians_at(rest, np.zeros(1), state[:, None], np.full(len(state), STEP))[:, :, 0]
+    unforced = driven(turning, "motor", Harmonic(0.0))
+    A = jacobians_at(unforced, np.zeros(1), state[:, None], np.full(len(state), STEP))[:, :, 0]
     B = np.stack([_of_unit_torque(turning, name.split()[0], state) for name in inputs], axis=1)
     outputs = ("motor speed", "load speed", "motor deviation", "error", "gear torque")
-    C = np.stack([_outputs_by_state(rest, state, j) for j in range(len(state))], axis=1)
+    C = np.stack([_outputs_by_state(unforced, state, j) for j in range(len(state))], axis=1)
     return StateSpace(A, B, C, np.zeros((len(outputs), len(inputs))), inputs, outputs, names, state, speed)
 
 

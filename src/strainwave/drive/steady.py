@@ -48,10 +48,10 @@ def train_motions(
         If no motion of two turns is found, or none of them is stable.
     """
     if is_beating(train.error):
-        found = _of_two_turns(train, speeds, level, harmonics, points)
-        if found.sweep is None:
+        response = _of_two_turns(train, speeds, level, harmonics, points)
+        if response.sweep is None:
             raise SolveError(NONE_STABLE)
-        return found
+        return response
     if not has_curve(train):
         return None
     return train_curve(train, speeds, harmonics, coexisting=coexisting, points=OF_TRAIN if points is None else points)

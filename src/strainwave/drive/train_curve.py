@@ -35,9 +35,9 @@ from .drive_response import DriveResponse
 from .friction.stick_slip import slides, with_slips
 from .operating_point import with_more
 from .reductions import left_out
-from .response import FEWEST, PER_HARMONIC, TurnResponse, gear_torque, sizes_of, sweep_on, turn_response
+from .response import LEAST_HARMONIC, PER_HARMONIC, TurnResponse, gear_torque, sizes_of, sweep_on, turn_response
 
-POINTS, FEW = 60, 24  # about so many, and more where the curve bends; and for a peak alone
+POINTS, PEAK_POINTS = 60, 24  # about so many, and more where the curve bends; and for a peak alone
 
 NO_MOTION = (
     "the whole drive has no stable steady motion that repeats with every turn in this range; `strainwave analyze` has "
@@ -71,10 +71,10 @@ def train_curve(
     system = at_load(train)
     if train.motor.free and system.linear_part() is None:
         return None
-    found = turn_response(system, speeds, points, harmonics, coexisting)
-    if not len(found.curve):
+    motions = turn_response(system, speeds, points, harmonics, coexisting)
+    if not len(motions.curve):
         return None
-    response = of_train(system, found, follows_its_angle(train), train if is_dry(train) else None)
+    response = of_train(system, motions, follows_its_angle(train), train if is_dry(train) else None)
     return None if response.sweep is None else response  # nothing stable to follow
 
 
@@ -143,19 +143,19 @@ class Crest(NamedTuple):
 
 
 def largest_crest(
-    system: Any, speeds: tuple[float, float], harmonics: int | None, coexisting: bool = True, points: int = FEW
+    system: Any, speeds: tuple[float, float], harmonics: int | None, coexisting: bool = True, points: int = PEAK_POINTS
 ) -> Crest | None:
     """As `largest_oscillation`, with what it takes to look at a train like it; by default harmonics enough."""
     if isinstance(system, DriveTrain):
         system = at_load(system)
     grown = harmonics is None
-    problem, found, tail, _ = traced_turn(system, speeds, points, harmonics, coexisting, truncation=grown)
-    return crest_in(problem, found, speeds)._replace(tail=tail) if len(found.points) else None
+    problem, trace, tail, _ = traced_turn(system, speeds, points, harmonics, coexisting, truncation=grown)
+    return crest_in(problem, trace, speeds)._replace(tail=tail) if len(trace.points) else None
 
 
-def crest_in(problem: Any, found: Trace, speeds: tuple[float, float]) -> Crest:
+def crest_in(problem: Any, trace: Trace, speeds: tuple[float, float]) -> Crest:
     """The largest oscillation of the stable motions on a curve that lie in a range; of all where none is stable."""
-    points, labels, _ = with_crests(problem, found.points, found.labels)
+    points, labels, _ = with_crests(problem, trace.points, trace.labels)
     crest = _largest_of(problem, points, speeds)
     if abs(with_multipliers(problem, crest.point[None], labels[:1], False)[2][0, 0]) < DECAYS:
         return crest
@@ -194,29 +194,29 @@ def _no_angle(law: Any) -> Any:
 
 
 def of_train(
-    system: AtLoad, found: TurnResponse, without_angle: bool = False, rough: DriveTrain | None = None
+    system: AtLoad, motions: TurnResponse, without_angle: bool = False, rough: DriveTrain | None = None
 ) -> DriveResponse:
     """The motions on a curve of a train, with a sweep on it and what they ask of gear and motor.
 
     Of a `rough` train the system has the dry friction as a constant torque.
     """
-    problem, points, curve = found
+    problem, points, curve = motions
     flow, orbits, times = problem.disturbed(np.ascontiguousarray(points))
     omega, series, turn = orbits[:, -1], flow.series(orbits), 2.0 * np.pi * problem.turns / times
     state = np.array(own_state(system, tuple(np.moveaxis(series, 1, 0))))  # linear in the state, so of coefficients too
     h = series.shape[2] // 2
-    samples = PER_HARMONIC * max(h, FEWEST)
+    samples = PER_HARMONIC * max(h, LEAST_HARMONIC)
     each: Any = omega[:, None]
-    there = tuple(state @ synthesis(h, samples))
+    states = tuple(state @ synthesis(h, samples))
     train, angles = turning(system._replace(omega=each)), turn * np.arange(samples) / samples
-    torque, motor = torques(train, angles, there)
+    torque, motor = torques(train, angles, states)
     motor = motor + (0.0 if rough is None else rubbing(rough.motor.drag))
     peaks = largest_size(from_blocks(state[0].T).T)
     response = DriveResponse(
         curve, sweep_on(curve), peaks, largest_of_samples(torque), cubic_means(torque),
         not system.train.motor.free, without_angle, **sizes_of(motor),
     )  # fmt: skip
-    if rough is None or train.motor.free or np.all(keep := slides(train, rough, angles, there)):
+    if rough is None or train.motor.free or np.all(keep := slides(train, rough, angles, states)):
         return response
     response = with_slips(response, without_gravity(rough), keep)
     return replace(response, sweep=sweep_on(response.curve))

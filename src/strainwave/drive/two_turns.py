@@ -35,20 +35,20 @@ from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
 from .train_curve import as_train, parts_of_angle, torques, with_rounded_corners, without_gravity  # fmt: skip
 
-MOTION, CURVE = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
-CORNERED = 1e-3  # the same on a curve of a law with rounded corners
+MOTION_TAIL, CURVE_TAIL = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
+CORNERED_TAIL = 1e-3  # the same on a curve of a law with rounded corners
 
-WHY = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
+SCOPE = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
 REMEDY = "integrate it with simulate"
 NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run has its motion in time"
 A_TURN = "a turn of the motor begins at any angle, and what a slow wave drifts within it counts"
 UNDAMPED = "nothing damps this drive, and its motions of two turns never settle; give it damping, or integrate it"
-STALLS = 2.0  # times the energy of turning: a load that is lifted so high all but stops at the top
-FALLS = (
+STALL_RATIO = 2.0  # times the energy of turning: a load that is lifted so high all but stops at the top
+STALL_TEXT = (
     "gravity all but stops this free motor in every turn of the output: to lift the load takes {} J, and it turns with "
     "{} J at {}; hold the motor, give it a loop, or ask for higher speeds"
 )
-VARIES = (
+VARIATION_TEXT = (
     "a line of the output's turn is in this drive, and its damping or stiffness varies, or its speeds are those of a "
     "forcing; leave the variation out and give the speeds of the motor or the load, or integrate with simulate"
 )
@@ -63,7 +63,7 @@ def beat_said(train: DriveTrain | None) -> tuple[float, str]:
         If nothing beats, or a line with neither turn, or there is no train, as where damping or stiffness vary.
     """
     if train is None:
-        raise ValueError(VARIES)
+        raise ValueError(VARIATION_TEXT)
     of_lines = [k for _, k in _pairs(train)]
     if not any(of_lines):
         raise ValueError("no line of this drive belongs to the output's turn")
@@ -144,15 +144,15 @@ class TwoTurnCurve:
 
     def amplitude(self, j: int, k: int) -> Floats:
         """Amplitude (n,) [rad] of a wave in the pointing error; 0 of one that it has not."""
-        at = np.flatnonzero(np.all(self.pairs == (j, k), axis=1) | np.all(self.pairs == (-j, -k), axis=1))
-        return np.asarray(np.abs(self.waves[:, at]).sum(axis=1))
+        columns = np.flatnonzero(np.all(self.pairs == (j, k), axis=1) | np.all(self.pairs == (-j, -k), axis=1))
+        return np.asarray(np.abs(self.waves[:, columns]).sum(axis=1))
 
     def branch(self, span: tuple[float, float]) -> Branch:
         """The curve as others are, over a span of speeds [rad/s]: what repeats with every turn, and the envelope."""
-        whole = np.flatnonzero(self.pairs[:, 1] % self.ratio == 0.0)
-        orders = np.rint(self.pairs[whole] @ np.array([1.0, 1.0 / self.ratio])).astype(int).tolist()
+        repeating = np.flatnonzero(self.pairs[:, 1] % self.ratio == 0.0)
+        orders = np.rint(self.pairs[repeating] @ np.array([1.0, 1.0 / self.ratio])).astype(int).tolist()
         coefficients = np.zeros((len(self.omega), 2 * max(1, *map(abs, orders)) + 1))
-        for order, wave in zip(orders, self.waves[:, whole].T, strict=True):
+        for order, wave in zip(orders, self.waves[:, repeating].T, strict=True):
             coefficients[:, max(0, 2 * abs(order) - 1)] += wave.real
             if order:
                 coefficients[:, 2 * abs(order)] -= math.copysign(1.0, order) * wave.imag
@@ -204,7 +204,7 @@ def two_turn_motion(system: System, omega: float, *, ratio: float | None = None,
     driven, flow = _driven(system, ratio)
     guess = None if start is None else (start.problem, start.points[0])
     _refuse_falling(system, driven, omega)
-    problem, point = at_speed(driven, omega, MOTION, guess)
+    problem, point = at_speed(driven, omega, MOTION_TAIL, guess)
     size = _sizes(problem, point[None])
     return _described(driven, flow, problem, point[None], size, (), (Status.OK, Status.OK.value))
 
@@ -219,13 +219,13 @@ def two_turn_response(
     """
     low, high = interval("speeds [rad/s]", speeds, positive=True)
     driven, flow = _driven(system, ratio)
-    problem, found, whole = _followed(system, driven, low, high)
-    points, sizes = with_crests(problem, found.points, partial(_sizes, problem))
+    problem, trace, complete = _followed(system, driven, low, high)
+    points, sizes = with_crests(problem, trace.points, partial(_sizes, problem))
     if limit is not None and limit < math.inf:
         points, sizes = with_crossings(problem, points, sizes, partial(_sizes, problem), limit)
-    folds, how = tuple(found.points[found.labels == FOLD, -1].tolist()), ending(found, "omega", found.points[:, -1])
+    folds, how = tuple(trace.points[trace.labels == FOLD, -1].tolist()), ending(trace, "omega", trace.points[:, -1])
     lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
-    return _described(driven, flow, problem, points, sizes, folds, how if whole or not how[0] else lacking_waves)
+    return _described(driven, flow, problem, points, sizes, folds, how if complete or not how[0] else lacking_waves)
 
 
 def _followed(system: System, driven: TwoTurns, low: float, high: float) -> tuple[Torus, Trace, bool]:
@@ -248,19 +248,19 @@ def beating_response(
     No train, as where damping or stiffness vary, is refused (ValueError).
     """
     if train is None:
-        raise ValueError(VARIES)
+        raise ValueError(VARIATION_TEXT)
     exact, train = train, with_rounded_corners(train)
     width = f" over {train.law.width / ARCSEC:.3g} arcsec" if hasattr(train.law, "width") else ""
     rounding = "" if train is exact else f"the corners of the law are rounded{width}"
-    found = two_turn_response(train, speeds, limit=limit)
-    found = replace(found, message=f"{found.message}; motions apart from the curve are not looked for")
-    curve = found.branch(speeds)
-    angles, states = motion.along_turns(found.problem, found.points, found.beats)
+    motions = two_turn_response(train, speeds, limit=limit)
+    motions = replace(motions, message=f"{motions.message}; motions apart from the curve are not looked for")
+    curve = motions.branch(speeds)
+    angles, states = motion.along_turns(motions.problem, motions.points, motions.beats)
     system, sizes, starts = AtLoad(without_gravity(train), train.omega), [], []
-    for omega, y in zip(found.omega, states, strict=True):
-        there, steady = own_state(system, tuple(y)), turning(system._replace(omega=float(omega)))
-        starts.append([float(np.ravel(state)[0]) for state in there])
-        sizes.append((there[0], *torques(steady, angles, there)))
+    for omega, y in zip(motions.omega, states, strict=True):
+        y, steady = own_state(system, tuple(y)), turning(system._replace(omega=float(omega)))
+        starts.append([float(np.ravel(state)[0]) for state in y])
+        sizes.append((y[0], *torques(steady, angles, y)))
     across, torque, motor = map(np.array, zip(*sizes, strict=True))
     return DriveResponse(
         curve, sweep_on(curve), largest_of_samples(across), largest_of_samples(torque), cubic_means(torque),
@@ -292,17 +292,17 @@ def largest_beat(train: DriveTrain, speeds: tuple[float, float], pairs: Any = ()
     train = with_rounded_corners(train)
     driven, _ = _driven(train, None)
     try:
-        problem, found, _ = _followed(train, replace(driven, likely=tuple(pairs)), *speeds)
+        problem, trace, _ = _followed(train, replace(driven, likely=tuple(pairs)), *speeds)
     except SolveError:
         return None
-    points, sizes = with_crests(problem, found.points, partial(_sizes, problem))
+    points, sizes = with_crests(problem, trace.points, partial(_sizes, problem))
     top = int(np.argmax(sizes))
     return BeatCrest(float(points[top, -1]), float(sizes[top]), problem, points[top])
 
 
 def _left_out(part: Any) -> float:
     """Share of the motion in a wave that a curve leaves out."""
-    return CURVE if stated(part.laws[0], "rounded") is None else CORNERED
+    return CURVE_TAIL if stated(part.laws[0], "rounded") is None else CORNERED_TAIL
 
 
 def _sizes(problem: Torus, points: Floats) -> Floats:
@@ -329,13 +329,13 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
     part = linear_part(plain, at_load=True)
     laws = (train.law, *train.load.couplings())
     if part is None or not isinstance(train.reference, Steady):
-        raise ValueError(f"{WHY}; friction, memory or a control that is not linear is in this drive: {REMEDY}")
+        raise ValueError(f"{SCOPE}; friction, memory or a control that is not linear is in this drive: {REMEDY}")
     if part.loose >= 0 and not np.array_equal(part.zero_mean, part.motor):
-        raise ValueError(f"{WHY}; this loop integrates the deviation of the load, not of the motor: {REMEDY}")
+        raise ValueError(f"{SCOPE}; this loop integrates the deviation of the load, not of the motor: {REMEDY}")
     if any(depends(law) != 1 or breakpoints_of(law) for law in laws):
-        raise ValueError(f"{WHY}; a law with corners has too many of them: {REMEDY}, or round its corners off")
+        raise ValueError(f"{SCOPE}; a law with corners has too many of them: {REMEDY}, or round its corners off")
     if not isinstance(train.error, NoError) and lacking(train.error, "lines"):
-        raise ValueError(f"{WHY}; {type(train.error).__name__} lists no lines: give a KinematicError, or {REMEDY}")
+        raise ValueError(f"{SCOPE}; {type(train.error).__name__} lists no lines: give a KinematicError, or {REMEDY}")
     of_lines = _pairs(train)
     sizes = [a.amplitude * np.exp(-1j * a.phase) for a in lines_of(train.error) if a.amplitude]
     rows = [(*pair, size.real, size.imag) for pair, size in zip(of_lines, sizes, strict=True)]
@@ -365,5 +365,5 @@ def _refuse_falling(system: Any, driven: TwoTurns, omega: float) -> None:
     if not isinstance(system, DriveTrain) or not system.motor.free:
         return
     height = sum(2.0 * abs(law.amplitude / law.order) for law in driven.pulls)
-    if height > STALLS * (energy := 0.5 * system.loop_inertia * omega**2):
-        raise SolveError(Sentence(FALLS, f"{height:.3g}", f"{energy:.3g}", Speed(omega)))
+    if height > STALL_RATIO * (energy := 0.5 * system.loop_inertia * omega**2):
+        raise SolveError(Sentence(STALL_TEXT, f"{height:.3g}", f"{energy:.3g}", Speed(omega)))

@@ -12,7 +12,7 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.console import in_options
 from strainwave.drive.train_curve import NO_MOTION
-from strainwave.drive.two_turns import NONE_STABLE, REMEDY, VARIES
+from strainwave.drive.two_turns import NONE_STABLE, REMEDY, VARIATION_TEXT
 from strainwave.numerics.curves.response import BY_HAND, FROM_STARTS
 
 JOINT = Path(__file__).parents[2] / "measured/kinova_gen3/joint_5.csv"
@@ -97,7 +97,7 @@ def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
         ),
         (NO_MOTION, NO_MOTION.split(", drive_run")[0]),
         (NONE_STABLE, "no steady motion of this drive is stable in this range"),
-        (f"{VARIES}.", VARIES.replace(", or integrate with simulate", ".")),
+        (f"{VARIATION_TEXT}.", VARIATION_TEXT.replace(", or integrate with simulate", ".")),
         (f"memory is in this drive: {REMEDY}", "memory is in this drive: leave out the lines of the output's turn"),
         ("give the motor a loop, or take find_orbit(SteadyTrain(train, omega))", "give the motor a loop"),
         ("know no speed; choose one with at_speed(...)", "know no speed; choose one with --speed"),

@@ -10,7 +10,7 @@ import strainwave as sw
 from strainwave.base.protocols import FOLD, RUNNING, STEP, TOP
 from strainwave.base.series import highest_between, largest_size
 from strainwave.compile.tree import leaf_of
-from strainwave.drive.train_curve import FEW, at_load
+from strainwave.drive.train_curve import PEAK_POINTS, at_load
 from strainwave.numerics.balance.choice import balance_of
 from strainwave.numerics.continuation import trace
 from strainwave.numerics.continuation.trace import put_in_order, series_of, solve, with_crests
@@ -69,7 +69,7 @@ def test_a_crest_is_not_refined_beyond_the_digits_of_its_size(monkeypatch):
     error, load = sw.KinematicError((sw.Line(2, 1.1e-4),)), sw.Harmonics((sw.Harmonic(0.0, mean=-38.8),))
     drive = sw.Drive(4.5e-4, 0.65, 50.0, 11.4, sw.Cubic(3e4, 1e4))
     train = drive.train(control=control, load_torque=load, kinematic_error=error, omega=150.0)
-    problem, found, _, _ = traced_turn(at_load(train), (50.0, 310.0), FEW, 16, False)
+    problem, found, _, _ = traced_turn(at_load(train), (50.0, 310.0), PEAK_POINTS, 16, False)
     series = series_of(problem, found.points)
     values = largest_size(series)
     monkeypatch.setattr(trace, "highest_between", noisy)

@@ -10,7 +10,7 @@ from twelve_projects import PROJECTS
 import strainwave as sw
 from strainwave.base.units import ARCSEC
 from strainwave.files.reading import from_text
-from strainwave.study.analysis.in_time import SHOWN
+from strainwave.study.analysis.in_time import SHOWN_TURNS
 
 K, J_M, J_L, B, RATIO = 3e4, 4.5e-4, 5.0, 25.0, 100.0  # of the joint below
 K_P, K_D, STIFF, YIELD = 60.0, 0.5, 5e4, 1e-4
@@ -92,4 +92,4 @@ def test_the_motion_is_on_the_response_of_the_drive(name):
     assert motion.peak == pytest.approx(found.peak[at], rel=share)
     assert motion.peak_torque == pytest.approx(found.torque[at], rel=2e-3)
     assert motion.has_reference == found.has_reference
-    assert len(motion.t) == SHOWN * motion.per_turn + 1
+    assert len(motion.t) == SHOWN_TURNS * motion.per_turn + 1

@@ -13,7 +13,7 @@ from strainwave.base.units import ARCSEC, RPM
 from strainwave.drive.drive_response import Usage
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.remedies import Allowance, Remedy
-from strainwave.study.analysis.verdict import STEPS, Answer, _steps, verdict_of
+from strainwave.study.analysis.verdict import MOST_STEPS, Answer, _steps, verdict_of
 from strainwave.study.speed_map.avoid import Avoid
 
 ARTICLE = Path(__file__).parents[3] / "examples/projects/article.yaml"
@@ -104,7 +104,7 @@ def test_a_step_is_searched_below_a_jump_where_small_steps_help_nothing_or_harm(
     trial, knob = SimpleNamespace(remedy=remedy), SimpleNamespace(turned=lambda share: share)
     sufficient = _steps(trial, knob, tried, 0.9, -0.5, Allowance(100, 100))
     assert all(0.0 < sign * share < 0.3 for share in asked)
-    assert min(abs(step.share) for step in sufficient) == pytest.approx(0.16, abs=0.3 / 2 ** (STEPS - 1))
+    assert min(abs(step.share) for step in sufficient) == pytest.approx(0.16, abs=0.3 / 2 ** (MOST_STEPS - 1))
 
 
 @pytest.mark.slow

@@ -106,7 +106,7 @@ def test_derivatives_are_those_of_the_variational_equations(clean):
     one = Record(u[None], clean["output"][None, :60], 1.0 / RATE)
     problem = LeastSquares(of, [Window(one, 0, 60)], np.ones(1), 16)
     start = np.array([0.1, 2.0])
-    point = problem.at(of.first(), [start])
+    point = problem.point_at(of.first(), [start])
     t = np.arange(60) / RATE
 
     def rhs(s, y):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
+from strainwave.study.identification.identified import with_torsion
 
 RNG = np.random.default_rng(7)
 
@@ -95,6 +96,16 @@ def test_a_log_that_cannot_be_is_refused():
         sw.Log(t, {"torque": t[:2]})
     with pytest.raises(ValueError, match="give 3 finite values"):
         sw.Log(t, {"torque": t * np.nan})
+
+
+def test_angles_that_no_gear_of_the_ratio_has_are_refused():
+    motor = np.linspace(0.0, 100.0, 200)
+    angles = {"motor_angle": motor, "load_angle": -motor / 50.0 + 1e-3 * np.sin(motor)}
+    assert with_torsion(angles, 50.0)["torsion"] == pytest.approx(1e-3 * np.sin(motor), abs=1e-12)
+    with pytest.raises(
+        ValueError, match=r"turns 100 rad and load_angle 2\.\d* rad, which is no gear of ratio 60; take"
+    ):
+        with_torsion(angles, 60.0)
 
 
 def test_units_of_canonical_channels_are_known_and_ratio_is_that_of_the_motions():

@@ -5,7 +5,7 @@ import pytest
 from loop_machines import loop
 from scipy.integrate import solve_ivp
 
-from strainwave.study.identification.loops.loop_model import Shape, torque, ways
+from strainwave.study.identification.loops.loop_model import Shape, state_after, torque
 from strainwave.study.identification.loops.loop_path import read_loop
 
 
@@ -18,8 +18,8 @@ def test_the_state_follows_its_equation(n, kappa, a):
 
     way = np.linspace(0.0, 3.0, 7)
     found = solve_ivp(rate, (0.0, 3.0), [a], t_eval=way, rtol=1e-11, atol=1e-13, max_step=0.01).y[0]
-    assert ways(np.full(7, a), way, n, kappa) == pytest.approx(found, abs=1e-7)
-    assert [float(ways(a, s, n, kappa)) for s in way.tolist()] == pytest.approx(found.tolist(), abs=1e-7)
+    assert state_after(np.full(7, a), way, n, kappa) == pytest.approx(found, abs=1e-7)
+    assert [float(state_after(a, s, n, kappa)) for s in way.tolist()] == pytest.approx(found.tolist(), abs=1e-7)
 
 
 @pytest.mark.parametrize(

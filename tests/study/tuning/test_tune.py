@@ -11,7 +11,7 @@ from scipy.signal import StateSpace, step
 
 import strainwave as sw
 from strainwave.drive.loops.linear_control import control_parts
-from strainwave.drive.margins import ABOUT, MotorLoop
+from strainwave.drive.margins import HALF_WIDTHS, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
 from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
@@ -61,7 +61,7 @@ def test_the_figures_are_those_of_margins_and_of_the_linear_train(name):
     margins, loop = sw.margins(whole, at=at, speed=whole.omega), MotorLoop(whole, at, whole.omega)
     assert found.phase_margin == pytest.approx(abs(margins.phase_margin), abs=1e-3)
     assert found.gain_margin == pytest.approx(margins.gain_margin, rel=1e-3)
-    sensitivity = np.max(1.0 / np.abs(1.0 + loop(loop.frequencies(4000, ABOUT))))
+    sensitivity = np.max(1.0 / np.abs(1.0 + loop(loop.frequencies(4000, HALF_WIDTHS))))
     assert found.peak_sensitivity == pytest.approx(sensitivity, rel=1e-3)
     linear = sw.state_space(whole, at=at, speed=whole.omega)
     load, torque = linear.outputs.index("load speed"), linear.inputs.index("load torque")

@@ -4,7 +4,7 @@ from typing import Any
 
 from ...base.sentences import Sentence, Speed
 from ...study.analysis.load_cases import worst_of
-from ...study.analysis.remedies import CANCELLED, NOTHING, Remedy
+from ...study.analysis.remedies import CANCELLED, NO_EFFECT, Remedy
 from ...study.speed_map.avoid import Avoid
 from ..console import number
 from ..view import View, sizes
@@ -79,7 +79,7 @@ def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
 
 
 def _effect(remedy: Remedy, speed: float) -> str:
-    shifted = abs(remedy.at / speed - 1.0) > NOTHING and remedy.ratio > NOTHING
+    shifted = abs(remedy.at / speed - 1.0) > NO_EFFECT and remedy.ratio > NO_EFFECT
     speed_text = ", at " + _speed(remedy.at) + " instead of " + _speed(speed) if shifted else ""
     within = ", within the limit" if remedy.exceeds is False else ""
     return f"{remedy}: {number(100.0 * (1.0 - remedy.ratio), 2)} % less oscillation{within}" + speed_text

@@ -25,13 +25,13 @@ from ..run import holds_its_place
 from ..state_space import state_space
 from ..train_curve import torques_of_angle, without_gravity
 
-SLIPS, SAME = 80, 1e-4  # slips that are followed, and relative difference of two turns of a cycle
-LONGEST = 1000.0  # time constants of the slowest motion without a slip, after which there is none
-FADES = 0.5  # of a slip half of them before: smaller ones may end
-SMALL = 1e-3  # of the largest slip: smaller ones are none
-HEAVY = 1e12  # times its inertia: a shaft that sticks
-STANDS = 1e-3  # of the largest pole: a smaller one is no motion
-INTEGRATED = 1e-9  # rad for 1 N*m: deviation of a motor that an integrator holds
+SLIPS, CYCLE_DIFFERENCE = 80, 1e-4  # slips that are followed, and relative difference of two turns of a cycle
+LONGEST_WAIT = 1000.0  # time constants of the slowest motion without a slip, after which there is none
+FADING_SHARE = 0.5  # of a slip half of them before: smaller ones may end
+SMALLEST_SLIP = 1e-3  # of the largest slip: smaller ones are none
+STUCK_INERTIA = 1e12  # times its inertia: a shaft that sticks
+STILL_POLE = 1e-3  # of the largest pole: a smaller one is no motion
+INTEGRATED_SAG = 1e-9  # rad for 1 N*m: deviation of a motor that an integrator holds
 METHOD = Dopri5(rtol=1e-8)
 
 
@@ -93,15 +93,15 @@ class Standstill(Result):
 
     def sentences(self) -> tuple[str, ...]:
         """Sentences on rest and hunting."""
-        dry = DRY.format(self.motor_friction, self.load_friction) if self.motor_friction + self.load_friction else ""
-        place = f"the motor sags by {_range(self.sag)} (output), the load points off by {_range(self.error)}"
+        dry = DRY_TEXT.format(*friction) if any(friction := (self.motor_friction, self.load_friction)) else ""
+        deviation = f"the motor sags by {_range(self.sag)} (output), the load points off by {_range(self.error)}"
         low, high = map(number, self.loads)
         under = "" if low == high else f" under {low} to {high} N·m on the load"
-        level = not dry and max(map(abs, (*self.sag, *self.error))) < LEVEL
+        level = not dry and max(map(abs, (*self.sag, *self.error))) < LEVEL_ANGLE
         return (
-            *([] if level else [f"At standstill{under} {place}{dry}."]),
+            *([] if level else [f"At standstill{under} {deviation}{dry}."]),
             *([self.hunting()] if self.integrates and self.motor_friction else []),
-            *(said.format(w / HERTZ) for said, w in zip(STUCK, self.stuck, strict=True) if not isnan(w)),
+            *(text.format(w / HERTZ) for text, w in zip(STUCK_TEXTS, self.stuck, strict=True) if not isnan(w)),
         )
 
     def hunting(self) -> str:
@@ -117,12 +117,12 @@ class Standstill(Result):
         return f"It hunts: the integrator makes the motor stick and slip by up to {size}, with {period}."
 
 
-LEVEL = 0.001 * ARCSEC  # of an angle at rest that is not told
-STUCK = (
+LEVEL_ANGLE = 0.001 * ARCSEC  # of an angle at rest that is not told
+STUCK_TEXTS = (
     "While the motor sticks, the load vibrates on the gear at {:.4g} Hz.",
     "While the load sticks, the motor with its loop vibrates on the gear at {:.4g} Hz.",
 )
-DRY = "; dry friction: {:.3g} N·m (motor), {:.3g} N·m (load)"
+DRY_TEXT = "; dry friction: {:.3g} N·m (motor), {:.3g} N·m (load)"
 
 
 def _range(ends: tuple[float, float]) -> str:
@@ -162,22 +162,22 @@ def standstill(project: Any) -> Standstill:
     Armstrong-Helouvry, Dupont & Canudas de Wit 1994, Automatica 30(7), 1083-1138, sec. 4 (hunting).
     """
     train = with_mean_torques(train_of(project, "standstill")[1])
-    mean, (least, most) = train.load.end().excitation.mean, torques_of_angle(train.load.end().drag)
+    mean, (lowest, highest) = train.load.end().excitation.mean, torques_of_angle(train.load.end().drag)
     low, high = getattr(project, "mean_range", None) or (mean, mean)
     train = without_gravity(train)._replace(error=NoError(), reference=AtRest(), omega=1.0)
     train = train.with_motor(drag=settled(train.motor.drag)).with_load(drag=settled(train.load.end().drag))
     if not _is_held(train):
         raise ValueError("the motor has no loop that holds its angle; give it a position loop or a cascade")
     frictions = float(breakaway(train.motor.drag)), float(breakaway(train.load.end().drag))
-    loads = low + least, high + most
+    loads = low + lowest, high + highest
     corners = [
         _rest(train, (push, drag + load - mean))
         for push, drag, load in {*product(*((-T, 0.0, T) for T in frictions), loads)}
     ]
     sag, error = [(min(column), max(column)) for column in zip(*corners, strict=True)]
-    integrates = bool(np.ptp([_rest(train, (torque, 0.0))[0] for torque in (0.0, 1.0)]) < INTEGRATED)
+    integrates = bool(np.ptp([_rest(train, (torque, 0.0))[0] for torque in (0.0, 1.0)]) < INTEGRATED_SAG)
     period, size, regular, slips = _hunting(train) if integrates and frictions[0] else (nan, nan, False, 0)
-    held, heavy = train.with_motor(control=Held()), train.with_load(J=HEAVY * train.load.end().J)
+    held, heavy = train.with_motor(control=Held()), train.with_load(J=STUCK_INERTIA * train.load.end().J)
     stuck = [
         _vibration(shaft, operating_state(rests, 0.0)) if T else nan
         for shaft, rests, T in zip((held, heavy), (held, train), frictions, strict=True)
@@ -188,7 +188,7 @@ def standstill(project: Any) -> Standstill:
 def _vibration(train: DriveTrain, state: Floats) -> float:
     """Lowest natural frequency [rad/s] of a train about a state, without dry friction; nan where nothing vibrates."""
     poles = state_space(train, at=state).poles
-    size = np.abs(poles[(poles.imag > 0.0) & (np.abs(poles) > STANDS * np.max(np.abs(poles)))])
+    size = np.abs(poles[(poles.imag > 0.0) & (np.abs(poles) > STILL_POLE * np.max(np.abs(poles)))])
     return float(np.min(size, initial=np.inf)) if len(size) else nan
 
 
@@ -224,7 +224,7 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     poles = state_space(train, at=state).poles
     fastest = float(np.max(np.abs(poles)))
     span = 2.0 * pi / fastest
-    most = LONGEST / float(np.min(-poles.real[-poles.real > STANDS**2 * fastest], initial=fastest))
+    longest = LONGEST_WAIT / float(np.min(-poles.real[-poles.real > STILL_POLE**2 * fastest], initial=fastest))
     core, T = core_of(train.motor.control), breakaway(train.motor.drag)
     state[2] += 2.0 * T / torque_of(core, 1.0, 0.0, (0.0,) * states_of(core))  # its torque is twice what breaks it away
     t, angle, moves, rested = np.zeros(1), state[2:3], np.zeros(1, bool), False
@@ -234,22 +234,22 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
             raise SolveError(f"the motion between two stops was not found: {run.status.name}")
         state, slides = run.y[:, -1], np.abs(run.y[3]) > REST
         t, angle, moves = np.append(t, run.t), np.append(angle, run.y[2]), np.append(moves, slides)
-        rested, span = span >= most and not np.any(slides), span if np.any(slides) else min(2.0 * span, most)
+        rested, span = span >= longest and not np.any(slides), span if np.any(slides) else min(2.0 * span, longest)
         ends = np.flatnonzero(moves[:-1] & ~moves[1:]) + 1
-        places, times = np.append(angle[0], angle[ends]), np.append(0.0, t[ends])
-        ways, slips = np.abs(np.diff(places)), len(ends)
-        if slips and np.max(ways[-4:]) < SMALL * np.max(ways):
+        stops, times = np.append(angle[0], angle[ends]), np.append(0.0, t[ends])
+        strokes, slips = np.abs(np.diff(stops)), len(ends)
+        if slips and np.max(strokes[-4:]) < SMALLEST_SLIP * np.max(strokes):
             return nan, nan, False, slips
-        turns = np.diff(places[-3:])
-        if slips > 5 and np.allclose(ways[-4:], ways[-1], rtol=SAME) and turns[0] * turns[1] < 0.0:
-            return float(times[-1] - times[-3]), float(ways[-1]) / (2.0 * train.N), True, slips
+        turns = np.diff(stops[-3:])
+        if slips > 5 and np.allclose(strokes[-4:], strokes[-1], rtol=CYCLE_DIFFERENCE) and turns[0] * turns[1] < 0.0:
+            return float(times[-1] - times[-3]), float(strokes[-1]) / (2.0 * train.N), True, slips
         if slips >= SLIPS:
             break
     else:
         return nan, nan, False, slips
-    last, moments = places[SLIPS // 2 :], times[SLIPS // 2 :]
+    last, moments = stops[SLIPS // 2 :], times[SLIPS // 2 :]
     middle = 0.5 * (np.max(last) + np.min(last))
     turns = moments[1:][(last[1:] - middle) * (last[:-1] - middle) < 0.0]
-    if len(turns) < 2 or ways[-1] < FADES * ways[SLIPS // 2]:
+    if len(turns) < 2 or strokes[-1] < FADING_SHARE * strokes[SLIPS // 2]:
         return nan, nan, False, slips
     return 2.0 * float(np.mean(np.diff(turns))), float(np.ptp(last)) / (2.0 * train.N), False, slips

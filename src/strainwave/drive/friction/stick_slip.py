@@ -22,9 +22,9 @@ from ..operating_point import operating_state
 from ..state_space import state_space
 
 SPEEDS = 7  # that are integrated, evenly over the logarithm
-SETTLED, LONGEST = 80.0, 240.0  # time constants of the slowest motion before, and at most in which sizes count
+SETTLING, LONGEST_SPAN = 80.0, 240.0  # time constants of the slowest motion before, and at most in which sizes count
 METHOD = Dopri5(rtol=1e-7, atol=1e-11, max_steps=2_000_000)
-SLOWEST = 1e-9  # of the largest pole: a smaller one is no motion
+SLOWEST_POLE = 1e-9  # of the largest pole: a smaller one is no motion
 
 log = logging.getLogger(__name__)
 
@@ -69,25 +69,25 @@ def with_slips(response: DriveResponse, train: DriveTrain, keep: Booleans) -> Dr
         rows.append(in_time(train, speed))
     table, order = np.array(rows).T, np.argsort(curve.omega)
 
-    def mixed(name: str, whole: Any, slow: bool = False) -> Any:
-        if whole is None:
+    def mixed(name: str, values: Any, slow: bool = False) -> Any:
+        if values is None:
             return None
-        own = table[Sizes._fields.index(name)]
+        slipping = table[Sizes._fields.index(name)]
         if slow:  # what varies over the turn is beside the slips of a part of it
-            own = own + table[-1] * np.interp(speeds, curve.omega[order], whole[order])
-        return np.where(keep, whole, np.interp(np.log(curve.omega), np.log(speeds), own))
+            slipping = slipping + table[-1] * np.interp(speeds, curve.omega[order], values[order])
+        return np.where(keep, values, np.interp(np.log(curve.omega), np.log(speeds), slipping))
 
     oscillation = mixed("oscillation", curve.oscillation, True)
     falls = state_space(train, at=operating_state(train, low), speed=low)
     why = "" if falls.stable else ", and its friction falls so fast that the loop is unstable"
-    said = Sentence(
+    sentence = Sentence(
         "from {} to {} a shaft may stick{}: sizes there are those of an integration in time at {} speeds",
         Speed(low), Speed(high), why, len(speeds),
     )  # fmt: skip
     sized: Branch = replace(
         curve, peak=mixed("peak", curve.peak, True), envelope=np.column_stack([oscillation, oscillation]),
         stable=curve.stable | ~keep, folds=[fold for fold in curve.folds if not low <= fold.omega <= high],
-        message=Sentence("{}; {}", curve.message, said),
+        message=Sentence("{}; {}", curve.message, sentence),
     )  # fmt: skip
     others = {name: mixed(name, getattr(response, name)) for name in Sizes._fields[2:-1]}
     return replace(response, curve=sized, **others)
@@ -99,11 +99,11 @@ def in_time(train: DriveTrain, speed: float) -> Sizes:
     poles = state_space(train, at=state).poles
     if not train.motor.held:
         state[3] = -speed  # behind its reference
-    decays = -poles.real[poles.real < -SLOWEST * np.max(np.abs(poles))]
+    decays = -poles.real[poles.real < -SLOWEST_POLE * np.max(np.abs(poles))]
     turn = 2.0 * math.pi / speed
     slowest = 1.0 / float(np.min(decays)) if len(decays) else turn
-    length = min(turn, LONGEST * slowest)
-    run = simulate(moving, state, (0.0, SETTLED * slowest + length), method=METHOD)
+    length = min(turn, LONGEST_SPAN * slowest)
+    run = simulate(moving, state, (0.0, SETTLING * slowest + length), method=METHOD)
     if not run.status:
         raise SolveError(f"the motion with dry friction at {speed:.4g} rad/s is not followed: {run.message}")
     use = run.t >= run.t[-1] - length

@@ -23,8 +23,8 @@ def control_response(parts: tuple[Any, ...], omega: Floats) -> Complexes:
 def around_poles(poles: Complexes, places: Floats) -> Floats:
     """Frequencies [rad/s] at poles that vibrate, and close around them at places in half widths."""
     waves = poles[poles.imag > 0.0]
-    near = waves.imag[:, None] + np.abs(waves.real)[:, None] * np.append(places, 0.0)
-    return np.asarray(near[near > 0.0])
+    omega = waves.imag[:, None] + np.abs(waves.real)[:, None] * np.append(places, 0.0)
+    return np.asarray(omega[omega > 0.0])
 
 
 def control_parts(control: Control) -> tuple[Any, ...]:
@@ -33,9 +33,9 @@ def control_parts(control: Control) -> tuple[Any, ...]:
     return linear_control(control, np.zeros(4 + count), np.arange(4 + count) >= 4)
 
 
-def linear_control(control: Control, state: Floats, own: Any) -> tuple[Any, ...]:
+def linear_control(control: Control, state: Floats, of_control: Any) -> tuple[Any, ...]:
     """Derivatives of a control's torque by angle and speed; its inertia; A, B (by both), C of its own states."""
-    z, count = state[own], states_of(control)
+    z, count = state[of_control], states_of(control)
     start = np.concatenate([state[2:4], z])
 
     def slopes(f: Any, size: int) -> Floats:

@@ -19,9 +19,9 @@ from ...model.train.controls import Lagged
 from ...model.train.filters import Filtered, apart, around
 from .linear_control import around_poles, control_parts
 
-SMALL = 1e-7  # of half the rate: a pole that stands for 0
-BEYOND = 30.0  # how far the frequencies go below the slowest pole
-JUST = 1e-9  # of a period: rounding of a delay
+ZERO_POLE = 1e-7  # of half the rate: a pole that stands for 0
+SLOWER_SPAN = 30.0  # how far the frequencies go below the slowest pole
+DELAY_ROUNDING = 1e-9  # of a period: rounding of a delay
 ON_CIRCLE = 1e-9  # distance from 1 of a pole that does not move
 
 
@@ -112,9 +112,9 @@ class SampledLoop:
         """Frequencies [rad/s], ascending to pi/T, close around resonances and antiresonances."""
         every = np.concatenate([self.plant.loop.corners, self.plant.poles, self.growing])
         sizes, top = np.abs(every), pi / self.period
-        least = np.min(sizes[sizes > SMALL * top], initial=top)
-        near = around_poles(every, about)
-        return np.unique(np.concatenate([np.geomspace(least / BEYOND, top, points), near[near < top]]))
+        least = np.min(sizes[sizes > ZERO_POLE * top], initial=top)
+        around = around_poles(every, about)
+        return np.unique(np.concatenate([np.geomspace(least / SLOWER_SPAN, top, points), around[around < top]]))
 
 
 def sampled_loop(loop: Any, sampling: Sampling) -> SampledLoop:
@@ -137,9 +137,9 @@ def without_outside(control: Any) -> tuple[Any, Any]:
 def _continuous(loop: Any, outside: tuple[Any, ...]) -> tuple[Floats, Floats, Floats]:
     """Matrices of plant, lag and filters under a torque that is held, and rows of the angle and the speed as seen."""
     plant, A, C = loop.plant, outside[3], outside[5]  # the last state is the torque that is held
-    whole = np.block([[plant.A, -np.outer(plant.B[:, 0], C[0])], [np.zeros((len(A), len(plant.A))), A]])
+    augmented = np.block([[plant.A, -np.outer(plant.B[:, 0], C[0])], [np.zeros((len(A), len(plant.A))), A]])
     seen = np.hstack([loop.outputs[[0, 2]], np.zeros((2, len(A) - 1))])
-    return whole[:-1, :-1], whole[:-1, -1], seen
+    return augmented[:-1, :-1], augmented[:-1, -1], seen
 
 
 def held(A: Floats, B: Floats, period: float, delay: float) -> tuple[Floats, Floats]:
@@ -150,19 +150,19 @@ def held(A: Floats, B: Floats, period: float, delay: float) -> tuple[Floats, Flo
     from scipy.linalg import expm  # here, because most analyses have no sampled loop and need none of SciPy
 
     T, n = period, len(A)
-    whole = int(delay / T + JUST)
-    part = max(delay / T - whole, 0.0)
-    part = part if part > JUST else 0.0
-    before = whole + (part > 0.0)
+    periods = int(delay / T + DELAY_ROUNDING)
+    part = max(delay / T - periods, 0.0)
+    part = part if part > DELAY_ROUNDING else 0.0
+    before = periods + (part > 0.0)
     matrix = np.zeros((n + 1, n + 1))
     matrix[:n, :n], matrix[:n, n] = A, B
     late, now = expm(part * T * matrix), expm((1.0 - part) * T * matrix)
     F, g = np.zeros((n + before, n + before)), np.zeros(n + before)
     F[:n, :n] = now[:n, :n] @ late[:n, :n]
     if part:
-        F[:n, n + whole] = now[:n, :n] @ late[:n, n]
-    if whole:
-        F[:n, n + whole - 1] += now[:n, n]
+        F[:n, n + periods] = now[:n, :n] @ late[:n, n]
+    if periods:
+        F[:n, n + periods - 1] += now[:n, n]
     else:
         g[:n] = now[:n, n]
     if before:

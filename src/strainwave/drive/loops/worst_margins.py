@@ -24,9 +24,9 @@ from ..margins import Margins, loop_of, margins
 from ..operating_point import mean_state
 
 LOADS = 9  # torques of a range, and of each part of it between two bends of the law
-SAME = 9  # digits of a stiffness
-PASSIVE = (PositionLoop, SpeedLoop)  # loops that act where they measure put in no energy
-SENSITIVE, PHASE, GAIN = 2.0, 30.0, 10.0**0.3  # peak sensitivity, phase [deg] and gain (6 dB) that are close
+STIFFNESS_DIGITS = 9  # digits of a stiffness
+PASSIVE_LOOPS = (PositionLoop, SpeedLoop)  # loops that act where they measure put in no energy
+CLOSE_SENSITIVITY, CLOSE_PHASE_DEG, CLOSE_GAIN = 2.0, 30.0, 10.0**0.3  # (6 dB): beyond, a loop is near instability
 
 
 class Loaded(NamedTuple):
@@ -37,7 +37,7 @@ class Loaded(NamedTuple):
     train: DriveTrain
 
     @property
-    def said(self) -> str:
+    def text(self) -> str:
         """Load and posture, as the end of a sentence."""
         load = "" if self.load is None else f" under a load of {number(self.load)} N·m"
         return load + (f" in {self.posture}" if self.posture else "")
@@ -64,18 +64,18 @@ class WorstMargins:
     @classmethod
     def of(cls, loads: list[Loaded], sampling: Sampling | None) -> "WorstMargins":
         """Margins under every load, at the speed of its train."""
-        found = [margins(t, at=mean_state(t), speed=t.omega, sampling=sampling) for t in (one.train for one in loads)]
-        return cls(tuple(loads), tuple(found), sampling)
+        rows = [margins(t, at=mean_state(t), speed=t.omega, sampling=sampling) for t in (one.train for one in loads)]
+        return cls(tuple(loads), tuple(rows), sampling)
 
     @property
     def stable(self) -> bool:
         """True if the loop is stable under every load."""
-        return all(found.stable for found in self.margins)
+        return all(one.stable for one in self.margins)
 
     @property
     def worst(self) -> tuple[Loaded, Margins]:
         """Load under which the loop grows fastest, or, where it is stable, has the largest sensitivity."""
-        sizes = [found.peak_sensitivity if self.stable else found.slowest.real for found in self.margins]
+        sizes = [one.peak_sensitivity if self.stable else one.slowest.real for one in self.margins]
         i = int(np.argmax(sizes))
         return self.loads[i], self.margins[i]
 
@@ -83,10 +83,10 @@ class WorstMargins:
     def sizes(self) -> dict[str, float]:
         """The worst of each margin, infinite where there is none."""
         phase, gain, delay = [
-            min(abs(getattr(found, name)) for found in self.margins)
+            min(abs(getattr(one, name)) for one in self.margins)
             for name in ("phase_margin", "gain_margin", "delay_margin")
         ]
-        down = max(found.gain_reduction for found in self.margins)
+        down = max(one.gain_reduction for one in self.margins)
         return {"phase_margin_deg": degrees(phase), "gain_margin": gain, "gain_reduction": down,
                 "delay_margin_s": delay, "peak_sensitivity": self.worst[1].peak_sensitivity}  # fmt: skip
 
@@ -103,11 +103,11 @@ class WorstMargins:
         """That the loop is unstable, and how fast what grows, in a sentence; empty of a stable one."""
         if self.stable:
             return ""
-        load, found = self.worst
-        hertz, time = abs(found.slowest.imag) / (2.0 * pi), 1.0 / found.slowest.real if found.slowest.real else inf
+        load, worst = self.worst
+        hertz, time = abs(worst.slowest.imag) / (2.0 * pi), 1.0 / worst.slowest.real if worst.slowest.real else inf
         what = f"a vibration of {number(hertz, 3)} Hz" if hertz else "a motion"
         grows = f"{what} grows by a factor e every {number(1e3 * time, 3)} ms"
-        return f"The motor's loop is unstable with this gear: {grows}, {self.sampled}{load.said}."
+        return f"The motor's loop is unstable with this gear: {grows}, {self.sampled}{load.text}."
 
     @property
     def weak(self) -> str:
@@ -115,7 +115,7 @@ class WorstMargins:
         if not self.stable:
             return ""
         phase, gain, down, _, rise = self.sizes.values()
-        return weakness(phase, gain, down, rise, self.worst[0].said)
+        return weakness(phase, gain, down, rise, self.worst[0].text)
 
     @property
     def sentence(self) -> str:
@@ -125,8 +125,8 @@ class WorstMargins:
         phase, gain, _, delay, _ = self.sizes.values()
         angle, factor = (number(phase, 2) + "°" if isfinite(phase) else "infinite"), number(gain, 3)
         late = f"; {number(1e3 * delay, 3)} ms of further delay make it unstable" if isfinite(delay) else ""
-        said = f"phase margin {angle}, gain margin {factor if isfinite(gain) else 'infinite'}{late}."
-        return f"Stable, {self.sampled}: {said} {self.weak}".rstrip()
+        text = f"phase margin {angle}, gain margin {factor if isfinite(gain) else 'infinite'}{late}."
+        return f"Stable, {self.sampled}: {text} {self.weak}".rstrip()
 
     def facts(self) -> tuple[Fact, ...]:
         """Its numbers, and what is weak about it."""
@@ -134,22 +134,22 @@ class WorstMargins:
 
     def data(self) -> dict[str, Any]:
         """Numbers for JSON, the worst of each; None where there is no such margin."""
-        load, found = self.worst
+        load, worst = self.worst
         sizes = {name: size if isfinite(size) else None for name, size in self.sizes.items()}
         sampling = self.sampling
         time = {"period_s": sampling and sampling.period, "delay_s": sampling and sampling.delay}
-        growth = {"growth_per_s": found.slowest.real, "at_hertz": abs(found.slowest.imag) / (2.0 * pi)}
+        growth = {"growth_per_s": worst.slowest.real, "at_hertz": abs(worst.slowest.imag) / (2.0 * pi)}
         return {"stable": self.stable} | sizes | growth | time | {"load_torque_Nm": load.load, "weak": self.weak}
 
 
 def weakness(phase: float, gain: float, down: float, rise: float, where: str = "") -> str:
     """That a loop is close to instability, by phase margin [deg], gain margin, reduction of the gain, sensitivity."""
-    said = [f"peak sensitivity {number(rise, 3)} (at most {SENSITIVE:g})"] * (rise > SENSITIVE)
-    said += [f"phase margin {number(phase, 2)}° (at least {PHASE:g}°)"] * (phase < PHASE)
-    said += [f"gain margin {_decibels(gain)} dB (at least 6 dB)"] * (gain < GAIN)
-    if GAIN * down > 1.0:
-        said.append(f"a gain lower by {_decibels(1.0 / down)} dB makes it unstable (by at least 6 dB)")
-    return f"The loop is close to instability{where}: {', '.join(said)}." if said else ""
+    signs = [f"peak sensitivity {number(rise, 3)} (at most {CLOSE_SENSITIVITY:g})"] * (rise > CLOSE_SENSITIVITY)
+    signs += [f"phase margin {number(phase, 2)}° (at least {CLOSE_PHASE_DEG:g}°)"] * (phase < CLOSE_PHASE_DEG)
+    signs += [f"gain margin {_decibels(gain)} dB (at least 6 dB)"] * (gain < CLOSE_GAIN)
+    if CLOSE_GAIN * down > 1.0:
+        signs.append(f"a gain lower by {_decibels(1.0 / down)} dB makes it unstable (by at least 6 dB)")
+    return f"The loop is close to instability{where}: {', '.join(signs)}." if signs else ""
 
 
 def _decibels(factor: float) -> str:
@@ -162,10 +162,10 @@ def loaded_trains(project: Any, posture: str = "") -> Iterator[Loaded]:
     if train is None or train.motor.free or train.motor.held:
         return
     yield Loaded(posture, None, without_dry_friction(train))
-    known = {_stiffness(train, project.mean_load_torque)}
+    judged = {_stiffness(train, project.mean_load_torque)}
     for torque in _torques(train, low, high) if low < high else ():
-        if (key := _stiffness(train, torque)) not in known:
-            known.add(key)
+        if (key := _stiffness(train, torque)) not in judged:
+            judged.add(key)
             yield Loaded(posture, torque, without_dry_friction(project.under(torque, level=True).train))
 
 
@@ -180,14 +180,14 @@ def _torques(train: DriveTrain, low: float, high: float) -> list[float]:
 
 def _stiffness(train: DriveTrain, torque: float) -> tuple[float, ...]:
     """Tangent stiffnesses of gear and couplings under a torque [N*m] of the load, to so many digits."""
-    found = []
+    stiffnesses = []
     for law in (train.law, *train.load.couplings()):
         try:
             u = loaded_state(law, -torque)[0]
-            found.append(float(f"{spring_stiffness(law, u):.{SAME}g}"))
+            stiffnesses.append(float(f"{spring_stiffness(law, u):.{STIFFNESS_DIGITS}g}"))
         except (ValueError, SolveError, AttributeError):  # a law that cannot carry it, or without a stiffness
-            found.append(-torque)
-    return tuple(found)
+            stiffnesses.append(-torque)
+    return tuple(stiffnesses)
 
 
 def worst_margins(project: Any) -> WorstMargins | None:
@@ -201,7 +201,7 @@ def worst_margins(project: Any) -> WorstMargins | None:
 def loop_fault(project: Any) -> str:
     """That the motor's loop of a project is unstable under a load, in a sentence; empty where it is not, or none is."""
     train, sampling = project.train, project.sampling
-    if train is None or (sampling is None and isinstance(train.motor.control, PASSIVE)):
+    if train is None or (sampling is None and isinstance(train.motor.control, PASSIVE_LOOPS)):
         return ""
     loads = list(loaded_trains(project))
     stable = all(loop_of(one.train, mean_state(one.train), one.train.omega, sampling).stable for one in loads)

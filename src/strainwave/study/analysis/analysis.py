@@ -37,11 +37,11 @@ from .load_cases import AtTorque
 from .remedies import Remedy
 from .time_case import TimeCase
 from .train_study import MotorCase, TrainStudy
-from .verdict import LESS, JudgedPosture, Verdict
+from .verdict import TIE_RATIO, JudgedPosture, Verdict
 
-DISAGREE = 0.01  # of the largest |x|: more than truncation of the series explains
+DISAGREEMENT = 0.01  # of the largest |x|: more than truncation of the series explains
 
-ABOVE = 30.0  # widths of a smoothed friction: at that speed it is 99.9 % of the dry one
+FRICTION_WIDTHS = 30.0  # widths of a smoothed friction: at that speed it is 99.9 % of the dry one
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def gear_loop(law: Any, torque: float, rated: bool) -> GearLoop:
         If the law does not carry the torque.
     """
     widths = [p.value for p in parameters(law) if p.path.endswith("width") and p.unit == "rad/s"]
-    speed = max([SPEED, *(ABOVE * width for width in widths)])
+    speed = max([SPEED, *(FRICTION_WIDTHS * width for width in widths)])
     full = hysteresis_loop(law, torque, speed=speed)
     return GearLoop(full, hysteresis_loop(law, SMALL_LOOP * torque, speed=speed), torque, rated)
 
@@ -126,7 +126,7 @@ def cautions(analysis: Any) -> Iterator[str]:
     if exact.rounding:
         yield f"Motions that beat are balanced without corners: {exact.rounding}."
     difference = analysis.run_up.difference()
-    if difference is not None and difference > DISAGREE:
+    if difference is not None and difference > DISAGREEMENT:
         yield (
             f"The run-up and run-down by integration differ from the response curve by up to {100.0 * difference:.2g} "
             "% in the largest |x| at one speed: the drive can settle on another motion there."
@@ -319,14 +319,14 @@ class Analysis(Result):
         """
         model = "error equation" if self.train_curve is None else "whole drive train"
         tops = [(drive.largest(), drive, torque) for torque, drive in self.curves]
-        known = [(float(d.peak[at]), float(d.omega[at]), d.method, torque) for at, d, torque in tops if at is not None]
-        peaks = [Largest(p, omega, model, method, torque) for p, omega, method, torque in known]
+        crests = [(float(d.peak[i]), float(d.omega[i]), d.method, torque) for i, d, torque in tops if i is not None]
+        peaks = [Largest(p, omega, model, method, torque) for p, omega, method, torque in crests]
         best = max(peaks, key=lambda largest: largest.peak, default=None)
         if (ramp := self.run_alone) is not None:
             run = Largest(*ramp.largest(ramp.run.pointing), "run-up of the whole drive train", "integration")
-            return run if best is None or self.train_curve is None or run.peak > LESS * best.peak else best
+            return run if best is None or self.train_curve is None or run.peak > TIE_RATIO * best.peak else best
         worst = self.run_up.worst()
-        if worst is not None and (best is None or (self.train_curve is None and best.peak < worst.peak / LESS)):
+        if worst is not None and (best is None or (self.train_curve is None and best.peak < worst.peak / TIE_RATIO)):
             return Largest(worst.peak, worst.omega, "error equation", "integration")
         assert best is not None
         return best
@@ -334,12 +334,12 @@ class Analysis(Result):
     def largest_oscillation(self) -> Largest:
         """Largest |error - mean| on the curves of the drive, where a slow run-up or run-down goes."""
         of = "error equation" if self.train_curve is None else "whole drive train"
-        found = []
+        crests = []
         for torque, drive in self.curves:
-            at, sizes = drive.top, drive.oscillation
-            largest = Largest(float(sizes[at]), float(drive.omega[at]), of, drive.method, torque)
+            top, sizes = drive.top, drive.oscillation
+            largest = Largest(float(sizes[top]), float(drive.omega[top]), of, drive.method, torque)
             if (envelope := drive.curve.envelope) is not None and (turns := drive.curve.beat) is not None:
                 period = 2.0 * math.pi * turns / largest.omega
-                largest = largest._replace(smallest=float(envelope[at, 1]), beat=period)
-            found.append(largest)
-        return max(found, key=lambda largest: largest.peak)
+                largest = largest._replace(smallest=float(envelope[top, 1]), beat=period)
+            crests.append(largest)
+        return max(crests, key=lambda largest: largest.peak)

@@ -45,16 +45,16 @@ from .time_case import TimeCase, speeds_in_time, time_case, usage
 from .train_study import TrainStudy, motor_cases, train_study
 from .verdict import Answer, JudgedPosture, smallest_change, verdict_of
 
-Told = Callable[[str, float], None]
+Report = Callable[[str, float], None]
 Advice = tuple[tuple[Remedy, ...], tuple[str, ...], Remedy | None, tuple[Remedy, ...]]
 NO_ADVICE: Advice = (), (), None, ()
 
-FEWEST, FINE = 20, 300  # points of the response curve in the band of a resonance, and of one drawn for it alone
+FEWEST_POINTS, FINE_POINTS = 20, 300  # points of the curve in the band of a resonance, and of one drawn for it alone
 
-FARTHEST = 1.6  # relative distance of the maximum from the speed of small oscillations
+PEAK_DISTANCE = 1.6  # relative distance of the maximum from the speed of small oscillations
 FAINT = 1e-4  # of the largest |x|: a smaller component is no resonance to place
 
-LOSS = 3.0 * math.pi / 10800.0  # 3 arcmin: the largest hysteresis loss that catalogues print, of ratio 30
+LARGEST_LOSS = 3.0 * math.pi / 10800.0  # 3 arcmin: the largest hysteresis loss that catalogues print, of ratio 30
 ROUNDING = 1.05  # of a fit to the printed value
 
 
@@ -73,17 +73,17 @@ def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, r
     run_usage : Usage
         Largest torques of the run.
     """
-    most = LOSS if gear is None or gear.hysteresis_loss is None else gear.hysteresis_loss
-    if loop is not None and loop.rated and loop.full.loss > ROUNDING * most:
+    loss = LARGEST_LOSS if gear is None or gear.hysteresis_loss is None else gear.hysteresis_loss
+    if loop is not None and loop.rated and loop.full.loss > ROUNDING * loss:
         yield Sentence(
             f"The hysteresis loss at the rated torque of {loop.torque:g} N*m is {{}}, and "
             f"{'catalogues print' if gear is None else 'that of ' + gear.name + ' is'} at most {{}}; check the "
             "numbers of the hysteresis, fit_hysteresis finds them from those of a datasheet.",
             Angle(loop.full.loss, digits=3),
-            Angle(most, digits=3),
+            Angle(loss, digits=3),
         )
-    known = gear is not None and gear.ratcheting_torque is not None  # then it is among the limits
-    if not known and rated is not None and run_usage.peak_torque > RATCHETING * rated:
+    limited = gear is not None and gear.ratcheting_torque is not None  # then it is among the limits
+    if not limited and rated is not None and run_usage.peak_torque > RATCHETING * rated:
         yield Sentence(
             f"The torque in the gear reaches {run_usage.peak_torque:.4g} N*m at {{}}, "
             f"{run_usage.peak_torque / rated:.3g} times the rated torque, and gears ratchet from 5 to 16 times on: the "
@@ -100,17 +100,17 @@ def with_tops(
     Looked for between the neighbouring resonances, where a slow run-up or run-down goes; an end of the range is none,
     nor is what lies in the half-power band of a larger maximum of another component.
     """
-    places = sorted(regime.omega for regime in all_regimes if regime.resonance.q == 1)
+    omegas = sorted(regime.omega for regime in all_regimes if regime.resonance.q == 1)
     rows = [(regime, close.get(regime.resonance, exact)) for regime in all_regimes]
-    tops = [_top(r, places, system, curve) if r.resonance.q == 1 else None for r, curve in rows]
+    tops = [_top(r, omegas, system, curve) if r.resonance.q == 1 else None for r, curve in rows]
     largest = {r.resonance.p: top[1] for r, top in zip(all_regimes, tops, strict=True) if top is not None}
     topped = []
     for (regime, response), top in zip(rows, tops, strict=True):
-        place = None
+        crest = None
         if top is not None and not _of_another(regime.resonance.p, top, largest, system, response):
-            place = float(response.omega[top[0]]), top[1]
-        met = place is not None and bool(regime.reason)  # the curve is in the range, and such a law is placed by it
-        topped.append(replace(regime, top=place, inside=regime.inside or met))
+            crest = float(response.omega[top[0]]), top[1]
+        met = crest is not None and bool(regime.reason)  # the curve is in the range, and such a law is placed by it
+        topped.append(replace(regime, top=crest, inside=regime.inside or met))
     return tuple(topped)
 
 
@@ -119,14 +119,14 @@ def _of_another(
 ) -> bool:
     """True if a maximum of component p lies in the half-power band of another component, which is larger there."""
     others = ((response.torsion_amplitude(system, q)[top[0]], size) for q, size in largest.items() if q != p)
-    return any(there > top[1] and there >= HALF_POWER * size for there, size in others)
+    return any(component > top[1] and component >= HALF_POWER * size for component, size in others)
 
 
 def _top(regime: Regime, places: list[float], system: Any, response: DriveResponse) -> tuple[int, float] | None:
     """Point of the curve with the largest component of a resonance, and its amplitude [rad]."""
     i = places.index(regime.omega)
-    low = max([regime.omega / FARTHEST, *((w * regime.omega) ** 0.5 for w in places[:i])])
-    high = min([regime.omega * FARTHEST, *((w * regime.omega) ** 0.5 for w in places[i + 1 :])])
+    low = max([regime.omega / PEAK_DISTANCE, *((w * regime.omega) ** 0.5 for w in places[:i])])
+    high = min([regime.omega * PEAK_DISTANCE, *((w * regime.omega) ** 0.5 for w in places[i + 1 :])])
     visited = response.counted
     omega = response.omega[visited]
     inside = (omega >= low) & (omega <= high)
@@ -142,7 +142,7 @@ def _top(regime: Regime, places: list[float], system: Any, response: DriveRespon
 
 @one_thread
 def analyze(
-    project: Project, progress: Told | None = None, *, advice: bool = True, resonances: bool = True
+    project: Project, progress: Report | None = None, *, advice: bool = True, resonances: bool = True
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
 
@@ -219,12 +219,12 @@ def analyze(
 
 
 def _advice(
-    subject: Subject, drive: DriveResponse, avoid: Avoid, by_load: tuple[AtTorque, ...], torque: float, progress: Told
+    subject: Subject, drive: DriveResponse, avoid: Avoid, by_load: tuple[AtTorque, ...], torque: float, progress: Report
 ) -> Advice:
     """Remedies under the torque with the largest oscillation, the one that suffices under all, and other damping."""
     progress("what would help", 0.9)
-    worst, told = at_worst(subject, drive, avoid, by_load), lambda what: progress(f"what would help: {what}", 0.9)
-    helps, not_tried = remedies(*worst, torque, told) if avoid.bands else ((), ())
+    worst, stage = at_worst(subject, drive, avoid, by_load), lambda what: progress(f"what would help: {what}", 0.9)
+    helps, not_tried = remedies(*worst, torque, stage) if avoid.bands else ((), ())
     change = smallest_change(*worst, [under(subject, case.torque) for case in by_load], torque, helps)
     return helps, not_tried, change, with_other_damping(*worst)
 
@@ -243,7 +243,7 @@ def judged_postures(decided: Decision) -> tuple[JudgedPosture, ...]:
     """Every posture of a project with its answer and its largest oscillation."""
     rows: list[JudgedPosture] = []
     for case, one, project, bands in zip(
-        decided.load_cases, decided.found, decided.projects, decided.bands, strict=True
+        decided.load_cases, decided.by_load, decided.projects, decided.bands, strict=True
     ):
         if case.posture is None:
             continue
@@ -254,13 +254,13 @@ def judged_postures(decided: Decision) -> tuple[JudgedPosture, ...]:
         tops = [run[np.argmax(run[:, OSCILLATION])] for run, _ in one.runs]
         top = max(tops, key=lambda row: float(row[OSCILLATION]), default=np.full(2, math.nan))
         inertia, torque = float(project.drive.J_l), project.mean_load_torque
-        place = len(rows) + 1, case.posture.name, inertia, torque, answer
-        rows.append(JudgedPosture(*place, float(top[OSCILLATION]), float(top[OMEGA]), exceeded))
+        first = len(rows) + 1, case.posture.name, inertia, torque, answer
+        rows.append(JudgedPosture(*first, float(top[OSCILLATION]), float(top[OMEGA]), exceeded))
     return tuple(rows)
 
 
 def _of_one_turn(
-    project: Project, system: Any, point: OperatingPoint, exact: DriveResponse, resonances: bool, progress: Told
+    project: Project, system: Any, point: OperatingPoint, exact: DriveResponse, resonances: bool, progress: Report
 ) -> tuple[tuple[Regime, ...], dict[Resonance, DriveResponse], RunUp, tuple[TimeCase, ...]]:
     """Resonances, a simulated run-up, and single speeds in time, of motions that repeat with every turn.
 
@@ -279,23 +279,23 @@ def _of_one_turn(
 
 
 def _resonances(
-    system: Any, limits: tuple[float, float], point: OperatingPoint, exact: DriveResponse, progress: Told
+    system: Any, limits: tuple[float, float], point: OperatingPoint, exact: DriveResponse, progress: Report
 ) -> tuple[tuple[Regime, ...], dict[Resonance, DriveResponse]]:
     """Resonances with their maxima, and the curve once more around those that are too narrow for its points."""
     progress("resonances by multiple scales", 0.2)
-    found = regimes(system, point, limits)
+    all_regimes = regimes(system, point, limits)
     close = {}
-    for near in (regime for regime in found if _narrow(regime, exact)):
-        progress(f"response curve around the {near.name}", 0.3)
-        close[near.resonance] = exact_response(system, near.band(), FINE, coexisting=searched(system.law))
-    return with_tops(found, system, exact, close), close
+    for narrow in (regime for regime in all_regimes if _narrow(regime, exact)):
+        progress(f"response curve around the {narrow.name}", 0.3)
+        close[narrow.resonance] = exact_response(system, narrow.band(), FINE_POINTS, coexisting=searched(system.law))
+    return with_tops(all_regimes, system, exact, close), close
 
 
 def _in_time(
-    system: Any, speeds: Speeds, point: OperatingPoint, found: tuple[Regime, ...], sweep: RunUp, progress: Told
+    system: Any, speeds: Speeds, point: OperatingPoint, regimes: tuple[Regime, ...], sweep: RunUp, progress: Report
 ) -> tuple[TimeCase, ...]:
     """Single speeds in time."""
-    chosen, cases = speeds_in_time(found, sweep, speeds.limits, speeds.single), []
+    chosen, cases = speeds_in_time(regimes, sweep, speeds.limits, speeds.single), []
     for i, (name, omega, regime) in enumerate(chosen):
         progress(f"{name} in time", 0.6 + 0.2 * i / len(chosen))
         resonance = NONRESONANT if regime is None else regime.resonance
@@ -305,7 +305,7 @@ def _in_time(
 
 def _whole_train(
     project: Project, train: DriveTrain, system: Any, point: OperatingPoint, exact: DriveResponse,
-    single: tuple[float, ...], progress: Told,
+    single: tuple[float, ...], progress: Report,
 ) -> TrainStudy:  # fmt: skip
     """The whole drive train beside its error equation."""
     progress("whole drive train", 0.8)
@@ -321,7 +321,7 @@ def _whole_train(
 
 
 def _with_gravity(
-    project: Project, study: TrainStudy | None, curves: tuple[DriveResponse, ...], progress: Told
+    project: Project, study: TrainStudy | None, curves: tuple[DriveResponse, ...], progress: Report
 ) -> TrainStudy | None:
     """The study with the motions that have gravity exactly, where the curves of `quasi-static` torques leave it out."""
     if study is None or study.curve is None or not study.curve.without_angle:
@@ -386,4 +386,4 @@ def _narrow(regime: Regime, exact: DriveResponse) -> bool:
     if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
         return False
     low, high = regime.band()
-    return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST
+    return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST_POINTS

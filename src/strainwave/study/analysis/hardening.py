@@ -29,8 +29,8 @@ from ...theory.slow_flow.setting import active_orders
 
 POINTS = 200  # of a curve, at least
 WINDOW = 0.25, 0.5  # of omega_0 over the order of excitation: where the third harmonic's resonance is looked for
-FINE = 1e-9  # of omega: the crest is flat, its size is found to rounding
-ABOVE = 1.2  # of that frequency: at least so far the range must go
+CREST_TOLERANCE = 1e-9  # of omega: the crest is flat, its size is found to rounding
+RANGE_END = 1.2  # of that frequency: at least so far the range must go
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,23 +152,23 @@ def hardening(
     system, order, omega_0 = _cubic(system)
     coefficients, (lo, hi) = numbers("alpha [1/rad^2]", alpha), interval("span [rad/s]", span, positive=True)
     duty = numbers("speeds [rad/s]", speeds) if samples_of("speeds [rad/s]", speeds).size else np.empty(0)
-    least, most = WINDOW[0] * omega_0 / order, ABOVE * omega_0 / order
-    if lo > least or hi < most:
+    lowest, highest = WINDOW[0] * omega_0 / order, RANGE_END * omega_0 / order
+    if lo > lowest or hi < highest:
         raise ValueError(
-            f"the range is {lo:.9g} to {hi:.9g} rad/s; it must hold both resonances: take {0.9999 * least:.5g} to "
-            f"{1.0001 * most:.5g} rad/s, or more"
+            f"the range is {lo:.9g} to {hi:.9g} rad/s; it must hold both resonances: take {0.9999 * lowest:.5g} to "
+            f"{1.0001 * highest:.5g} rad/s, or more"
         )
     if np.any((duty < lo) | (duty > hi)):
         raise ValueError(f"speeds are {shown(speeds)}; they must lie inside the range, {lo:g} to {hi:g} rad/s")
     curves = response_family(system, (lo, hi), {"law.alpha": coefficients}, harmonics=harmonics, points=POINTS)
     members = [replace(system, {"law.alpha": float(a)}) for a in coefficients]
     rows = [_row(*both, order, omega_0) for both in zip(members, curves, strict=True)]
-    at = [
+    at_duty = [
         [_at(member._replace(omega=float(w)), curve) for w in duty]
         for member, curve in zip(members, curves, strict=True)
     ]
     peak, at_peak, third, at_third, low, high, inside = map(np.array, zip(*rows, strict=True))
-    settled = np.array(at).reshape(len(coefficients), len(duty))
+    settled = np.array(at_duty).reshape(len(coefficients), len(duty))
     return Hardening(coefficients, peak, at_peak, third, at_third, low, high, inside, duty, settled)
 
 
@@ -206,21 +206,21 @@ def _third(system: Any, curve: Branch, order: int, omega_0: float) -> tuple[floa
 
     That resonance may be narrower than the distance of two points: its crest is sought between their neighbours.
     """
-    near = curve.stable & (curve.omega * order > WINDOW[0] * omega_0) & (curve.omega * order < WINDOW[1] * omega_0)
-    sizes = np.where(near, curve.amplitude(3 * order), 0.0)
+    window = curve.stable & (curve.omega * order > WINDOW[0] * omega_0) & (curve.omega * order < WINDOW[1] * omega_0)
+    sizes = np.where(window, curve.amplitude(3 * order), 0.0)
     top = int(np.argmax(sizes))
-    size, place = float(sizes[top]), float(curve.omega[top])
+    size, speed = float(sizes[top]), float(curve.omega[top])
     neighbours = curve.omega[max(top - 1, 0) : top + 2]
     if len(neighbours) < 3 or not (np.all(np.diff(neighbours) > 0.0) or np.all(np.diff(neighbours) < 0.0)):
-        return size, place
+        return size, speed
 
     def less(omega: float) -> float:
         orbit = find_orbit(system._replace(omega=omega), guess=with_velocity(curve.coefficients[top], omega))
         return -orbit.amplitude(3 * order) if orbit.status.found and orbit.stable else 0.0
 
     ends = float(neighbours.min()), float(neighbours.max())
-    best = minimize_scalar(less, bounds=ends, method="bounded", options={"xatol": FINE * place})
-    return max((size, place), (-float(best.fun), float(best.x)))
+    best = minimize_scalar(less, bounds=ends, method="bounded", options={"xatol": CREST_TOLERANCE * speed})
+    return max((size, speed), (-float(best.fun), float(best.x)))
 
 
 def _at(system: Any, curve: Branch) -> float:

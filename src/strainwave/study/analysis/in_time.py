@@ -33,8 +33,8 @@ from ...numerics.integration.simulate import simulate
 from ...numerics.steady import SteadyMotion, finished_or_interrupted, settle, settled
 from ..speed_map.resonances import OperatingPoint, operating_point
 
-CHECKS, BEYOND = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
-NEAR_FOLD = 0.003  # relative distance in speed within which motions settle too slowly to be a check
+CHECKS, BEYOND_CHECKS = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
+FOLD_GAP = 0.003  # relative distance in speed within which motions settle too slowly to be a check
 TOLERANCE = Dopri5(rtol=1e-8, atol=1e-13)
 
 
@@ -66,8 +66,8 @@ class RunUp:
         """
         motions = (*self.up, *self.down)
         exact = np.concatenate([self.curve_up, self.curve_down])
-        found = [abs(m.peak / e - 1.0) for m, e in zip(motions, exact, strict=True) if m.closed and np.isfinite(e)]
-        return max(found) if found else None
+        errors = [abs(m.peak / e - 1.0) for m, e in zip(motions, exact, strict=True) if m.closed and np.isfinite(e)]
+        return max(errors) if errors else None
 
 
 def run_up_and_down(
@@ -95,11 +95,11 @@ def run_up_and_down(
         visits = _visits(exact, speeds, upwards)
         motions: list[SteadyMotion] = []
         for omega, start, _ in visits:
-            here = system._replace(omega=omega)
-            rest = motions[-1].end if motions and motions[-1].status and loses_energy(system) else point.start
-            motions.append(_settled(here, rest if start is None else (*_state(exact.curve, start), *rest[2:])))
+            turning = system._replace(omega=omega)
+            resting = motions[-1].end if motions and motions[-1].status and loses_energy(system) else point.start
+            motions.append(_settled(turning, resting if start is None else (*_state(exact.curve, start), *resting[2:])))
             progress(share + 0.5 * len(motions) / len(visits))
-        peaks = np.array([math.nan if at is None else exact.curve.peak[at] for _, _, at in visits])
+        peaks = np.array([math.nan if index is None else exact.curve.peak[index] for _, _, index in visits])
         order = slice(None) if upwards else slice(None, None, -1)
         sides.append((tuple(motions[order]), peaks[order]))
     (up, curve_up), (down, curve_down) = sides
@@ -124,19 +124,19 @@ def _visits(
     arc = np.cumsum(np.hypot(np.diff(omega) / (speeds[1] - speeds[0]), np.diff(peak) / (np.max(peak) or 1.0)))
     places = np.minimum(1 + np.searchsorted(arc, arc[-1] * (np.arange(CHECKS) + 0.5) / CHECKS), len(path) - 1)
     folds = np.array([fold.omega for fold in exact.curve.folds])
-    clear = np.array([np.all(np.abs(folds / w - 1.0) > NEAR_FOLD) for w in omega])
+    clear = np.array([np.all(np.abs(folds / w - 1.0) > FOLD_GAP) for w in omega])
     later = [np.flatnonzero(clear[i:])[:1] + i for i in np.unique(places)]
     visits: list[tuple[float, int | None, int | None]] = [
         (float(omega[i]), int(path[i - 1]), int(path[i])) for i in np.unique(np.concatenate(later))
     ]
     if abs(last - omega[-1]) > 1e-3 * (speeds[1] - speeds[0]):  # the sweep ends where stability does
-        visits += [(float(w), None, None) for w in np.linspace(omega[-1], last, BEYOND + 1)[1:]]
+        visits += [(float(w), None, None) for w in np.linspace(omega[-1], last, BEYOND_CHECKS + 1)[1:]]
     return visits
 
 
-def _state(curve: Branch, at: int) -> tuple[float, float]:
+def _state(curve: Branch, index: int) -> tuple[float, float]:
     """State (x [rad], x' [rad/s]) of a point of the curve at base angle 0."""
-    series = with_velocity(curve.coefficients[at], float(curve.omega[at]))
+    series = with_velocity(curve.coefficients[index], float(curve.omega[index]))
     x, v = series[0] + np.sum(series[1::2], axis=0)
     return float(x), float(v)
 
@@ -155,7 +155,7 @@ def _settled(system: System, state: tuple[float, ...]) -> SteadyMotion:
     return motion
 
 
-PLACES = 512  # samples of a turn of the motor
+TURN_SAMPLES = 512  # samples of a turn of the motor
 
 
 class Beat(NamedTuple):
@@ -185,32 +185,32 @@ class Beat(NamedTuple):
     @property
     def difference(self) -> float | None:
         """Largest difference of a turn by integration, relative to the largest turn; None without one."""
-        known = len(self.integrated) > 0
-        return float(np.max(np.abs(self.integrated - self.balanced)) / np.max(self.balanced)) if known else None
+        has_turns = len(self.integrated) > 0
+        return float(np.max(np.abs(self.integrated - self.balanced)) / np.max(self.balanced)) if has_turns else None
 
 
 def beat_of(project: Project, response: DriveResponse) -> Beat | None:
     """The largest of the motions of a curve that a slow run-up or run-down meets; None where they do not beat."""
-    waves, beat, whole, top = response.curve.waves, response.curve.beat, project.whole, response.top
-    if waves is None or beat is None or whole is None or response.starts is None:
+    waves, beat, train, top = response.curve.waves, response.curve.beat, project.whole, response.top
+    if waves is None or beat is None or train is None or response.starts is None:
         return None
-    omega, ratio = float(response.omega[top]), whole.N
+    omega, ratio = float(response.omega[top]), train.N
     balanced, integrated = largest_in_turns(waves.amplitudes[[top]], waves.pairs, ratio)[0], np.empty(0)
-    if not whole.motor.free:
+    if not train.motor.free:
         turns = np.arange(1, len(balanced) + 2)
-        angles = 2.0 * np.pi / PLACES * np.arange(PLACES * (len(turns) + 2) + BESIDE + 1)
-        run = drive_run(whole._replace(omega=omega), response.starts[top], angles / omega)
+        angles = 2.0 * np.pi / TURN_SAMPLES * np.arange(TURN_SAMPLES * (len(turns) + 2) + BESIDE + 1)
+        run = drive_run(train._replace(omega=omega), response.starts[top], angles / omega)
         if run.trajectory.status:
-            total = np.append(0.0, np.cumsum(run.pointing[1:] + run.pointing[:-1])) / (2.0 * PLACES)
-            at = PLACES * turns[:, None] + np.arange(-BESIDE, PLACES + BESIDE + 1)
-            means = (total[PLACES:] - total[:-PLACES])[at]
-            integrated = np.roll(largest_of_turns(run.pointing[at][None], means[None])[0], 1)
+            total = np.append(0.0, np.cumsum(run.pointing[1:] + run.pointing[:-1])) / (2.0 * TURN_SAMPLES)
+            samples = TURN_SAMPLES * turns[:, None] + np.arange(-BESIDE, TURN_SAMPLES + BESIDE + 1)
+            means = (total[TURN_SAMPLES:] - total[:-TURN_SAMPLES])[samples]
+            integrated = np.roll(largest_of_turns(run.pointing[samples][None], means[None])[0], 1)
     return Beat(omega, beat, balanced, integrated)
 
 
-SHOWN, BLOCK, LONGEST = 12, 60, 8  # turns of the settled motion; turns that are waited for, and at most so many times
+SHOWN_TURNS, BLOCK_TURNS, MOST_BLOCKS = 12, 60, 8  # turns: of the settled motion, and waited for at most so many times
 SAMPLES, PER_CYCLE = 96, 48  # of a turn at least, and of a cycle of the highest order
-REPEATS = 1e-5  # of the range of the error: a smaller change from one turn to the next is none
+REPEAT_TOLERANCE = 1e-5  # of the range of the error: a smaller change from one turn to the next is none
 METHOD = Dopri5(rtol=1e-9, atol=1e-13)
 
 
@@ -264,7 +264,7 @@ class DriveMotion(Result):
     @property
     def per_turn(self) -> int:
         """Samples of a turn."""
-        return (len(self.t) - 1) // SHOWN
+        return (len(self.t) - 1) // SHOWN_TURNS
 
     @property
     def mean(self) -> float:
@@ -370,11 +370,11 @@ def train_motion(train: DriveTrain, omega: float, load_torque: float) -> DriveMo
 
 
 def _motion(system: Any, start: Any, load_torque: float, has_reference: bool) -> DriveMotion:
-    begun = _run(system, start, BLOCK)
-    waited, last = BLOCK, _run(system, begun.y[:, -1], SHOWN)
-    while (change := _change(last)) and waited < LONGEST * BLOCK:
-        waited += BLOCK
-        last = _run(system, _run(system, last.y[:, -1], BLOCK - SHOWN).y[:, -1], SHOWN)
+    begun = _run(system, start, BLOCK_TURNS)
+    waited, last = BLOCK_TURNS, _run(system, begun.y[:, -1], SHOWN_TURNS)
+    while (change := _change(last)) and waited < MOST_BLOCKS * BLOCK_TURNS:
+        waited += BLOCK_TURNS
+        last = _run(system, _run(system, last.y[:, -1], BLOCK_TURNS - SHOWN_TURNS).y[:, -1], SHOWN_TURNS)
     x, v = last.y[:2]
     torque = torque_in(system, system.omega * last.t, tuple(last.y))
     return DriveMotion(system.omega, load_torque, last.t, x, v, torque, begun, waited, change, has_reference)
@@ -392,6 +392,6 @@ def _run(system: Any, start: Any, turns: int) -> Trajectory:
 
 def _change(run: Trajectory) -> float:
     """Largest change [rad] of the error from one turn to the next; 0 where it repeats."""
-    x, turn = run.y[0], (len(run.t) - 1) // SHOWN
+    x, turn = run.y[0], (len(run.t) - 1) // SHOWN_TURNS
     change = float(np.max(np.abs(x[turn:] - x[:-turn])))
-    return change if change > REPEATS * float(np.ptp(x)) else 0.0
+    return change if change > REPEAT_TOLERANCE * float(np.ptp(x)) else 0.0

@@ -41,11 +41,11 @@ from ...theory.slow_flow.setting import SUBHARMONIC, Resonance
 from ..speed_map.search import crossings
 
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes
-ENOUGH = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
-FINER = (1.0, 0.5, 0.25)  # of a step, where a branch was followed back and forth
-WIDEST = 1e6  # times the first speed
+MOST_TAIL = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
+STEP_SHARES = (1.0, 0.5, 0.25)  # of a step, where a branch was followed back and forth
+WIDTH = 1e6  # times the first speed
 PROBES = (0.2, 0.5, 0.8)  # where along a new branch a known one is looked for
-PER_OCTAVE, FEWEST, FINEST = 8, 8, 4096
+PER_OCTAVE, FEWEST_SPEEDS, MOST_SPEEDS = 8, 8, 4096
 PHASES = 8
 
 
@@ -65,8 +65,8 @@ def lies_on(problem: Any, point: Floats, branch: Branch) -> bool:
         width = side[i] - side[i + 1]
         share = float(side[i] / width) if width != 0.0 else 0.0
         series = (1.0 - share) * branch.coefficients[i] + share * branch.coefficients[i + 1]
-        there = solve(problem, problem.point(stretched(series[:, None], stretch), omega))
-        if there is not None and are_copies(point[:-1] + problem.error, there[:-1] + problem.error, problem.turns):
+        orbit = solve(problem, problem.point(stretched(series[:, None], stretch), omega))
+        if orbit is not None and are_copies(point[:-1] + problem.error, orbit[:-1] + problem.error, problem.turns):
             return True
     return False
 
@@ -87,7 +87,7 @@ def speeds(speed: float, lo: float, hi: float) -> Floats:
     per_octave = PER_OCTAVE
     while True:
         first, last = np.ceil(per_octave * np.log2(lo)), np.floor(per_octave * np.log2(hi))
-        if last - first + 1 >= FEWEST or per_octave >= FINEST:
+        if last - first + 1 >= FEWEST_SPEEDS or per_octave >= MOST_SPEEDS:
             break
         per_octave *= 2
     grid = 2.0 ** (np.arange(first, last + 1) / per_octave)
@@ -207,8 +207,8 @@ def isolas(
     system = repeating("isolas", with_parts("isolas", system, *SAME))
     springs_only("isolas", system)
     lo, hi = interval("the frequency range [rad/s]", span, positive=True)
-    if hi > WIDEST * lo:
-        raise ValueError(f"the frequency range ends at {hi / lo:.3g} times its start; take at most {WIDEST:g} times")
+    if hi > WIDTH * lo:
+        raise ValueError(f"the frequency range ends at {hi / lo:.3g} times its start; take at most {WIDTH:g} times")
     resonance = Resonance.of(resonance)
     period = resonance.q
     if not period:
@@ -230,11 +230,11 @@ def isolas(
         _points(problem, free_seeds(problem, resonance, grid)),
         _settled_points(problem, search, harmonics, lost),
     )
-    for here, point, origin in seeds:
-        if not takes(point, period) or any(lies_on(here, point, branch) for branch in branches):
+    for balance, point, origin in seeds:
+        if not takes(point, period) or any(lies_on(balance, point, branch) for branch in branches):
             continue
-        branch = _followed(here, point, lo, hi, harmonics, 4.0 / points, origin)
-        if not any(lies_on(here, probe, known) for known in branches for probe in _probes(here, branch)):
+        branch = _followed(balance, point, lo, hi, harmonics, 4.0 / points, origin)
+        if not any(lies_on(balance, probe, other) for other in branches for probe in _probes(balance, branch)):
             branches.append(branch)
     return Isolas(branches[main:], _sentence(search, period, len(branches) - main, lost))
 
@@ -258,7 +258,7 @@ def _settled_points(
         while point is None:
             finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
             guess = finer.point(table, motion.omega)
-            if harmonics is not None or h >= MOST_HARMONICS or tail_along(problem, guess[None], 0.0).worst <= ENOUGH:
+            if harmonics is not None or h >= MOST_HARMONICS or tail_along(problem, guess[None], 0.0).worst <= MOST_TAIL:
                 point = solve(finer, guess)
                 if harmonics is not None or h >= MOST_HARMONICS:
                     break
@@ -280,16 +280,16 @@ def _probes(problem: Balance, branch: Branch) -> Iterator[Floats]:
 
 def _sentence(search: Search, period: int, branches: int, lost: list[Motion]) -> str:
     """Sentence on the search, and on motions that are not in the list."""
-    at = search.omegas
+    tried = search.omegas
     sentences = [
-        f"{branches} branch(es) of orbits of {_turns(period)}; searched at {len(at)} speeds, omega = {at[0]:.6g} .. "
-        f"{at[-1]:.6g} rad/s, by the slow flow, by free vibrations, and from {search.starts} random starts each up to "
-        f"|x| = {search.reach:.3g} rad that ran for at most {search.turns} turns"
+        f"{branches} branch(es) of orbits of {_turns(period)}; searched at {len(tried)} speeds, omega = {tried[0]:.6g} "
+        f".. {tried[-1]:.6g} rad/s, by the slow flow, by free vibrations, and from {search.starts} random starts each "
+        f"up to |x| = {search.reach:.3g} rad that ran for at most {search.turns} turns"
     ]
     for turns in sorted({m.turns for m in search.motions} - {period}):
-        here = [m.omega for m in search.motions if m.turns == turns]
+        speeds = [m.omega for m in search.motions if m.turns == turns]
         sentences.append(
-            f"starts also settled on motions of {_turns(turns)} at omega = {_band(here)} rad/s: "
+            f"starts also settled on motions of {_turns(turns)} at omega = {_band(speeds)} rad/s: "
             f"see isolas with Resonance(1, {turns})" + (" and frequency_response" if turns == 1 else "")
         )
     if lost:
@@ -331,7 +331,7 @@ def _followed(
             if better is None:
                 return best, 0.0
             problem, point = finer, better
-        for share in FINER:
+        for share in STEP_SHARES:
             trace, born = _around(problem, point, lo, hi, share * step)
             if not _turns_back(trace):
                 break
@@ -340,7 +340,7 @@ def _followed(
 
     h = problem.harmonics()
     trace, born, tail = grown(followed, h, MOST_HARMONICS if harmonics is None else h, CURVE)
-    trace, omega = _with_own_speed(problem, trace), trace.points[:, -1]
+    trace, omega = _with_set_speed(problem, trace), trace.points[:, -1]
     if born:
         places = " and ".join(f"{end:.6g}" for end in born)
         trace = with_changes(trace, message=f"meets the response of one turn at omega = {places} rad/s")
@@ -358,13 +358,13 @@ def _around(problem: Any, point: Floats, lo: float, hi: float, step: float) -> t
     """
     apart = apart_from_shorter(problem, point)
     for first, last in ((lo / REACH, hi * REACH), (lo, hi)):
-        found = both_ways(problem, point, first, last, step, apart=apart)
-        ends = found.points[[0, -1], -1].tolist() if found.outcome == END else []
+        trace = both_ways(problem, point, first, last, step, apart=apart)
+        ends = trace.points[[0, -1], -1].tolist() if trace.outcome == END else []
         born = [end for end in ends if first < end < last]
-        if found.outcome == CLOSED or len(born) == 2:  # again, in steps that suit it
-            width = float(np.ptp(found.points[:, -1]))
+        if trace.outcome == CLOSED or len(born) == 2:  # again, in steps that suit it
+            width = float(np.ptp(trace.points[:, -1]))
             return both_ways(problem, point, first, last, step, width, apart=apart), born
-    return found, born
+    return trace, born
 
 
 def _turns_back(trace: Trace) -> bool:
@@ -376,14 +376,14 @@ def _turns_back(trace: Trace) -> bool:
     return bool(np.min(gaps / np.linalg.norm(folds[:, :-1], axis=1)) < 1e-5)
 
 
-def _with_own_speed(problem: Balance, trace: Trace) -> Trace:
+def _with_set_speed(problem: Balance, trace: Trace) -> Trace:
     """The branch with points at the system's own omega."""
     points, labels, omega = trace.points, trace.labels, problem.system.omega
     side = points[:, -1] - omega
     for i in np.flatnonzero(side[1:] * side[:-1] < 0.0)[::-1]:
         guess = points[i] + side[i] / (side[i] - side[i + 1]) * (points[i + 1] - points[i])
         guess[-1] = omega
-        there = solve(problem, guess)
-        if there is not None and np.linalg.norm(there - guess) < np.linalg.norm(points[i + 1] - points[i]):
-            points, labels = np.insert(points, i + 1, there, axis=0), np.insert(labels, i + 1, STEP)
+        orbit = solve(problem, guess)
+        if orbit is not None and np.linalg.norm(orbit - guess) < np.linalg.norm(points[i + 1] - points[i]):
+            points, labels = np.insert(points, i + 1, orbit, axis=0), np.insert(labels, i + 1, STEP)
     return Trace(points, labels, trace.outcome)

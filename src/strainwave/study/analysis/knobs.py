@@ -25,8 +25,8 @@ from ...model.train.filters import apart
 from ..speed_map.resonances import operating_point
 
 CHANGES = 0.1, 0.3  # relative; the second where the first does next to nothing
-MORE, BOTH = (1.0,), (1.0, -1.0)
-BENDS = 0.01  # relative change of the stiffness by the mean torque, from which on it counts
+ONE_WAY, BOTH_WAYS = (1.0,), (1.0, -1.0)
+LEAST_BEND = 0.01  # relative change of the stiffness by the mean torque, from which on it counts
 DAMPING = "damping of the gear"
 ROUNDING = 1e-9  # of a pole's size: less growth than this is none
 POWERS: dict[type, tuple[dict[str, int], dict[str, int]]] = {  # of bandwidth and damping ratio, with which gains go
@@ -50,13 +50,13 @@ class Subject(NamedTuple):
     load_torque: float | None = None
 
     @property
-    def whole(self) -> Any:
+    def model(self) -> Any:
         """The model that is followed: the train, else the error equation."""
         return self.system if self.train is None else self.train
 
-    def having(self, whole: Any) -> "Subject":
+    def having(self, model: Any) -> "Subject":
         """The same with another model in place of the one that is followed."""
-        return self._replace(system=whole) if self.train is None else self._replace(train=whole)
+        return self._replace(system=model) if self.train is None else self._replace(train=model)
 
     def of_drive(self, drive: Drive) -> "Subject":
         """The same with the error equation of another drive."""
@@ -68,7 +68,7 @@ class Subject(NamedTuple):
     def has_memory(self) -> bool:
         """True if the law of the gear or of a coupling has friction or memory."""
         couplings = () if self.train is None else self.train.load.couplings()
-        return any(depends(law) > 1 for law in (self.whole.law, *couplings))
+        return any(depends(law) > 1 for law in (self.model.law, *couplings))
 
     @property
     def load_torques(self) -> tuple[Any, ...]:
@@ -78,8 +78,8 @@ class Subject(NamedTuple):
 
     def largest(self, harmonics: int, coexisting: bool, pairs: Any) -> tuple[float, float] | None:
         """Speed [rad/s] and size [rad] of its largest |error - mean|, as `top_of`."""
-        found = top_of(self.whole, self.speeds, harmonics, coexisting, pairs)
-        return found and found[:2]
+        crest = top_of(self.model, self.speeds, harmonics, coexisting, pairs)
+        return crest and crest[:2]
 
 
 class Knob(NamedTuple):
@@ -107,7 +107,7 @@ class Knob(NamedTuple):
     value: float
     unit: str
     turned: Callable[[float], Subject | str]
-    signs: tuple[float, ...] = BOTH
+    signs: tuple[float, ...] = BOTH_WAYS
     changes: tuple[float, ...] = CHANGES
     by: float = 0.0
 
@@ -170,14 +170,14 @@ def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
 
 def _of_error(subject: Subject, amplitude: Callable[[float], float]) -> Iterator[Knob]:
     """The line of the kinematic error that matters: made smaller, and cancelled by feed-forward."""
-    whole = subject.whole
-    i = line_that_matters(whole.error, amplitude)
+    model = subject.model
+    i = line_that_matters(model.error, amplitude)
     if i is None:
         return
-    line = whole.error.lines[i]
+    line = model.error.lines[i]
 
     def turned(share: float) -> Subject:
-        return subject.having(replace(whole, {f"error.lines.{i}.amplitude": (1.0 + share) * line.amplitude}))
+        return subject.having(replace(model, {f"error.lines.{i}.amplitude": (1.0 + share) * line.amplitude}))
 
     name, size = f"kinematic error of order {in_turns(line.order, subject.train)}", line.amplitude / ARCSEC
     yield Knob(name, size, "arcsec", turned, (-1.0,), (1.0,))
@@ -207,14 +207,14 @@ def _preload(subject: Subject, torque: float) -> Knob | None:
     if not _bends(system, system._replace(excitation=further(system.excitation, CHANGES[0]))):
         return None
     mean = sum(term.mean for term in subject.load_torques)
-    return Knob("preload", abs(float(mean)), "N·m", turned, MORE, by=torque)
+    return Knob("preload", abs(float(mean)), "N·m", turned, ONE_WAY, by=torque)
 
 
 def _bends(system: System, loaded: Any) -> bool:
     """True if a preload that the law carries changes the stiffness at the operating point."""
     try:
         before, after = operating_point(system).stiffness, operating_point(loaded).stiffness  # 0 in the play of a gear
-        return abs(after - before) > BENDS * before
+        return abs(after - before) > LEAST_BEND * before
     except SolveError:
         return False
 
@@ -234,37 +234,37 @@ def _of_load(subject: Subject) -> Iterator[Knob]:
 
 def _of_parts(subject: Subject) -> Iterator[Knob]:
     """Damping and stiffness of the gear, and of every coupling of a train."""
-    whole = subject.whole
-    for p in parameters(whole):
+    model = subject.model
+    for p in parameters(model):
         if p.path in ("B", "damping.B") and p.value > 0.0:
             yield _number(subject, DAMPING, p.path, p.value, "N·m·s/rad")
-    yield from _stiffness(subject, "gear", "law", whole.law)
+    yield from _stiffness(subject, "gear", "law", model.law)
     couplings = () if subject.train is None else subject.train.load.couplings()
     for i, law in enumerate(couplings):
         name = "coupling" if len(couplings) == 1 else f"coupling {i + 1}"
         path = "load" + i * ".load"
-        B = next(p.value for p in parameters(whole) if p.path == f"{path}.B")
+        B = next(p.value for p in parameters(model) if p.path == f"{path}.B")
         if B > 0.0:
             yield _number(subject, f"damping of the {name}", f"{path}.B", B, "N·m·s/rad")
         yield from _stiffness(subject, name, f"{path}.law", law)
 
 
 def _number(subject: Subject, what: str, path: str, value: float, unit: str) -> Knob:
-    whole = subject.whole
-    return Knob(what, value, unit, lambda s: subject.having(replace(whole, {path: (1.0 + s) * value})), MORE)
+    model = subject.model
+    return Knob(what, value, unit, lambda s: subject.having(replace(model, {path: (1.0 + s) * value})), ONE_WAY)
 
 
 def _stiffness(subject: Subject, name: str, path: str, law: Law) -> Iterator[Knob]:
     """A stiffer law, where its numbers say how."""
     if stiffer(law, CHANGES[0]) is None:
         return
-    whole, value = subject.whole, float(spring_stiffness(law, 0.0))
+    model, value = subject.model, float(spring_stiffness(law, 0.0))
 
     def turned(share: float) -> Subject:
         new = stiffer(law, share)
-        return subject.having(replace(whole, {f"{path}.{p.path}": p.value for p in parameters(new)}))
+        return subject.having(replace(model, {f"{path}.{p.path}": p.value for p in parameters(new)}))
 
-    yield Knob(f"stiffness of the {name}", 1e-3 * value, "kN·m/rad", turned, MORE)
+    yield Knob(f"stiffness of the {name}", 1e-3 * value, "kN·m/rad", turned, ONE_WAY)
 
 
 def stiffer(law: Law, share: float) -> Any:

@@ -45,10 +45,10 @@ def load_cases(project: Project, decided: Decision) -> tuple[AtTorque, ...]:
     cases = []
     low, high = project.other_loads
     for i in decided.of_file if low < high else ():
-        found, bands = decided.found[i], merged(decided.moving[i].forbidden.tolist())
-        known = found.curves[0].found if found.curves else None
-        drive = known or decided.projects[i].equation_response(coexisting=False)
-        avoid = avoided(drive, found.quasi_static, project.limit, bands) if known else None
+        loaded, bands = decided.by_load[i], merged(decided.moving[i].forbidden.tolist())
+        response = loaded.curves[0].response if loaded.curves else None
+        drive = response or decided.projects[i].equation_response(coexisting=False)
+        avoid = avoided(drive, loaded.quasi_static, project.limit, bands) if response else None
         cases.append(AtTorque(decided.load_cases[i].torque, drive, avoid, bands))
     return tuple(cases)
 
@@ -61,25 +61,25 @@ def over_all(
     `drive` is its curve under the mean torque; largest and peaks are those of all torques. `passed` are the motions of
     a run-up that has torques which the curve has not.
     """
-    found = [decided.found[i] for i in decided.of_file]
+    by_load = [decided.by_load[i] for i in decided.of_file]
     bands = merged(complement(decided.quiet, decided.span).tolist())
-    alone = avoided(drive, found[0].quasi_static, limit, bands, passed)
-    known = [avoid for avoid in (alone, *(case.avoid for case in cases)) if avoid is not None]
-    if not known or not any(one.curves for one in found):
+    alone = avoided(drive, by_load[0].quasi_static, limit, bands, passed)
+    avoids = [avoid for avoid in (alone, *(case.avoid for case in cases)) if avoid is not None]
+    if not avoids or not any(one.curves for one in by_load):
         return None
-    worst = max(known, key=lambda avoid: avoid.largest)
+    worst = max(avoids, key=lambda avoid: avoid.largest)
     unstable = merged(band for case in (alone, *cases) if case for band in case.unstable)
     return replace(
-        known[0], largest=worst.largest, at=worst.at, peaks=worst.peaks, bands=bands, unstable=unstable,
-        apart=_apart(found),
+        avoids[0], largest=worst.largest, at=worst.at, peaks=worst.peaks, bands=bands, unstable=unstable,
+        apart=_apart(by_load),
     )  # fmt: skip
 
 
-def _apart(found: list[UnderLoad]) -> tuple[float, float] | None:
+def _apart(by_load: list[UnderLoad]) -> tuple[float, float] | None:
     """Speed [rad/s] and oscillation [rad] of the largest motion that no main curve has."""
-    rows = [run[np.argmax(run[:, OSCILLATION])] for own in found for curve in own.curves[1:] for run in curve.runs]
+    rows = [run[np.argmax(run[:, OSCILLATION])] for one in by_load for curve in one.curves[1:] for run in curve.runs]
     sizes = [(float(row[OMEGA]), float(row[OSCILLATION])) for row in rows]
-    sizes += [(one.omega, one.oscillation) for own in found for one in own.loose]
+    sizes += [(one.omega, one.oscillation) for loaded in by_load for one in loaded.loose]
     return max(sizes, key=lambda pair: pair[1], default=None)
 
 

@@ -28,14 +28,14 @@ from .knobs import DAMPING, Knob, Subject, knobs
 from .load_cases import AtTorque, worst_of
 
 CANCELLED = -1.0  # share of a line that nothing excites any more: it helps by definition, and is told apart
-NOTHING = 0.005  # relative change that is called none
-LITTLE = 0.01  # relative change of the oscillation below which the larger change is tried
-NEAR = 0.25  # of the speed of the peak: how far laws with memory are followed about it
-MOST_DRIVES, WITH_MEMORY = 60, 12  # changed drives that are followed, and those whose law has memory, which take longer
+NO_EFFECT = 0.005  # relative change that is called none
+LITTLE_EFFECT = 0.01  # relative change of the oscillation below which the larger change is tried
+PEAK_RANGE = 0.25  # of the speed of the peak: how far laws with memory are followed about it
+MOST_DRIVES, MEMORY_DRIVES = 60, 12  # changed drives that are followed, and of a law with memory, which take longer
 MARGIN = 0.99  # of the limit, which a change has to reach: the short curve that judges it is within 1 %
-DOUBT = -1.0 / 3.0, 2.0 / 3.0  # relative changes of a damping that is assumed: from 3 % of critical to 2 and 5 %
-LOST = 0.99  # of the largest oscillation: less than this without coexisting motions, and they are looked for
-LEFT, FALLS = 0.1, 0.7  # relative change of the peak's speed, and the peak over that before: beyond, likewise
+DAMPING_DOUBT = -1.0 / 3.0, 2.0 / 3.0  # relative changes of an assumed damping: from 3 % of critical to 2 and 5 %
+LOST_SHARE = 0.99  # of the largest oscillation: less than this without coexisting motions, and they are looked for
+PEAK_SHIFT, PEAK_FALL = 0.1, 0.7  # relative change of the peak's speed, and the peak over that before: beyond, likewise
 
 
 def other_gears(subject: Subject) -> Iterator[Knob]:
@@ -49,22 +49,22 @@ def other_gears(subject: Subject) -> Iterator[Knob]:
 
 def neighbours(gear: Gear) -> list[tuple[str, Gear]]:
     """Next size of the same ratio, next larger and next smaller ratio of the same size, where there are any."""
-    known = [g for g in catalogue.select(series=gear.series) if None not in (g.size, g.K1, g.K2, g.K3, g.T1, g.T2)]
-    if gear not in known:
+    sized = [g for g in catalogue.select(series=gear.series) if None not in (g.size, g.K1, g.K2, g.K3, g.T1, g.T2)]
+    if gear not in sized:
         return []
-    here = _place(gear)
-    bigger = [g for g in known if g.ratio == gear.ratio and _place(g) > here]
-    same = [g for g in known if g.size == gear.size]
+    size = _size(gear)
+    bigger = [g for g in sized if g.ratio == gear.ratio and _size(g) > size]
+    same = [g for g in sized if g.size == gear.size]
     more, less = [g for g in same if g.ratio > gear.ratio], [g for g in same if g.ratio < gear.ratio]
-    found = [
-        ("next size of the gear", min(bigger, key=_place, default=None)),
-        ("next larger ratio of the gear", min(more, key=_place, default=None)),
-        ("next smaller ratio of the gear", max(less, key=_place, default=None)),
+    options = [
+        ("next size of the gear", min(bigger, key=_size, default=None)),
+        ("next larger ratio of the gear", min(more, key=_size, default=None)),
+        ("next smaller ratio of the gear", max(less, key=_size, default=None)),
     ]
-    return [(what, other) for what, other in found if other is not None]
+    return [(what, other) for what, other in options if other is not None]
 
 
-def _place(gear: Gear) -> tuple[int, int]:
+def _size(gear: Gear) -> tuple[int, int]:
     """Size and ratio: the place of a gear in its series."""
     return gear.size or 0, gear.ratio
 
@@ -92,8 +92,8 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
     if subject.train is not None:
         train = subject.train._replace(N=ratio, B=other.B, law=other.law)
         changed = changed._replace(train=train.with_motor(J=J_m))  # its loop keeps its gains
-    error = _error_of(subject.whole.error, old, gear, drive.N, ratio)
-    return changed.having(changed.whole._replace(error=error))
+    error = _error_of(subject.model.error, old, gear, drive.N, ratio)
+    return changed.having(changed.model._replace(error=error))
 
 
 def _holds(law: Law, part: Any) -> bool:
@@ -168,7 +168,7 @@ class Remedy:
     @property
     def helps(self) -> bool:
         """True if it leaves less oscillation."""
-        return self.ratio < 1.0 - NOTHING
+        return self.ratio < 1.0 - NO_EFFECT
 
     @property
     def change(self) -> str:
@@ -195,7 +195,7 @@ def with_other_damping(subject: Subject, drive: DriveResponse, avoid: Avoid) -> 
     knob = next((k for k in every_knob(subject, drive, 0.0) if k.what == DAMPING), None)
     if trial is None or knob is None:
         return ()
-    changed = [(share, knob.turned(share)) for share in DOUBT]
+    changed = [(share, knob.turned(share)) for share in DAMPING_DOUBT]
     tried = [trial.remedy(knob, share, other) for share, other in changed if not isinstance(other, str)]
     return tuple(remedy for remedy in tried if remedy is not None)
 
@@ -224,7 +224,7 @@ def remedies(
     avoid: Avoid,
     torque: float,
     progress: Callable[[str], None] = silent,
-    most: int | None = None,
+    drives: int | None = None,
 ) -> tuple[tuple[Remedy, ...], tuple[str, ...]]:
     """Compute the peak again with one thing changed at a time.
 
@@ -238,9 +238,9 @@ def remedies(
         Largest torque in the gear [N*m]; 10 % of it is the change of the preload.
     progress : callable
         Told every change before it is tried.
-    most : int, optional
+    drives : int, optional
         Changed drives after which nothing more is begun; what is left out is named. Default: `MOST_DRIVES`, or
-        `WITH_MEMORY` where the law has memory.
+        `MEMORY_DRIVES` where the law has memory.
 
     Returns
     -------
@@ -252,7 +252,7 @@ def remedies(
     trial = Trial.of(subject, response, avoid)
     if trial is None:
         return (), ("what would help: the peak is not found again",)
-    allowance = Allowance.of(subject, most)
+    allowance = Allowance.of(subject, drives)
     helpful, left, late = [], [], []
     for knob in every_knob(subject, response, torque):
         if allowance.left <= 0:
@@ -264,17 +264,17 @@ def remedies(
         else:
             helpful.append(best)
     if late:
-        left.append(f"{listed(dict.fromkeys(late))}: left out after {allowance.most} changed drives")
+        left.append(f"{listed(dict.fromkeys(late))}: left out after {allowance.drives} changed drives")
     return tuple(sorted(helpful, key=lambda remedy: remedy.ratio)), tuple(left)
 
 
 def every_knob(subject: Subject, response: DriveResponse, torque: float) -> Iterator[Knob]:
     """Everything that can be turned or exchanged on a drive with that curve and largest torque [N*m] in the gear."""
-    at = response.largest_oscillation()
+    top = response.largest_oscillation()
     waves: Any = response.curve if response.curve.waves is None else response.curve.waves
 
     def in_a_turn(order: float) -> float:  # of the motor: a wave of the output's turn drifts a little
-        return float(waves.amplitude(order)[at]) * sin(pi * min(order, 0.5))
+        return float(waves.amplitude(order)[top]) * sin(pi * min(order, 0.5))
 
     return chain(other_gears(subject), knobs(subject, in_a_turn, torque))
 
@@ -283,14 +283,14 @@ def every_knob(subject: Subject, response: DriveResponse, torque: float) -> Iter
 class Allowance:
     """Count of changed drives that may be followed, so that every machine finds the same."""
 
-    most: int
+    drives: int
     left: int
 
     @classmethod
-    def of(cls, subject: Subject, most: int | None = None) -> "Allowance":
+    def of(cls, subject: Subject, drives: int | None = None) -> "Allowance":
         """That of a drive, or a given one."""
-        most = (WITH_MEMORY if subject.has_memory else MOST_DRIVES) if most is None else most
-        return cls(most, most)
+        drives = (MEMORY_DRIVES if subject.has_memory else MOST_DRIVES) if drives is None else drives
+        return cls(drives, drives)
 
     def take(self) -> bool:
         """Use one up, and say whether there was one."""
@@ -312,7 +312,7 @@ class Trial:
         """Follow a drive without a change; None where that finds no motion."""
         speeds = subject.speeds
         if subject.has_memory:
-            speeds = max(speeds[0], (1.0 - NEAR) * avoid.at), min(speeds[1], (1.0 + NEAR) * avoid.at)
+            speeds = max(speeds[0], (1.0 - PEAK_RANGE) * avoid.at), min(speeds[1], (1.0 + PEAK_RANGE) * avoid.at)
         harmonics = response.curve.coefficients.shape[1] // 2
         same, waves = subject._replace(speeds=speeds), response.curve.waves
         if waves is not None:  # of motions that beat one curve is followed, and this is it
@@ -321,7 +321,7 @@ class Trial:
             )
         for coexisting in (bool(response.curve.elsewhere), True):
             before = same.largest(harmonics, coexisting, ())
-            if before is not None and (coexisting or before[1] > LOST * avoid.largest):
+            if before is not None and (coexisting or before[1] > LOST_SHARE * avoid.largest):
                 return cls(speeds, (harmonics, coexisting, ()), before, avoid)
         return None
 
@@ -344,9 +344,9 @@ class Trial:
                     reason = "no steady motion was found with the change"
                     break
                 tried.append(remedy)
-                if abs(remedy.ratio - 1.0) >= LITTLE:
+                if abs(remedy.ratio - 1.0) >= LITTLE_EFFECT:
                     break
-            if tried and tried[-1].ratio < 1.0 - LITTLE:
+            if tried and tried[-1].ratio < 1.0 - LITTLE_EFFECT:
                 break
         return min(tried, key=lambda remedy: remedy.ratio, default=None), reason
 
@@ -360,7 +360,7 @@ class Trial:
         top = changed.largest(*self.how)
         if top is None or coexisting:
             return top
-        moved = abs(top[0] / self.before[0] - 1.0) > LEFT or top[1] < FALLS * self.before[1]
+        moved = abs(top[0] / self.before[0] - 1.0) > PEAK_SHIFT or top[1] < PEAK_FALL * self.before[1]
         return changed.largest(harmonics, True, pairs) if moved else top
 
     def remedy(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:

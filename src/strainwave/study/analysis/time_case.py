@@ -24,8 +24,8 @@ from .validity import Comparison, compare_with_integration
 WINDOW = 5.0  # in units of 1/mu
 PER_CYCLE = 24  # samples per fastest cycle of a transient
 MOST_SAMPLES = 60_000  # samples of a transient
-CASES = 4  # resonances shown in time, besides a speed away from all of them
-AWAY, MIDDLE = "farthest from the resonances in the range", "middle of the range"
+MOST_CASES = 4  # resonances shown in time, besides a speed away from all of them
+AWAY_NAME, MIDDLE_NAME = "farthest from the resonances in the range", "middle of the range"
 PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:3", "subharmonic 1:2")
 
 
@@ -209,27 +209,27 @@ def cycle_of(system: Any, steady: SteadyMotion) -> Cycle:
 
 
 def speeds_in_time(
-    found: tuple[Regime, ...], sweep: RunUp, limits: tuple[float, float], asked: tuple[float, ...]
+    all_regimes: tuple[Regime, ...], sweep: RunUp, limits: tuple[float, float], asked: tuple[float, ...]
 ) -> list[tuple[str, float, Regime | None]]:
     """Speeds to show in time: those requested, or the main resonances in the range and one place far from them."""
     if asked:
-        return [_nearest(omega, found) for omega in asked]
-    inside = [regime for regime in found if regime.inside]
+        return [_nearest(omega, all_regimes) for omega in asked]
+    inside = [regime for regime in all_regimes if regime.inside]
     inside.sort(key=lambda regime: (PRIORITY.index(regime.name), regime.order))
     away = _away(inside, limits)
-    chosen: list[tuple[str, float, Regime | None]] = [(AWAY if inside else MIDDLE, away, None)]
-    chosen += [(regime.label, regime.place, regime) for regime in inside[:CASES]]
+    chosen: list[tuple[str, float, Regime | None]] = [(AWAY_NAME if inside else MIDDLE_NAME, away, None)]
+    chosen += [(regime.label, regime.place, regime) for regime in inside[:MOST_CASES]]
     if not inside and (worst := sweep.worst()) is not None:
         chosen.append(("largest error of the run-up", worst.omega, None))
     return chosen
 
 
-def _nearest(omega: float, found: tuple[Regime, ...]) -> tuple[str, float, Regime | None]:
+def _nearest(omega: float, all_regimes: tuple[Regime, ...]) -> tuple[str, float, Regime | None]:
     """Name a speed that was requested by the resonance it sits on (within 5 %), if any."""
-    near = [regime for regime in found if abs(regime.place / omega - 1.0) < 0.05]
-    if not near:
+    close = [regime for regime in all_regimes if abs(regime.place / omega - 1.0) < 0.05]
+    if not close:
         return "speed of the file", omega, None
-    regime = min(near, key=lambda r: abs(r.place / omega - 1.0))
+    regime = min(close, key=lambda r: abs(r.place / omega - 1.0))
     return f"near {regime.label}", omega, regime
 
 

@@ -28,7 +28,7 @@ from ..speed_map.resonances import OperatingPoint
 from .in_time import DriveMotion, train_motion
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
-ALIKE = 1e-3  # relative difference of speeds that are looked at once
+SPEED_GAP = 1e-3  # relative difference of speeds that are looked at once
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,7 +181,7 @@ def train_study(
     grid = np.geomspace(0.2 * low, 1.5 * top * high, FREQUENCIES)
     source: Literal["motor", "load"] = "load" if train.motor.held else "motor"
     plot = bode(train, grid, source=source, at=state, speed=speed)
-    left_out, probes, whole, reduced = None, np.empty(0), np.empty(0), np.empty(0)
+    left_out, probes, peaks, reduced = None, np.empty(0), np.empty(0), np.empty(0)
     ramp = None
     if train.motor.free:
         remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
@@ -189,7 +189,7 @@ def train_study(
             probes = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
             progress("comparison with the error equation")
             left_out = compare_with_train(train, system, probes, min(MOST_HARMONICS, max(top + 2, 4 * top)))
-            whole, reduced = left_out.exact, left_out.free
+            peaks, reduced = left_out.exact, left_out.free
     else:
         progress("run-up")
         ramp = ramp_of(train, system, speeds, gear)
@@ -207,11 +207,11 @@ def train_study(
                 f"curve leaves them out{has and has + 'them'}."
             )
     if curve is not None:
-        probes = np.unique([low, *([worst] if abs(worst / highest - 1.0) > ALIKE else []), highest, high])
-        whole, reduced = along(curve, probes), along(exact, probes)
+        probes = np.unique([low, *([worst] if abs(worst / highest - 1.0) > SPEED_GAP else []), highest, high])
+        peaks, reduced = along(curve, probes), along(exact, probes)
     progress("single speeds in time")
     motions = tuple(_motion(train, omega) for omega in single)
-    return TrainStudy(train, curve, state, speed, plot, probes, whole, reduced, ramp, left_out, motions, tuple(remarks))
+    return TrainStudy(train, curve, state, speed, plot, probes, peaks, reduced, ramp, left_out, motions, tuple(remarks))
 
 
 def _motion(train: DriveTrain, omega: float) -> DriveMotion | None:
@@ -228,22 +228,22 @@ def along(response: DriveResponse, omega: Floats) -> Floats:
         return np.full(len(omega), np.nan)
     path = response.sweep.run_up
     path = path[np.argsort(response.curve.omega[path], kind="stable")]
-    at, peak = response.curve.omega[path], response.curve.peak[path]
-    return np.asarray(np.interp(omega, at, peak, left=np.nan, right=np.nan))
+    speeds, peak = response.curve.omega[path], response.curve.peak[path]
+    return np.asarray(np.interp(omega, speeds, peak, left=np.nan, right=np.nan))
 
 
 def _loudest(response: DriveResponse, speeds: tuple[float, float]) -> float:
-    at = response.largest()
-    return speeds[1] if at is None else float(np.clip(response.curve.omega[at], *speeds))
+    top = response.largest()
+    return speeds[1] if top is None else float(np.clip(response.curve.omega[top], *speeds))
 
 
-def _operating_state(train: DriveTrain, speed: float, near: tuple[float, ...]) -> tuple[Floats, list[str]]:
+def _operating_state(train: DriveTrain, speed: float, twist: tuple[float, ...]) -> tuple[Floats, list[str]]:
     """State under the mean torques; without one the state of rest, and a sentence."""
     try:
-        return operating_state(train, speed, near=near), []
+        return operating_state(train, speed, near=twist), []
     except SolveError as error:
-        said = Sentence("Modes and Bode plot are about the train without torques: {}.", error)
-        return np.zeros(len(train.state_names())), [said]
+        remark = Sentence("Modes and Bode plot are about the train without torques: {}.", error)
+        return np.zeros(len(train.state_names())), [remark]
 
 
 def _torques(train: DriveTrain) -> tuple[Any, Any]:

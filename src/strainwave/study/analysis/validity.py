@@ -17,7 +17,7 @@ from ...theory.slow_flow.results import Evolution
 from ...theory.slow_flow.setting import Resonance
 
 SAMPLES = 32  # per period of the fastest component
-LONGEST = 10_000_000  # samples in all, 0.1 GB a row
+CEILING = 10_000_000  # samples in all, 0.1 GB a row
 FEWEST_PERIODS, MOST_PERIODS = 12, 60
 BLACKMAN_HARRIS = (0.35875, -0.48829, 0.14128, -0.01168)  # Harris 1978, Proc. IEEE 66, 51-83, table I (-92 dB)
 
@@ -122,8 +122,8 @@ def compare_with_integration(
         raise ValueError(f"t_end = {t_end!r} s must be positive and finite")
     fastest = max(flow.omega_0, system.omega * max([1, *orders_of(system)]))
     samples = 2 + math.ceil(SAMPLES * t_end * fastest / (2.0 * np.pi))
-    if samples > LONGEST:
-        raise ValueError(f"t_end = {t_end:g} s takes {samples:.3g} samples, above {LONGEST:,}; give an earlier end")
+    if samples > CEILING:
+        raise ValueError(f"t_end = {t_end:g} s takes {samples:.3g} samples, above {CEILING:,}; give an earlier end")
     t = np.linspace(0.0, t_end, samples)
     integrated = simulate(system, y0, t, method=Dopri5(rtol=1e-11, atol=1e-15))
     if not integrated.status:
@@ -157,8 +157,8 @@ def _harmonics(
     share = (t[use] - start) / (periods * period)
     weight = np.array(BLACKMAN_HARRIS) @ np.cos(2.0 * np.pi * np.outer(np.arange(4), share))
     weight = weight / np.sum(weight)
-    found = {}
+    amplitudes = {}
     for multiple in multiples:
         wave = 2.0 * weight * np.exp(-1j * float(multiple) * omega * t[use])
-        found[Fraction(multiple)] = (float(abs(wave @ theory[use])), float(abs(wave @ integrated[use])))
-    return found
+        amplitudes[Fraction(multiple)] = (float(abs(wave @ theory[use])), float(abs(wave @ integrated[use])))
+    return amplitudes

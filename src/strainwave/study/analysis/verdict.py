@@ -29,7 +29,7 @@ from ..speed_map.under_load import of_curve
 from .knobs import Knob, Subject
 from .remedies import MARGIN, Allowance, Remedy, Trial, every_knob
 
-LESS = 1.001  # relative difference of two largest errors below which the steady one is named
+TIE_RATIO = 1.001  # relative difference of two largest errors below which the steady one is named
 
 
 class Answer(StrEnum):
@@ -95,12 +95,12 @@ def verdict_of(
         That the motor's loop is unstable.
     """
     exceeded = tuple(finding for finding in limits if finding.fails)
-    at = {usage.peak_torque: usage.at_peak, usage.average_torque: usage.at_average}
+    omegas = {usage.peak_torque: usage.at_peak, usage.average_torque: usage.at_average}
     if motor is not None:
-        at[motor.torque] = motor.at
-    places = [at.get(f.value) if f.omega is None else f.omega for f in exceeded if f.unit != "rpm"]
+        omegas[motor.torque] = motor.at
+    exceeded_at = [omegas.get(f.value) if f.omega is None else f.omega for f in exceeded if f.unit != "rpm"]
     wider = [(low * (1.0 - 1e-9), high * (1.0 + 1e-9)) for low, high in bands]
-    covered = all(p is not None and any(low <= p <= high for low, high in wider) for p in places)
+    covered = all(p is not None and any(low <= p <= high for low, high in wider) for p in exceeded_at)
     bands = (speeds,) if avoid is None or fault else bands
     allowed = between(bands, speeds)
     if not bands and not exceeded and avoid is not None:
@@ -160,8 +160,8 @@ class Judged(NamedTuple):
         """Limits of the oscillation, the gear and the motor by which the drive fails, one out of reach, and jumps."""
         jumps = "The motion jumps on a slow run-up or run-down." if self.jumps else ""
         over = "" if self.fails or self.avoid is None else _over(self.avoid)
-        said = self.verdict.fault, self.below if self.fails else over, jumps, self.leaves
-        return (*filter(None, said), *(finding.sentence for finding in gravest(self.findings) if finding.fails))
+        texts = self.verdict.fault, self.below if self.fails else over, jumps, self.leaves
+        return (*filter(None, texts), *(finding.sentence for finding in gravest(self.findings) if finding.fails))
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -185,8 +185,8 @@ def judged(project: Project, response: DriveResponse) -> Judged:
     jumps = project.limit is not None and response.sweep is not None and bool(response.sweep.jumping)
     passes = passes if loads[0] == loads[1] or not passes else None
     leaves = "" if avoid is None else _left(project, avoid.unstable)
-    said = "" if avoid is None else out_of_reach(avoid.limit, avoid.slow, project.train)
-    below = f"{said[0].upper()}{said[1:]}." if said else ""
+    reason = "" if avoid is None else out_of_reach(avoid.limit, avoid.slow, project.train)
+    below = f"{reason[0].upper()}{reason[1:]}." if reason else ""
     fails = bool(below) and verdict.answer is not Answer.ALL_RIGHT and not sees_load(project.train)
     return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found, leaves, below, fails)
 
@@ -252,9 +252,9 @@ class JudgedPosture(NamedTuple):
         return list(Answer).index(self.answer), self.peak if self.peak > 0.0 else inf
 
 
-HELPS = 0.99  # relative oscillation below which a thing is followed further
-THINGS, STEPS = 3, 5  # things of which the step is searched, beside those that suffice; and steps of each
-LEAST, DOUBLED = -0.5, 1.0  # relative changes beyond which none is searched, but for what can be cancelled altogether
+HELP_RATIO = 0.99  # relative oscillation below which a thing is followed further
+MOST_THINGS, MOST_STEPS = 3, 5  # things of which the step is searched, beside those that suffice; and steps of each
+LEAST_CHANGE, MOST_CHANGE = -0.5, 1.0  # relative changes beyond which none is searched, but for what can be cancelled
 
 
 def smallest_change(
@@ -286,13 +286,13 @@ def smallest_change(
         return None
     allowance, limit = Allowance.of(subject), MARGIN * avoid.limit
     ratio = limit / avoid.largest
-    known = list(every_knob(subject, curve, torque))
-    helpful = [remedy for remedy in tried if _stepwise(remedy) and remedy.ratio < HELPS]
+    all_knobs = list(every_knob(subject, curve, torque))
+    helpful = [remedy for remedy in tried if _stepwise(remedy) and remedy.ratio < HELP_RATIO]
     steps: list[Remedy] = []
     enough = sum(remedy.ratio <= ratio for remedy in helpful)
-    for remedy in sorted(helpful, key=lambda remedy: abs(_needed(remedy, ratio)))[: max(THINGS, enough)]:
-        least = -1.0 if any(other.what == remedy.what and other.share == -1.0 for other in tried) else LEAST
-        steps += _steps(trial, _knob_of(remedy, known), remedy, ratio, least, allowance)
+    for remedy in sorted(helpful, key=lambda remedy: abs(_needed(remedy, ratio)))[: max(MOST_THINGS, enough)]:
+        least = -1.0 if any(other.what == remedy.what and other.share == -1.0 for other in tried) else LEAST_CHANGE
+        steps += _steps(trial, _knob_of(remedy, all_knobs), remedy, ratio, least, allowance)
     steps.sort(key=lambda remedy: (abs(remedy.share), remedy.ratio))
     steps += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
     others = [one for one in loaded if one.load_torque != subject.load_torque]
@@ -311,19 +311,19 @@ def _steps(
     Where the motion jumps the oscillation goes with no power: a step between one that fails and one that reaches it.
     """
     steps = [tried]
-    for _ in range(STEPS):
+    for _ in range(MOST_STEPS):
         reaches = min((abs(step.share) for step in steps if step.ratio <= ratio), default=inf)
         fails = max((size for step in steps if (size := abs(step.share)) < reaches), default=0.0)
-        share = copysign(_needed(steps[-1], ratio) if steps[-1].ratio < HELPS else 0.0, tried.share)
+        share = copysign(_needed(steps[-1], ratio) if steps[-1].ratio < HELP_RATIO else 0.0, tried.share)
         if isfinite(reaches) and not fails < abs(share) <= reaches:
             share = copysign(ceil(round(50.0 * (fails + reaches), 6)) / 100.0, share)
-        if not least <= share <= DOUBLED or share == -1.0 or any(share == remedy.share for remedy in steps):
+        if not least <= share <= MOST_CHANGE or share == -1.0 or any(share == remedy.share for remedy in steps):
             break
         changed = knob.turned(share)
         if isinstance(changed, str) or not allowance.take():
             break
         after = trial.remedy(knob, share, changed)
-        if after is None or (after.ratio >= HELPS and not isfinite(reaches)):
+        if after is None or (after.ratio >= HELP_RATIO and not isfinite(reaches)):
             break
         steps.append(after)
     return [remedy for remedy in steps if remedy.ratio <= ratio]
@@ -352,7 +352,7 @@ def _stepwise(remedy: Remedy) -> bool:
     return not remedy.by and remedy.share not in (0.0, -1.0)
 
 
-def _knob_of(remedy: Remedy, known: list[Knob]) -> Knob:
+def _knob_of(remedy: Remedy, knobs: list[Knob]) -> Knob:
     """Number that a remedy has changed."""
     cancelled = remedy.share == -1.0
-    return next(k for k in known if k.what == remedy.what and (k.changes == (1.0,)) == cancelled)
+    return next(k for k in knobs if k.what == remedy.what and (k.changes == (1.0,)) == cancelled)

@@ -10,20 +10,20 @@ from ...drive.asked import BRAKE, RMS, MotorLimits
 from ...model.gears.limits import Finding, gravest
 from ..speed_map.avoid import Avoid, out_of_reach
 from .remedies import Remedy
-from .verdict import LESS, Answer, Verdict
+from .verdict import TIE_RATIO, Answer, Verdict
 from .words import (
     MOTOR,
     NOTHING_STABLE,
-    REST,
+    PASSED_ONLY,
     above,
     equation_alone,
     how_sure,
     largest_of_all,
-    move_said,
+    largest_text,
+    move_sentence,
     named,
     of_move,
-    place_said,
-    posture_said,
+    posture_sentence,
     postures_data,
     under_load,
 )  # fmt: skip
@@ -37,10 +37,10 @@ LOOP_FIRST = (
 )
 NO_LIMIT = "the file has no limit of the oscillation"
 RUN_UP = " In the run-up the oscillation about the mean of its turns reaches {}."
-TWICE = 2.0  # times a limit, from which on the size is told as a multiple
-NONE = 1e-9  # relative oscillation below which nothing is left but rounding
-LEAST = 0.01  # share of the motor's torque from which on the steady part is told
-FEW = 6  # speeds of jumps that are listed; of more the ends
+MULTIPLE = 2.0  # times a limit, from which on the size is told as a multiple
+NO_OSCILLATION = 1e-9  # relative oscillation below which nothing is left but rounding
+LEAST_SHARE = 0.01  # share of the motor's torque from which on the steady part is told
+MOST_LISTED = 6  # speeds of jumps that are listed; of more the ends
 
 
 def facts(analysis: Any) -> tuple[Fact, ...]:
@@ -68,7 +68,7 @@ def facts(analysis: Any) -> tuple[Fact, ...]:
         Fact("verdict.run_up_adds", [band_data(speeds, *band) for band in passed]),
         Fact("verdict.smallest_change", row),
         Fact("verdict.answers", sentences),
-        Fact("", tuple(f"{what}: {said}" for what, said in sentences.items()), "{}"),
+        Fact("", tuple(f"{what}: {text}" for what, text in sentences.items()), "{}"),
     )
 
 
@@ -78,7 +78,7 @@ def first_lines(analysis: Any) -> tuple[str, Sentence, str]:
     return _headline(analysis, verdict), _sentence(analysis, verdict), _remedy(analysis, verdict)
 
 
-def run_up_said(avoid: Avoid) -> Sentence:
+def run_up_text(avoid: Avoid) -> Sentence:
     """Speeds that a run-up adds to those to keep out of."""
     return Sentence("a run-up adds {}", ranges(avoid.passed))
 
@@ -104,12 +104,12 @@ def _passes(analysis: Any, verdict: Verdict) -> str:
     part, avoid, case = share(analysis), analysis.avoid, largest_of_all(analysis)[1]
     if verdict.answer is Answer.ALL_RIGHT:
         below = "" if part is None else f"the oscillation{case} is {percent(1.0 - part, 2)} below its limit"
-        return f"Pass; {below or NO_LIMIT}" + (f"; but {run_up_said(avoid)}" if avoid and avoid.passed else "")
+        return f"Pass; {below or NO_LIMIT}" + (f"; but {run_up_text(avoid)}" if avoid and avoid.passed else "")
     faults = []
     if part is not None and part <= 1.0 and avoid and avoid.limit and avoid.apart:
         part, case = avoid.apart[1] / avoid.limit, " of a motion apart from the curve"
     if part is not None and part > 1.0:
-        size = f"{number(part, 3)} times" if part > TWICE else f"{percent(part - 1.0, 2)} above"
+        size = f"{number(part, 3)} times" if part > MULTIPLE else f"{percent(part - 1.0, 2)} above"
         faults.append(f"the oscillation{case} is {size} its limit")
     passed = gravest(verdict.exceeded)
     first = [finding for finding in passed if finding.limit not in MOTOR][:1]
@@ -124,8 +124,8 @@ def _passes(analysis: Any, verdict: Verdict) -> str:
         rows = analysis.postures
         failing = sum(row.answer is not Answer.ALL_RIGHT for row in rows)
         several = f"{failing} of {len(rows)} postures fail" + f", {worst.title} the most" * (worst.title not in case)
-        said = several if failing > 1 else f"{worst.title} of {len(rows)} fails"
-        faults.append(": ".join([said, *(above(one) for one in worst.exceeded[:1])]))
+        text = several if failing > 1 else f"{worst.title} of {len(rows)} fails"
+        faults.append(": ".join([text, *(above(one) for one in worst.exceeded[:1])]))
     faults += [f"in the move of the file {above(one)}" for one in of_move(analysis)]
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
         return "; ".join(["Some speeds are to be avoided", *faults, NO_LIMIT])
@@ -140,9 +140,9 @@ def _sentence(analysis: Any, verdict: Verdict) -> Sentence:
     begin = "Not all right" if verdict.answer is Answer.NOT else "All right at all speeds"
     if verdict.answer is Answer.BUT:
         begin = "OK except " + ranges(verdict.speeds)
-    said = Sentence("{}: {}; {}.", begin, _oscillation(analysis), torque_said(analysis, verdict))
-    of_file = Sentence(" That is for the load of the file. {}", posture_said(analysis))
-    return said + of_file if analysis.postures else said
+    sentence = Sentence("{}: {}; {}.", begin, _oscillation(analysis), torque_text(analysis, verdict))
+    of_file = Sentence(" That is for the load of the file. {}", posture_sentence(analysis))
+    return sentence + of_file if analysis.postures else sentence
 
 
 def apart_said(apart: tuple[float, float]) -> tuple[Angle | str, Speed]:
@@ -156,36 +156,36 @@ def _oscillation(analysis: Any) -> Sentence:
     if avoid is None:
         return Sentence(analysis.project.undamped or NOTHING_STABLE)
     largest = analysis.largest_oscillation()
-    place = place_said(largest)
+    speed = largest_text(largest)
     against: str = "and the file has no limit of it"
     if avoid.limit is not None:
         against = ("above" if largest.peak > avoid.limit else "within") + " the limit of " + Angle(avoid.limit)
     elif avoid.slow > 0.0:
         against = f"{number(largest.peak / avoid.slow, 2)} times that of quasi-static rotation, {against}"
-    text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), place, against)
-    if avoid.apart is not None and avoid.apart[1] > LESS * largest.peak:
+    text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), speed, against)
+    if avoid.apart is not None and avoid.apart[1] > TIE_RATIO * largest.peak:
         text += Sentence(" (on a motion apart from the curve with up to {} at {})", *apart_said(avoid.apart))
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
         text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
-    if said := out_of_reach(avoid.limit, avoid.slow, analysis.project.train):
-        text += "; " + said
+    if reason := out_of_reach(avoid.limit, avoid.slow, analysis.project.train):
+        text += "; " + reason
     text = text + ", and the motion jumps" if analysis.jumping else text
     return text + "; at some speeds the motion is not stable, and the drive leaves it" if avoid.unstable else text
 
 
-def torque_said(analysis: Any, verdict: Verdict, with_motor: bool = True) -> str:
+def torque_text(analysis: Any, verdict: Verdict, with_motor: bool = True) -> str:
     """The largest torque against the rating, and every limit of the gear, and of the motor, that is passed."""
     used = analysis.usage
     exceeded = [one for one in gravest(verdict.exceeded) if with_motor or one.limit not in MOTOR]
     size = f"the torque through the gear reaches {number(used.peak_torque, analysis.project.digits())} N·m"
-    torques = [finding for finding in analysis.limits if finding.limit not in REST]
+    torques = [finding for finding in analysis.limits if finding.limit not in PASSED_ONLY]
     if not torques:
         against = "and its largest torques are not known"
-    elif passed := [finding for finding in exceeded if finding.limit not in REST]:
+    elif passed := [finding for finding in exceeded if finding.limit not in PASSED_ONLY]:
         against = f"above {named(passed[0])}"
     else:
         against = f"within {named(min(torques, key=lambda finding: finding.bound))}"
-    return "; ".join([f"{size}, {against}", *(above(finding) for finding in exceeded if finding.limit in REST)])
+    return "; ".join([f"{size}, {against}", *(above(finding) for finding in exceeded if finding.limit in PASSED_ONLY)])
 
 
 def _remedy(analysis: Any, verdict: Verdict) -> str:
@@ -195,7 +195,7 @@ def _remedy(analysis: Any, verdict: Verdict) -> str:
     avoid = analysis.avoid
     if verdict.answer is Answer.ALL_RIGHT:
         return "" if avoid is None or avoid.limit is not None else ADD_LIMIT
-    steps: list[str] = [*changes_said(analysis, verdict)]
+    steps: list[str] = [*change_sentences(analysis, verdict)]
     if verdict.answer is Answer.BUT:
         steps.append(keep_to(verdict, "Without a change: keep" if steps else "Keep"))
     elif over_limit(analysis) and not verdict.allowed:
@@ -214,7 +214,7 @@ def over_limit(analysis: Any) -> bool:
     return avoid is not None and avoid.limit is not None and avoid.largest > avoid.limit
 
 
-def changes_said(
+def change_sentences(
     analysis: Any, verdict: Verdict, text: str = "Smallest change that meets the limit: {}; it leaves {}."
 ) -> list[Sentence]:  # fmt: skip
     """The smallest change that suffices, or what the best one leaves, and what a passed limit of the gear needs."""
@@ -228,8 +228,8 @@ def changes_said(
         under = " under every load torque" if best.exceeds is False else ""
         text = "No change of one thing was found that brings the oscillation within its limit{}; the best, {}, "
         text += "leaves {}{}."
-        there = " at the torque of the largest oscillation" if under else ""
-        sentences.append(Sentence(text, under, str(best), Angle(best.ratio * avoid.largest), there))
+        torque = " at the torque of the largest oscillation" if under else ""
+        sentences.append(Sentence(text, under, str(best), Angle(best.ratio * avoid.largest), torque))
     elif over_limit(analysis):
         sentences.append(Sentence("No change that was tried brings the oscillation within its limit."))
     of_motor = [finding.limit in MOTOR for finding in (*verdict.exceeded, *of_move(analysis))]
@@ -248,7 +248,7 @@ def _ends(change: Remedy) -> str:
 
 def _left(analysis: Any, change: Remedy) -> Sentence:
     """Oscillation after a change, and its speed."""
-    if change.ratio < NONE:
+    if change.ratio < NO_OSCILLATION:
         return Sentence("no oscillation")
     return Sentence("{} at {}", Angle(_after(analysis)), Speed(change.at, digits=5))
 
@@ -278,16 +278,16 @@ def answers(analysis: Any) -> dict[str, Any]:
     verdict, loop = analysis.verdict, analysis.project.loop
     if verdict.fault:
         return {"requirement": _requirement(analysis), "loop": verdict.fault, "smallest change": LOOP_FIRST}
-    torque = torque_said(analysis, verdict, with_motor=False)
+    torque = torque_text(analysis, verdict, with_motor=False)
     sentences: dict[str, str] = {
         "requirement": _requirement(analysis),
-        "postures": posture_said(analysis, " The other answers are for the load of the file."),
+        "postures": posture_sentence(analysis, " The other answers are for the load of the file."),
         "largest oscillation": _worst(analysis),
         "margin": _margin(analysis),
         "jumps": _jumps(analysis),
         "torque": f"{torque[0].upper()}{torque[1:]}.",
         "motor": _motor(analysis),
-        "move of the file": move_said(analysis),
+        "move of the file": move_sentence(analysis),
         "loop": "" if loop is None else loop.sentence,
         "how sure": how_sure(analysis),
         "smallest change": _change(analysis),
@@ -295,7 +295,7 @@ def answers(analysis: Any) -> dict[str, Any]:
     }
     if (avoid := analysis.avoid) is not None and avoid.passed:
         sentences["run-up"] = Sentence("A run-up adds {}.", ranges(avoid.passed))
-    return {what: said for what, said in sentences.items() if said}
+    return {what: text for what, text in sentences.items() if text}
 
 
 def _requirement(analysis: Any) -> str:
@@ -305,9 +305,9 @@ def _requirement(analysis: Any) -> str:
     assumed = any((one.name, one.word) == ("limit.oscillation", "assumed") for one in analysis.project.sources)
     text = "The oscillation of the {} must stay within {} at {}." + " The limit is assumed." * assumed
     speeds = Speed(*analysis.speeds, digits=5, between=" to ")
-    said = Sentence(text, analysis.drive.name, Angle(analysis.project.limit), speeds)
+    sentence = Sentence(text, analysis.drive.name, Angle(analysis.project.limit), speeds)
     below = "" if (avoid := analysis.avoid) is None else out_of_reach(avoid.limit, avoid.slow, analysis.project.train)
-    return said + f" {below[0].upper()}{below[1:]}." if below else said
+    return sentence + f" {below[0].upper()}{below[1:]}." if below else sentence
 
 
 def _motor(analysis: Any) -> str:
@@ -318,7 +318,7 @@ def _motor(analysis: Any) -> str:
     study, run = analysis.train, " in the run-up, its acceleration left out" * motor.in_run_up
     digits, where = analysis.project.digits(), Speed(motor.at, digits=5) + under_load(motor.load)
     line = Sentence("It must give up to {} N·m{}, at {}", number(motor.torque, digits), run, where)
-    if motor.holding > LEAST * motor.torque:
+    if motor.holding > LEAST_SHARE * motor.torque:
         line += f"; steady loads and friction alone take up to {number(motor.holding, digits)} N·m"
     sheet = limits or MotorLimits()
     torque, speed = sheet.most, sheet.fastest
@@ -331,8 +331,8 @@ def _motor(analysis: Any) -> str:
         text = f" The run-up of {number(study.ramp.duration, 3)} s takes up to {number(motor.run_up, digits)} N·m with "
         slower = Finding("", motor.run_up, torque, "", "").exceeded
         line += text + "its acceleration" + (": run up more slowly." if slower else ".")
-    told = [f.sentence for f in analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]
-    line += "".join(" " + sentence.replace("*", "·") for sentence in told)
+    others = [f.sentence for f in analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]
+    line += "".join(" " + sentence.replace("*", "·") for sentence in others)
     return line if limits else line + " The project file gives no limits of the motor."
 
 
@@ -351,7 +351,7 @@ def _begun(sentence: str) -> str:
 def _worst(analysis: Any) -> Sentence:
     """The largest oscillation with its speed and load torque."""
     largest = analysis.largest_oscillation()
-    return Sentence("{} at {}{}.", Angle(largest.peak), place_said(largest), equation_alone(analysis))
+    return Sentence("{} at {}{}.", Angle(largest.peak), largest_text(largest), equation_alone(analysis))
 
 
 def _margin(analysis: Any) -> Sentence:
@@ -361,27 +361,27 @@ def _margin(analysis: Any) -> Sentence:
         return Sentence("")
     where = "above" if part > 1.0 else "below"
     size, case = Angle(abs(part - 1.0) * limit), largest_of_all(analysis)[1]
-    said = Sentence(f"{{}} ({{}}) {{}} the limit{case}.", size, percent(abs(part - 1.0), 2), where)
+    sentence = Sentence(f"{{}} ({{}}) {{}} the limit{case}.", size, percent(abs(part - 1.0), 2), where)
     avoid = analysis.avoid
     if avoid is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > limit:
-        said += Sentence(RUN_UP, Angle(avoid.largest_passed[1]))
-    return said
+        sentence += Sentence(RUN_UP, Angle(avoid.largest_passed[1]))
+    return sentence
 
 
 def _jumps(analysis: Any) -> Sentence:
     """The speeds at which a slow run-up or run-down jumps, under every load torque."""
     sweeps = [drive.sweep for _, drive in analysis.curves]
-    at = sorted({jump.value for sweep in filter(None, sweeps) for jump in (*sweep.on_run_up, *sweep.on_run_down)})
-    if not at:
+    speeds = sorted({jump.value for sweep in filter(None, sweeps) for jump in (*sweep.on_run_up, *sweep.on_run_down)})
+    if not speeds:
         return Sentence("No jump on a slow run-up or run-down." if None not in sweeps else "")
-    if len(at) > FEW:
-        return Sentence("On a slow run-up or run-down, between {}.", Speed(at[0], at[-1], digits=5))
-    every = listed(Sentence("{}", Speed(omega, digits=5, bare=True)) for omega in at) + " " + Speed()
+    if len(speeds) > MOST_LISTED:
+        return Sentence("On a slow run-up or run-down, between {}.", Speed(speeds[0], speeds[-1], digits=5))
+    every = listed(Sentence("{}", Speed(omega, digits=5, bare=True)) for omega in speeds) + " " + Speed()
     return Sentence("On a slow run-up or run-down, at {}.", every)
 
 
 def _change(analysis: Any) -> Sentence:
     """The smallest change that makes a failing drive pass."""
-    said = changes_said(analysis, analysis.verdict, "{}; it leaves {}.")
+    sentences = change_sentences(analysis, analysis.verdict, "{}; it leaves {}.")
     passes = analysis.verdict.answer is Answer.ALL_RIGHT and analysis.project.limit is not None
-    return Sentence(" ").join(said) if said or not passes else Sentence("No change is needed.")
+    return Sentence(" ").join(sentences) if sentences or not passes else Sentence("No change is needed.")

@@ -11,7 +11,7 @@ from ...model.gears.limits import RATED, Finding, gravest
 
 MOTOR = (PEAK, "motor speed", RMS, RATED, BRAKE)
 NOTHING_STABLE = "no steady motion of the range is stable"
-REST = ("max_rpm", "average_rpm", "average_torque", *MOTOR)  # limits that are named only where they are passed
+PASSED_ONLY = ("max_rpm", "average_rpm", "average_torque", *MOTOR)  # limits that are named only where they are passed
 NAMES = {
     "max_rpm": "largest input speed", "average_rpm": "average input speed", "motor torque": "motor's largest torque",
     "motor speed": "motor's largest speed", RMS: "motor's continuous torque", RATED: "motor's rated speed",
@@ -40,7 +40,7 @@ def of_move(analysis: Any) -> list[Finding]:
     return [] if moved is None else [finding for finding in gravest(moved.findings) if finding.fails]
 
 
-def move_said(analysis: Any) -> str:
+def move_sentence(analysis: Any) -> str:
     """Demands of the file's move on gear and motor, and its pointing error."""
     moved = analysis.moved
     if moved is None:
@@ -54,8 +54,8 @@ def move_said(analysis: Any) -> str:
     text += "by up to {}; {}."
     torques = (moved.peak_motor_torque, moved.rms_motor_torque, moved.peak_gear_torque)
     peak, rms, gear = (number(torque, digits) for torque in torques)
-    said = Sentence(text, peak, rms, number(moved.peak_speed / RPM), gear, Angle(moved.peak_error), still)
-    return said + "".join(" " + one.sentence.replace("*", "·") for one in of_move(analysis))
+    sentence = Sentence(text, peak, rms, number(moved.peak_speed / RPM), gear, Angle(moved.peak_error), still)
+    return sentence + "".join(" " + one.sentence.replace("*", "·") for one in of_move(analysis))
 
 
 def under_load(torque: float | None) -> str:
@@ -63,13 +63,13 @@ def under_load(torque: float | None) -> str:
     return "" if torque is None else f" with {number(torque)} N·m on the load"
 
 
-def place_said(largest: Any) -> Sentence:
+def largest_text(largest: Any) -> Sentence:
     """Speed and load of the largest oscillation; where it beats, its smallest turn and its period too."""
-    said = Speed(largest.omega, digits=5) + under_load(largest.torque)
+    sentence = Speed(largest.omega, digits=5) + under_load(largest.torque)
     if largest.smallest is None or largest.beat is None:
-        return said
+        return sentence
     text = " ({} in the smallest turn of a beat of {} s)"
-    return said + Sentence(text, Angle(largest.smallest), number(largest.beat, 3))
+    return sentence + Sentence(text, Angle(largest.smallest), number(largest.beat, 3))
 
 
 def equation_alone(analysis: Any) -> str:
@@ -98,15 +98,15 @@ def postures_data(analysis: Any) -> list[dict[str, Any]]:
     return rows
 
 
-def posture_said(analysis: Any, rest: str = "") -> Sentence:
+def posture_sentence(analysis: Any, ending: str = "") -> Sentence:
     """The worst posture of the file, with its largest oscillation and a last sentence; empty where it has none."""
     worst = analysis.posture
     if worst is None:
         return Sentence("")
     size = Sentence("oscillation {} at {}", Angle(worst.peak), Speed(worst.omega, digits=5))
     reasons = listed([NOTHING_STABLE if math.isnan(worst.peak) else size, *map(above, worst.exceeded)])
-    said = "Of the {} postures the worst is {}, {}: {}." + rest
-    return Sentence(said, len(analysis.postures), worst.title, worst.answer, reasons)
+    text = "Of the {} postures the worst is {}, {}: {}." + ending
+    return Sentence(text, len(analysis.postures), worst.title, worst.answer, reasons)
 
 
 def how_sure(analysis: Any) -> Sentence:

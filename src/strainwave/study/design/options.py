@@ -97,7 +97,7 @@ def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float
     torques = np.union1d(spec.torques, np.linspace(spec.torques[0], spec.torques[-1], BETWEEN))
     decided = decide(drive, Rules(limit), loads=torques)
     some = list[tuple[bool, float, str]]()
-    for torque, motions, bands in zip(torques.tolist(), decided.found, decided.moving, strict=True):
+    for torque, motions, bands in zip(torques.tolist(), decided.by_load, decided.moving, strict=True):
         if not len(bands.forbidden):
             continue
         speed, size = motions.largest

@@ -15,9 +15,9 @@ from ...base.sentences import listed
 from .intervals import backwards, fitting, long_run, orthogonal, slices, whitened, whitener
 
 LAGS = 20  # of the portmanteau test
-RARE = 0.05  # probability up to which chance is not believed
+CHANCE = 0.05  # probability up to which chance is not believed
 NEIGHBOURS = 101  # frequencies whose median is the noise around a line
-SAME = 1e-3  # of a candidate's size: what the parameters leave of it when they can stand for it
+LEAST_PART = 1e-3  # of a candidate's size: what the parameters leave of it when they can stand for it
 
 
 @dataclass(frozen=True)
@@ -70,12 +70,12 @@ class Discrepancy:
     @property
     def flagged(self) -> tuple[str, ...]:
         """Candidates that the model lacks: chance has them less than once in 20 measurements, all tried together."""
-        return tuple(name for name, term in self.missing.items() if term.probability * len(self.missing) < RARE)
+        return tuple(name for name, term in self.missing.items() if term.probability * len(self.missing) < CHANCE)
 
     def __str__(self) -> str:
-        colour = "white" if self.white >= RARE else f"coloured: its past predicts {100.0 * self.coloured:.3g} % of it"
+        colour = "white" if self.white >= CHANCE else f"coloured: its past predicts {100.0 * self.coloured:.3g} % of it"
         parts = [f"residual {self.rms:.4g} rms, {colour}"]
-        if self.line_probability < RARE:
+        if self.line_probability < CHANCE:
             parts.append(f"a line of {self.line_amplitude:.4g} at {self.line:.6g} Hz")
         if self.flagged:
             terms = [f"{name} (takes {100.0 * self.missing[name].share:.3g} % of it)" for name in self.flagged]
@@ -167,14 +167,14 @@ def _missing(
     columns = columns / np.where(sizes > 0.0, sizes, 1.0)
     lengths = np.linalg.norm(jacobian, axis=0)
     moving = lengths > SMALLEST  # a parameter that moves nothing stands for no candidate
-    own = orthogonal(np.linalg.qr(jacobian[:, moving] / lengths[moving])[0], columns)
-    lengths = np.linalg.norm(own, axis=0)
-    coefficients = residual @ own / np.where(lengths > SAME, lengths, 1.0) ** 2
-    left = np.array([whitened(residual - c * one, a, parts) for c, one in zip(coefficients, own.T, strict=True)]).T
-    scores = backwards(own, a, parts) * left
+    cleared = orthogonal(np.linalg.qr(jacobian[:, moving] / lengths[moving])[0], columns)
+    lengths = np.linalg.norm(cleared, axis=0)
+    coefficients = residual @ cleared / np.where(lengths > LEAST_PART, lengths, 1.0) ** 2
+    left = np.array([whitened(residual - c * one, a, parts) for c, one in zip(coefficients, cleared.T, strict=True)]).T
+    scores = backwards(cleared, a, parts) * left
     power, terms = float(residual @ residual), {}
     for i, name in enumerate(candidates):
-        if not (lengths[i] > SAME and power > 0.0):
+        if not (lengths[i] > LEAST_PART and power > 0.0):
             terms[name] = MissingTerm(0.0, np.inf, 1.0, 0.0)
             continue
         coefficient, size = float(coefficients[i]), float(sizes[i])

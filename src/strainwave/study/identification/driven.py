@@ -15,7 +15,7 @@ from ...compile.lanes import LANES, lane, load, store
 from ...compile.tree import count, leaves, mapped
 from ...numerics.integration.steps import rk4_step
 
-WIDE = 8  # lanes of the widest vector: a block has a multiple of them
+MOST_LANES = 8  # lanes of the widest vector: a block has a multiple of them
 
 Between = Literal["band-limited", "linear", "held"]
 TAPS = 48  # samples to either side that a band-limited value is made of
@@ -83,20 +83,20 @@ class Signal(NamedTuple):
 
 def places_of(model: Any) -> list[int]:
     """Place of the first leaf of each `Signal` among the leaves of a model."""
-    found, _ = _places(model, 0)
-    return found
+    places, _ = _places(model, 0)
+    return places
 
 
-def _places(thing: Any, place: int) -> tuple[list[int], int]:
+def _places(thing: Any, leaf: int) -> tuple[list[int], int]:
     if isinstance(thing, Signal):
-        return [place], place + len(thing)
+        return [leaf], leaf + len(thing)
     if isinstance(thing, tuple):
         places: list[int] = []
         for item in thing:
-            inner, place = _places(item, place)
+            inner, leaf = _places(item, leaf)
             places += inner
-        return places, place
-    return [], place if isinstance(thing, int | np.integer) else place + 1
+        return places, leaf
+    return [], leaf if isinstance(thing, int | np.integer) else leaf + 1
 
 
 def pieces(samples: Floats, parts: int, between: Between, delay: float = 0.0) -> Floats:
@@ -143,17 +143,17 @@ def resampled(samples: Floats, parts: int = 1, delay: float = 0.0) -> tuple[Floa
     n = len(samples)
     line = samples[0] + (samples[-1] - samples[0]) * np.arange(n) / max(n - 1, 1)
     remainder = samples - line
-    whole = int(np.floor(-delay))
-    reach = TAPS + 1 + abs(whole)
+    shift = int(np.floor(-delay))
+    reach = TAPS + 1 + abs(shift)
     around = _reflected(remainder, reach)
     count = parts * (n - 1) + 1
     table = np.empty((3, count))
     for k in range(parts):
-        extra, place = divmod(k / parts - delay - whole, 1.0)
-        first = reach + whole + int(extra) - TAPS
+        extra, fraction = divmod(k / parts - delay - shift, 1.0)
+        first = reach + shift + int(extra) - TAPS
         many = -(-(count - k) // parts)
         stretch = around[first : first + many + 2 * TAPS]
-        for row, weights in zip(table, _weights(place), strict=True):
+        for row, weights in zip(table, _weights(fraction), strict=True):
             row[k::parts] = np.convolve(stretch, weights[::-1], "valid")
     slope = (samples[-1] - samples[0]) / max(n - 1, 1)
     table[0] += samples[0] + slope * (np.arange(count) / parts - delay)
@@ -161,15 +161,15 @@ def resampled(samples: Floats, parts: int = 1, delay: float = 0.0) -> tuple[Floa
     return table[0], table[1], table[2]
 
 
-def _reflected(rest: Floats, reach: int) -> Floats:
+def _reflected(remainder: Floats, reach: int) -> Floats:
     """A signal that is 0 at both ends, with its point reflections before and after."""
-    turn = np.concatenate([rest[:-1], -rest[:0:-1]]) if len(rest) > 1 else np.zeros(1)
-    return turn[np.arange(-reach, len(rest) + reach) % len(turn)]
+    turn = np.concatenate([remainder[:-1], -remainder[:0:-1]]) if len(remainder) > 1 else np.zeros(1)
+    return turn[np.arange(-reach, len(remainder) + reach) % len(turn)]
 
 
-def _weights(place: float) -> Floats:
+def _weights(fraction: float) -> Floats:
     """Weights (3, 2 TAPS + 1) of the samples around, at a fraction of a sample: value, first and second derivative."""
-    x = place - np.arange(-TAPS, TAPS + 1)
+    x = fraction - np.arange(-TAPS, TAPS + 1)
     small = np.abs(x) < 1e-6
     z = np.where(small, 1.0, x)
     sinc = np.sinc(x)
@@ -234,7 +234,7 @@ class Lanes:
         The samples are `step` [s] apart, and time counts from the first of all.
         """
         lanes = self.table.shape[1]
-        wide = -(-lanes // WIDE) * WIDE
+        wide = -(-lanes // MOST_LANES) * MOST_LANES
         rows = np.empty((len(self.table) + len(starts), LANES))
         rows[:, :lanes] = np.concatenate([self.table, starts])
         rows[:, lanes:wide] = rows[:, :1]

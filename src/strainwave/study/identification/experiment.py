@@ -14,10 +14,10 @@ from ...compile.tree import leaf_of, numbers, part, replaced, with_leaf
 from .driven import Between, Lanes, Signal, lanes_of, pieces, places_of, resampled
 from .fitted import bounds
 
-OF_OUTPUT = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the first fields of a `Signal`
-SIGNED = ("phase", "mean", "offset", "delay")  # numbers that have no sign of their own
-CLOSER, LEAST = 0.2, 0.1  # of its value now, and of the first one: how near zero a number comes at once, and ever
-NEAR_START = 7  # samples that the first rate of a measured state is taken from
+OUTPUT_NUMBERS = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the first fields of a `Signal`
+SIGNED_NUMBERS = ("phase", "mean", "offset", "delay")  # numbers that have no sign of their own
+APPROACH, LEAST_SHARE = 0.2, 0.1  # of its value now, and of the first: how near zero a number comes at once, and ever
+START_SAMPLES = 7  # samples that the first rate of a measured state is taken from
 
 
 @dataclass(frozen=True)
@@ -56,24 +56,24 @@ class Experiment:
     def first(self) -> Floats:
         """Values (free,) that the given system has."""
         values = zip(self.of_free(), self.free, strict=True)
-        return np.array([OF_OUTPUT[of[1]] if of else float(part(self.driven, path)) for of, path in values])
+        return np.array([OUTPUT_NUMBERS[of[1]] if of else float(part(self.driven, path)) for of, path in values])
 
     def without_crossing(self, values: Floats, change: Floats) -> Floats:
         """A change (free,) that brings no number of the model near zero; phases, offsets and delays may cross it."""
-        least = np.minimum(np.abs(values), np.maximum(CLOSER * np.abs(values), LEAST * np.abs(self.first())))
-        signed = [path.rpartition(".")[2] in SIGNED for path in self.free]
-        near = (np.sign(values) * (values + change) < least) & (values != 0.0) & ~np.array(signed)
-        return np.where(near, np.sign(values) * least - values, change)
+        least = np.minimum(np.abs(values), np.maximum(APPROACH * np.abs(values), LEAST_SHARE * np.abs(self.first())))
+        signed = [path.rpartition(".")[2] in SIGNED_NUMBERS for path in self.free]
+        crossing = (np.sign(values) * (values + change) < least) & (values != 0.0) & ~np.array(signed)
+        return np.where(crossing, np.sign(values) * least - values, change)
 
     def within_bounds(self, values: Floats, change: Floats) -> Floats:
         """A change (free,) that takes no inertia, no damping and no number of a law to zero or beyond."""
         low, high = bounds(self.system, self.free)
         beyond = (values + change <= low) | (values + change >= high)
-        return np.where(beyond, (CLOSER - 1.0) * values, change)
+        return np.where(beyond, (APPROACH - 1.0) * values, change)
 
     def _of_output(self, path: str) -> tuple[int, str] | None:
         name, _, what = path.rpartition(".")
-        return (list(self.outputs).index(name), what) if name in self.outputs and what in OF_OUTPUT else None
+        return (list(self.outputs).index(name), what) if name in self.outputs and what in OUTPUT_NUMBERS else None
 
     @cached_property
     def _leaves(self) -> list[tuple[int, int]]:
@@ -90,14 +90,14 @@ class Experiment:
     def model(self, values: Floats, step: float, parts: int, delays: Floats | None = None) -> Any:
         """The driven system with these values of the free numbers; delays of signals are those beyond `delays`."""
         model = self._with(values)
-        own = {"per_omega": 1.0 / float(omega_of(model)), "per_length": parts / step}
+        scales = {"per_omega": 1.0 / float(omega_of(model)), "per_length": parts / step}
         for i, path in enumerate(self.inputs):
             signal = part(model, path)
             less = 0.0 if delays is None else float(delays[i])
-            model = replaced(model, path, signal._replace(**own, delay=signal.delay - less))
+            model = replaced(model, path, signal._replace(**scales, delay=signal.delay - less))
         return model
 
-    def found(self, values: Floats) -> Any:
+    def fitted(self, values: Floats) -> Any:
         """The system as it was given, with these values of its free numbers."""
         model = self._with(values)
         for path in self.inputs:
@@ -115,7 +115,7 @@ class Experiment:
         """Gain, offset and delay (outputs,) of what was measured: measured(t) = offset + gain state(t - delay)."""
         return {
             what: np.array([self._given(f"{name}.{what}", values, first) for name in self.outputs])
-            for what, first in OF_OUTPUT.items()
+            for what, first in OUTPUT_NUMBERS.items()
         }
 
     def lanes(self, variants: Sequence[Floats], step: float, parts: int) -> Lanes:
@@ -170,7 +170,7 @@ def experiment(
         if path not in (able := _able(ready)):
             raise ValueError(f"{shown(path)} is no number that can be free; those are {', '.join(able)}")
         leaf = leaf_of(driven, path)
-        inside = any(at <= leaf < at + len(Signal()) for at in places)
+        inside = any(begin <= leaf < begin + len(Signal()) for begin in places)
         if path == "omega" and inputs:
             raise ValueError("omega is free, but the inputs are measured in time; fix the speed of the base angle")
         if path.endswith(".delay") and inside and between == "held":
@@ -183,8 +183,8 @@ def experiment(
 def _able(setup: Experiment) -> list[str]:
     """Paths of the numbers that may be free."""
     parts = tuple(f"{path}." for path in setup.inputs)
-    own = [p for p, *_, v in numbers(setup.driven) if isinstance(v, float) and not p.startswith(parts)]
-    return own + [f"{signal}.{what}" for signal in (*setup.inputs, *setup.outputs) for what in OF_OUTPUT]
+    paths = [p for p, *_, v in numbers(setup.driven) if isinstance(v, float) and not p.startswith(parts)]
+    return paths + [f"{signal}.{what}" for signal in (*setup.inputs, *setup.outputs) for what in OUTPUT_NUMBERS]
 
 
 @dataclass(frozen=True)
@@ -231,14 +231,14 @@ class Record:
         return values, rates / self.step
 
 
-def start_states(setup: Experiment, outputs: Floats, at: int, step: float) -> Floats:
+def start_states(setup: Experiment, outputs: Floats, index: int, step: float) -> Floats:
     """States (states,) near a sample of the outputs: those measured, rates by a straight line, and 0 for others."""
     start: dict[str, float] = {}
     for name, row in zip(setup.outputs, outputs, strict=True):
-        near = row[at : at + NEAR_START]
-        good = np.flatnonzero(np.isfinite(near))
+        samples = row[index : index + START_SAMPLES]
+        good = np.flatnonzero(np.isfinite(samples))
         if len(good):
-            line = np.polyfit(good, near[good], min(1, len(good) - 1))
+            line = np.polyfit(good, samples[good], min(1, len(good) - 1))
             start |= {f"{name}'": line[0] / step, name: line[-1]} if len(line) == 2 else {name: line[-1]}
     return np.array([start.get(name, 0.0) for name in setup.states()])
 
@@ -247,13 +247,13 @@ def sizes_of(setup: Experiment, record: Record) -> Floats:
     """Sizes of the states (states,): of a measured one its scatter, of its rate that of its steps; 0 of others."""
     sizes: dict[str, float] = {}
     for name, row in zip(setup.outputs, record.outputs, strict=True):
-        known = row[np.isfinite(row)]
-        if len(known) >= 2:
-            sizes |= {name: float(np.std(known)), f"{name}'": change_of(row) / record.step}
+        measured = row[np.isfinite(row)]
+        if len(measured) >= 2:
+            sizes |= {name: float(np.std(measured)), f"{name}'": change_of(row) / record.step}
     return np.array([sizes.get(name, 0.0) for name in setup.states()])
 
 
 def change_of(row: Floats) -> float:
     """Scatter of the changes of a signal per sample, over its measured samples."""
-    known = np.flatnonzero(np.isfinite(row))
-    return float(np.std(np.diff(row[known]) / np.diff(known))) if len(known) > 1 else 0.0
+    measured = np.flatnonzero(np.isfinite(row))
+    return float(np.std(np.diff(row[measured]) / np.diff(measured))) if len(measured) > 1 else 0.0

@@ -20,8 +20,8 @@ from .discrepancy import Discrepancy
 from .intervals import Interval, interval
 
 TOLERANCE = 1e-6  # of the largest singular value, columns of length 1; differences have errors of about 1e-8
-SMALL = 1e-3  # of the largest entry: a parameter that does not take part
-EQUAL = 0.02  # how well relative changes are known to be equal
+SMALL_ENTRY = 1e-3  # of the largest entry: a parameter that does not take part
+EQUAL_CHANGE = 0.02  # how well relative changes are known to be equal
 
 
 def unidentifiable(
@@ -60,10 +60,10 @@ def unidentifiable(
     if not len(lost):
         return None
     change = _simplest(lost / (sizes * scale))
-    part = np.abs(change) > SMALL * np.max(np.abs(change))
+    part = np.abs(change) > SMALL_ENTRY * np.max(np.abs(change))
     involved = [name for name, on in zip(names, part, strict=True) if on]
     sizes_of_change = change[part] * np.sign(change[part][0])
-    if values is not None and np.all(np.abs(sizes_of_change / sizes_of_change[0] - 1.0) < EQUAL):
+    if values is not None and np.all(np.abs(sizes_of_change / sizes_of_change[0] - 1.0) < EQUAL_CHANGE):
         return (
             f"the data tell {listed(involved)} up to a common factor only: their ratios are identifiable; fix one of "
             "them"
@@ -78,12 +78,12 @@ def _simplest(lost: Floats) -> Floats:
     """A change (p,) among those that are lost (k, p) with as few parameters as elimination leaves."""
     rows = lost / np.max(np.abs(lost), axis=1, keepdims=True)
     for i in range(len(rows)):
-        at = int(np.argmax(np.abs(rows[i])))
-        rows[i] /= rows[i, at]
+        pivot = int(np.argmax(np.abs(rows[i])))
+        rows[i] /= rows[i, pivot]
         for j in range(len(rows)):
             if j != i:
-                rows[j] -= rows[j, at] * rows[i]
-    return np.asarray(min(rows, key=lambda row: int(np.sum(np.abs(row) > SMALL * np.max(np.abs(row))))))
+                rows[j] -= rows[j, pivot] * rows[i]
+    return np.asarray(min(rows, key=lambda row: int(np.sum(np.abs(row) > SMALL_ENTRY * np.max(np.abs(row))))))
 
 
 class Fit(Result):
@@ -98,21 +98,21 @@ class Fit(Result):
     unidentified: dict[str, str]
     by_logarithm: ClassVar[tuple[str, ...]] = ()  # scales, whose interval is one of the logarithm
 
-    def _found(self) -> dict[str, float]:
+    def _by_name(self) -> dict[str, float]:
         """Values by name."""
-        found: dict[str, float] = self.values
-        return found
+        values: dict[str, float] = self.values
+        return values
 
     def _name(self, path: str) -> str:
         name = str(path).rpartition(".")[2]
         if name in self.unidentified:
             raise ValueError(self.unidentified[name])
-        if name not in self._found():
-            raise ValueError(f"the fit has no {path!r}; it has {', '.join(self._found())}")
+        if name not in self._by_name():
+            raise ValueError(f"the fit has no {path!r}; it has {', '.join(self._by_name())}")
         return name
 
-    def _place(self, path: str) -> int:
-        return list(self._found()).index(self._name(path))
+    def _index(self, path: str) -> int:
+        return list(self._by_name()).index(self._name(path))
 
     def value(self, path: str) -> float:
         """Value of a number in SI, by its name or its path in the law: "K1", "second.yield_twist".
@@ -122,16 +122,16 @@ class Fit(Result):
         ValueError
             If there is no such number, or the measurement does not tell it.
         """
-        return self._found()[self._name(path)]
+        return self._by_name()[self._name(path)]
 
     def deviation(self, path: str) -> float:
         """Standard deviation of a number in SI; errors as `value`."""
-        at = self._place(path)
-        return float(np.sqrt(self.covariance[at, at]))
+        index = self._index(path)
+        return float(np.sqrt(self.covariance[index, index]))
 
     def interval(self, path: str, level: float = 0.95) -> Interval:
         """Interval (low, high) in SI that holds a number with the probability `level`; errors as `value`."""
-        value, freedom = self.value(path), float(self.freedom[self._place(path)])
+        value, freedom = self.value(path), float(self.freedom[self._index(path)])
         if self._name(path) not in self.by_logarithm:
             return interval(value, self.deviation(path), freedom, level)
         low, high = interval(math.log(value), self.deviation(path) / value, freedom, level)
@@ -139,7 +139,7 @@ class Fit(Result):
 
     def numbers(self) -> dict[str, dict[str, float]]:
         """Every number by name, with the ends of its interval of 95 %, in SI."""
-        return {name: {"value": value} | self.interval(name)._asdict() for name, value in self._found().items()}
+        return {name: {"value": value} | self.interval(name)._asdict() for name, value in self._by_name().items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +169,7 @@ class Fitted(Fit):
     freedom: Floats
     discrepancy: Discrepancy
 
-    def _found(self) -> dict[str, float]:
+    def _by_name(self) -> dict[str, float]:
         return dict(zip(self.names, self.values.tolist(), strict=True))
 
     def _name(self, path: str) -> str:
@@ -206,6 +206,6 @@ def refuse_unidentifiable(
     jacobian: Floats, names: Sequence[str], values: Floats, tolerance: float = TOLERANCE
 ) -> None:  # fmt: skip
     """Refuse free parameters that the data do not tell (ValueError)."""
-    said = unidentifiable(jacobian, names, values, tolerance=tolerance)
-    if said is not None:
-        raise ValueError(said)
+    reason = unidentifiable(jacobian, names, values, tolerance=tolerance)
+    if reason is not None:
+        raise ValueError(reason)

@@ -21,13 +21,13 @@ from .intervals import Interval, interval
 from .run import refuse_descending
 from .windows import fitted_start
 
-LARGEST, NO_MORE = 0.1, 0.02  # of the load's turn, and rad: what a gear may twist
+TWIST_SHARE, TWIST_RAD = 0.1, 0.02  # of the load's turn, and rad: what a gear may twist
 
-MOST_OF_START = 50  # samples that a start is fitted to
+START_SAMPLES = 50  # samples that a start is fitted to
 
-FEWEST = 16  # samples of a record
-UNEVEN = 0.05  # of a step: what a time may be off by
-LEAST, LARGEST = 1e-30, 1e30  # of a signal, in any unit
+FEWEST_SAMPLES = 16  # samples of a record
+STEP_SCATTER = 0.05  # of a step: what a time may be off by
+LEAST_SIGNAL, LARGEST_SIGNAL = 1e-30, 1e30  # of a signal, in any unit
 
 
 def channels_of(log: Any) -> dict[str, Any]:
@@ -42,17 +42,17 @@ def record_of(setup: Experiment, channels: Mapping[str, Any], number_of: int | N
         if name not in channels:
             raise ValueError(f"{label} has no channel {name!r}; it has {joined(channels)}")
     time = numbers(f"{label}: time", channels["time"])
-    if len(time) < FEWEST:
-        raise ValueError(f"{label} has {len(time)} samples; give {FEWEST} at least")
+    if len(time) < FEWEST_SAMPLES:
+        raise ValueError(f"{label} has {len(time)} samples; give {FEWEST_SAMPLES} at least")
     step = even_step(label, time)
     rows = {name: input_row(label, name, channels[name]) for name in setup.inputs.values()}
     rows |= {name: row_of(label, name, channels[name]) for name in setup.outputs.values()}
     refuse_lengths(label, rows, len(time))
     for state, name in setup.outputs.items():
         measured = rows[name][np.isfinite(rows[name])]
-        if len(measured) < FEWEST:
-            raise ValueError(f"{label}: {name} has {len(measured)} values; give {FEWEST} at least")
-        if not np.ptp(measured) > LEAST:
+        if len(measured) < FEWEST_SAMPLES:
+            raise ValueError(f"{label}: {name} has {len(measured)} values; give {FEWEST_SAMPLES} at least")
+        if not np.ptp(measured) > LEAST_SIGNAL:
             raise ValueError(f"{label}: {name} is {measured[0]:g} throughout; nothing moves: give a record with motion")
         if f"{state}.delay" in setup.free and len(measured) < len(time):
             gaps = counted(len(time) - len(measured), "gap")
@@ -76,8 +76,8 @@ def row_of(label: str, name: str, values: Any) -> Floats:
         )
     with np.errstate(over="ignore"):
         row = array.astype(float)
-    if np.any(np.abs(row[np.isfinite(row)]) > LARGEST):
-        raise ValueError(f"{label}: {name} has values beyond {LARGEST:g}; give it in SI")
+    if np.any(np.abs(row[np.isfinite(row)]) > LARGEST_SIGNAL):
+        raise ValueError(f"{label}: {name} has values beyond {LARGEST_SIGNAL:g}; give it in SI")
     return row
 
 
@@ -101,7 +101,7 @@ def with_torsion(channels: Mapping[str, Any], N: float) -> dict[str, Any]:
     sense = -1.0 if np.cov(motor[finite], load[finite])[0, 1] < 0.0 else 1.0
     torsion = motor / N - sense * load
     turned, twisted = float(np.ptp(load[finite])), float(np.ptp(torsion[finite]))
-    if twisted > max(LARGEST * turned, NO_MORE):
+    if twisted > max(TWIST_SHARE * turned, TWIST_RAD):
         raise ValueError(
             f"log: motor_angle turns {np.ptp(motor[finite]):.4g} rad and load_angle {turned:.4g} rad, which is no gear "
             f"of ratio {N:g}; take the gear of the log, or give both angles on their own shafts"
@@ -130,7 +130,7 @@ def even_step(label: str, time: Floats) -> float:
     refuse_descending(time, f"{label}: time")
     steps = np.diff(time)
     step = float(time[-1] - time[0]) / (len(time) - 1)
-    if np.max(np.abs(time - time[0] - step * np.arange(len(time)))) > UNEVEN * float(np.median(steps)):
+    if np.max(np.abs(time - time[0] - step * np.arange(len(time)))) > STEP_SCATTER * float(np.median(steps)):
         raise ValueError(
             f"{label}: time has steps from {np.min(steps):g} to {np.max(steps):g} s; resample to equal steps"
         )
@@ -187,12 +187,12 @@ class Identified(Fitted):
         level : float
             Probability of covering, to first order in the numbers (delta method).
         """
-        place = "the system found, or one within its deviations"
-        first, gradient = number_of(function, self.system, place), np.zeros(len(self.names))
+        text = "the system found, or one within its deviations"
+        first, gradient = number_of(function, self.system, text), np.zeros(len(self.names))
         for i, (value, deviation) in enumerate(zip(self.values, self.deviations, strict=True)):
             changed = self.values.copy()
             changed[i] = value + 0.5 * deviation
-            gradient[i] = (number_of(function, self.experiment.found(changed), place) - first) / (0.5 * deviation)
+            gradient[i] = (number_of(function, self.experiment.fitted(changed), text) - first) / (0.5 * deviation)
         spread = math.sqrt(float(gradient @ self.covariance @ gradient))
         return interval(first, spread, float(np.min(self.freedom)), level)
 
@@ -236,9 +236,9 @@ class Identified(Fitted):
         if "time" in channels:
             time = numbers("inputs: time", channels["time"])
             refuse_lengths("inputs", rows, len(time))
-            own = even_step("inputs", time)
-            if abs(own - step) > UNEVEN * step:
-                raise ValueError(f"inputs have a step of {own:g} s, the log had {step:g} s; resample them to that")
+            dt = even_step("inputs", time)
+            if abs(dt - step) > STEP_SCATTER * step:
+                raise ValueError(f"inputs have a step of {dt:g} s, the log had {step:g} s; resample them to that")
         refuse_lengths("inputs", rows, samples)
         first = self._first(start)
         table = np.array(list(rows.values())).reshape(len(rows), samples)
@@ -253,9 +253,9 @@ class Identified(Fitted):
         lanes = setup.lanes([self.values], step, self.parts)
         outputs = lanes.run(y[:, None], pieces, setup.seen(), samples, self.parts, step)[:, :, 0]
         if not np.all(np.isfinite(outputs)):
-            at = int(np.flatnonzero(~np.all(np.isfinite(outputs), axis=0))[0])
+            i = int(np.flatnonzero(~np.all(np.isfinite(outputs), axis=0))[0])
             raise SolveError(
-                f"the motion leaves every bound before sample {at}, {at * step:.4g} s: give inputs as large as those "
+                f"the motion leaves every bound before sample {i}, {i * step:.4g} s: give inputs as large as those "
                 "of the log, and a start on the motion"
             )
         given = setup.of_outputs(self.values)
@@ -269,7 +269,7 @@ class Identified(Fitted):
         missing = [name for name in self.experiment.outputs.values() if name not in given]
         if missing:
             raise ValueError(f"start has no channel {missing[0]!r}; give its first samples, or the state as a tuple")
-        rows = [row_of("start", name, given[name])[:MOST_OF_START] for name in self.experiment.outputs.values()]
+        rows = [row_of("start", name, given[name])[:START_SAMPLES] for name in self.experiment.outputs.values()]
         if not all(np.any(np.isfinite(row)) for row in rows):
             raise ValueError("start has no measured sample; give the first samples, or the state as a tuple")
         return rows

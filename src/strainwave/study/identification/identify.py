@@ -18,21 +18,21 @@ from .experiment import Experiment, Record, change_of, experiment, start_states
 from .fitted import refuse_unidentifiable
 from .identified import Identified, channels_of, record_of
 from .intervals import Spread, spread
-from .windows import DAMPED, EFFECT, LeastSquares, Point, Window, finite, reweighted, small, solve, windows_of
+from .windows import DAMPING, EFFECT, LeastSquares, Point, Window, finite, reweighted, small, solve, windows_of
 
 FIRST_WINDOW = 48  # samples of the first windows
 GROWTH = 6  # of the windows from one round to the next
-EARLY, PARTS = 4_000, 4  # samples that the early rounds look at, and in how many parts of a record they are
+SAMPLES, PARTS = 4_000, 4  # samples that the early rounds look at, and in how many parts of a record they are
 EARLY_STEPS, WHOLE_STEPS, LATE_STEPS = 6, 3, 40
-CAUTIOUS = 0.1  # Levenberg's first factor in the early rounds
-ACCURATE = 1e-4  # of the outputs' size: what halving the steps may change
+EARLY_DAMPING = 0.1  # Levenberg's first factor in the early rounds
+STEP_ERROR = 1e-4  # of the outputs' size: what halving the steps may change
 MOST_PARTS = 64
-CHECKED = 16_000  # samples of a record that finer steps are tried on
-MOVED = 0.2  # of a number's standard deviation: what halving the steps may change at the end
-POOR = 0.9  # of the motion's size: a residual that explains next to nothing
-LATE = 1.5  # samples: a delay that shifting the channel shortens
-LOOKED_AT = 400  # samples that the number of steps is chosen on
-SHARP = 0.02  # of the rate's size: over which the dry friction that is looked for changes its sign
+CHECKED_SAMPLES = 16_000  # samples of a record that finer steps are tried on
+MOST_MOVE = 0.2  # of a number's standard deviation: what halving the steps may change at the end
+POOR_SHARE = 0.9  # of the motion's size: a residual that explains next to nothing
+LATE_SAMPLES = 1.5  # samples: a delay that shifting the channel shortens
+TRIAL_SAMPLES = 400  # samples that the number of steps is chosen on
+SIGN_WIDTH = 0.02  # of the rate's size: over which the dry friction that is looked for changes its sign
 
 
 class CubicDamping(NamedTuple):
@@ -61,7 +61,7 @@ def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
     sizes = problem.sizes(first)
     x, v = float(sizes[0]), float(sizes[min(1, len(sizes) - 1)])
     stiffness = float(system.law.stiffness(x)) if hasattr(system.law, "stiffness") else 0.0
-    torque, width = abs(stiffness) * x or 1.0, SHARP * v
+    torque, width = abs(stiffness) * x or 1.0, SIGN_WIDTH * v
     amounts = [torque / x**2, torque / x**3, torque / x**5, torque / (v * v), torque / v**3, torque]
     model = problem.of.model(point.values, first.step, problem.parts, problem.of.delays(point.values))
 
@@ -76,8 +76,8 @@ def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
     for w, start, by_start in zip(problem.windows, point.starts, point.by_start, strict=True):
         for i, column in enumerate(problem.differences(w, point.values, lanes, start, by_start).T):
             columns[i].append(column / EFFECT)
-    found = {name: np.concatenate(parts) for name, parts in zip(NAMES, columns, strict=True)}
-    return {name: column for name, column in found.items() if np.all(np.isfinite(column)) and np.any(column)}
+    stacked = {name: np.concatenate(parts) for name, parts in zip(NAMES, columns, strict=True)}
+    return {name: column for name, column in stacked.items() if np.all(np.isfinite(column)) and np.any(column)}
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound; they are refused
@@ -157,24 +157,24 @@ def identify(
         parts = positive_count("steps", steps, max(MOST_STEPS // sum(map(len, records)), 1))
     else:
         parts = _parts(setup, records, values, noise)
-    most = parts if steps is not None else MOST_PARTS
+    most_parts = parts if steps is not None else MOST_PARTS
     length, longest = FIRST_WINDOW, max(len(record) for record in records)
     early = [
-        part for record in records for part in record.parted(max(EARLY // len(records), PARTS * FIRST_WINDOW), PARTS)
+        part for record in records for part in record.parted(max(SAMPLES // len(records), PARTS * FIRST_WINDOW), PARTS)
     ]
-    while length < min(longest, EARLY):
-        progress(f"windows of {length} samples", 0.5 * length / EARLY)
+    while length < min(longest, SAMPLES):
+        progress(f"windows of {length} samples", 0.5 * length / SAMPLES)
         problem = LeastSquares(setup, windows_of(early, length), noise, parts)
-        problem, point = _solved(problem, values, EARLY_STEPS, CAUTIOUS, most)
+        problem, point = _solved(problem, values, EARLY_STEPS, EARLY_DAMPING, most_parts)
         values, parts, length = point.values, problem.parts, length * GROWTH
     progress("whole records", 0.5)
     problem = LeastSquares(setup, [Window(record, 0, len(record)) for record in records], noise, parts)
-    problem, point = _solved(problem, values, WHOLE_STEPS, DAMPED, most)
+    problem, point = _solved(problem, values, WHOLE_STEPS, DAMPING, most_parts)
     if len(noise) > 1:
         problem = reweighted(problem, point)
-        point = problem.at(point.values, point.starts)
+        point = problem.point_at(point.values, point.starts)
     point, converged = solve(
-        problem, point, LATE_STEPS, DAMPED, lambda i, _c: progress("whole records", 0.8 + 0.01 * i)
+        problem, point, LATE_STEPS, DAMPING, lambda i, _c: progress("whole records", 0.8 + 0.01 * i)
     )
     if steps is None:
         problem, point, converged = _finer(problem, point, converged, progress)
@@ -183,14 +183,14 @@ def identify(
 
 
 def _solved(
-    problem: LeastSquares, values: Floats, steps: int, damping: float, most: int
+    problem: LeastSquares, values: Floats, steps: int, damping: float, most_parts: int
 ) -> tuple[LeastSquares, Point]:  # fmt: skip
     """Solve from starts that were measured; with finer steps of the integration where the motion leaves every bound."""
     while True:
         try:
             return problem, solve(problem, finite(problem.begin(values)), steps, damping, keep_signs=True)[0]
         except SolveError:
-            if problem.parts >= most:
+            if problem.parts >= most_parts:
                 raise
             problem = replace(problem, parts=2 * problem.parts, kept={})
 
@@ -204,15 +204,15 @@ def _finer(
         finer = replace(problem, parts=2 * problem.parts, kept={})
         if _moves_little(finer, point):
             break
-        point, converged = solve(finer, finer.at(point.values, point.starts), LATE_STEPS)
+        point, converged = solve(finer, finer.point_at(point.values, point.starts), LATE_STEPS)
         problem = finer
     return problem, point, converged
 
 
 def _moves_little(finer: LeastSquares, point: Point) -> bool:
     """True if finer steps would move the numbers by little, from the begin of every window."""
-    most = CHECKED if len(finer.noise) == 1 else max(len(w.record) for w in finer.windows)  # outputs stand in turn
-    windows = [Window(w.record.parted(most, 1)[0], w.first, min(w.stop, most)) for w in finer.windows]
+    count = CHECKED_SAMPLES if len(finer.noise) == 1 else max(len(w.record) for w in finer.windows)  # outputs in turn
+    windows = [Window(w.record.parted(count, 1)[0], w.first, min(w.stop, count)) for w in finer.windows]
     rows = [int(np.sum(np.isfinite(w.record.outputs[:, w.first : w.stop]))) for w in windows]
     parts: dict[str, Any] = {
         name: [part[:n] for part, n in zip(getattr(point, name), rows, strict=True)]
@@ -222,16 +222,16 @@ def _moves_little(finer: LeastSquares, point: Point) -> bool:
     columns, residual = replace(some, residuals=residuals).reduced()
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     change = np.linalg.lstsq(columns / size, some.reduced()[1] - residual, rcond=None)[0] / size
-    whole = sum(len(r) for r in point.residuals)
-    return small(columns, residual, change, MOVED * np.sqrt(len(residual) / whole))
+    total = sum(len(r) for r in point.residuals)
+    return small(columns, residual, change, MOST_MOVE * np.sqrt(len(residual) / total))
 
 
 def _first(setup: Experiment, records: Sequence[Record], size: Floats) -> Floats:
     """First values (free,); an offset that is larger than the motion begins at the mean of its output."""
     values = setup.first()
     means = [float(np.nanmean(row)) for row in np.concatenate([record.outputs for record in records], axis=1)]
-    for name, mean, own in zip(setup.outputs, means, size, strict=True):
-        if abs(mean) > own and f"{name}.offset" in setup.free:
+    for name, mean, scatter in zip(setup.outputs, means, size, strict=True):
+        if abs(mean) > scatter and f"{name}.offset" in setup.free:
             values[setup.free.index(f"{name}.offset")] = mean
     return values
 
@@ -240,12 +240,12 @@ def _refuse_common_delay(setup: Experiment, record: Record, values: Floats) -> N
     """Refuse delays of all signals of a system that does not depend on the time otherwise (ValueError)."""
     if not all(f"{signal}.delay" in setup.free for signal in (*setup.inputs, *setup.outputs)):
         return
-    part = record.parted(LOOKED_AT, 1)[0]
+    part = record.parted(TRIAL_SAMPLES, 1)[0]
     start, lanes = start_states(setup, part.outputs, 0, part.step), setup.lanes([values], part.step, 1)
     inputs = part.pieces(setup, values, 1), setup.seen(), len(part), 1, part.step
     first = lanes.run(start[:, None], *inputs, begin=0)
     later = lanes.run(start[:, None], *inputs, begin=7 * len(part) + 1)
-    if np.allclose(first, later, rtol=0.0, atol=ACCURATE * float(np.max(np.abs(first))), equal_nan=True):
+    if np.allclose(first, later, rtol=0.0, atol=STEP_ERROR * float(np.max(np.abs(first))), equal_nan=True):
         raise ValueError(
             "the delays of all inputs and outputs are free, and a common delay changes nothing; fix one of them"
         )
@@ -262,7 +262,7 @@ def _parts(of: Experiment, records: Sequence[Record], values: Floats, noise: Flo
     before, parts = None, 1
     while parts <= MOST_PARTS:
         now = LeastSquares(of, [window], noise, parts).begin(values).residuals[0]
-        if before is not None and len(now) == len(before) and np.sqrt(np.mean((now - before) ** 2)) < ACCURATE:
+        if before is not None and len(now) == len(before) and np.sqrt(np.mean((now - before) ** 2)) < STEP_ERROR:
             return parts // 2
         before, parts = now, 2 * parts
     return MOST_PARTS
@@ -275,8 +275,8 @@ def _liveliest(records: Sequence[Record], noise: Floats) -> Window:
         seen = window.record.outputs[:, window.first : window.stop]
         return float(np.sum(np.array([change_of(row) for row in seen]) / noise))
 
-    found = max(windows_of(records, LOOKED_AT), key=change)
-    return Window(found.record.part(found.first, found.stop), 0, len(found))
+    window = max(windows_of(records, TRIAL_SAMPLES), key=change)
+    return Window(window.record.part(window.first, window.stop), 0, len(window))
 
 
 def _result(
@@ -298,9 +298,9 @@ def _result(
         every = np.full(w.record.outputs.shape, np.nan)
         every[np.isfinite(w.record.outputs)] = -r
         residual.append(every * problem.noise[:, None])
-    left, system, size_of_outputs = np.concatenate(residual, axis=1), setup.found(point.values), _spread_of(records)
+    left, system, size_of_outputs = np.concatenate(residual, axis=1), setup.fitted(point.values), _spread_of(records)
     rms = np.sqrt(np.nanmean(left**2, axis=1))
-    poor = [name for name, share in zip(setup.outputs, rms / size_of_outputs, strict=True) if share > POOR]
+    poor = [name for name, share in zip(setup.outputs, rms / size_of_outputs, strict=True) if share > POOR_SHARE]
     return Identified(
         system=system,
         names=setup.free,
@@ -331,7 +331,7 @@ def _late(of: Experiment, values: Floats, step: float) -> list[str]:
         f"{path}.delay is {delay:.3g} samples, and the log does not say what {channel} did that long before: shift "
         f"the channel by {round(delay)} samples and cut the log"
         for (path, channel), delay in zip(of.inputs.items(), of.delays(values) / step, strict=True)
-        if abs(delay) > LATE
+        if abs(delay) > LATE_SAMPLES
     ]
 
 

@@ -31,12 +31,12 @@ from ...base.results import Floats
 RANK = 1e-10  # of the largest singular value of the jacobian with columns of length 1: a smaller one is none
 HIGHEST_LEVERAGE = 0.9
 
-HIGHEST = 32  # order of the autoregression
-ROWS = 12  # of the longest record for each order
-LENGTH = 1 << 14  # of the impulse response, in samples
+HIGHEST_ORDER = 32  # order of the autoregression
+ORDER_ROWS = 12  # of the longest record for each order
+RESPONSE_SAMPLES = 1 << 14  # of the impulse response, in samples
 
 COLOURS = np.linspace(-0.9, 0.98, 20)  # phi tried
-NONE = 1e-300
+TINY = 1e-300
 
 
 def slices(records: Any, rows: int) -> list[slice]:
@@ -59,7 +59,7 @@ def whitener(residual: Floats, parts: Sequence[slice]) -> Floats:
     backward, a, n = forward, np.empty(0), len(residual)
     power = float(residual @ residual) / n
     best, least = a, n * math.log(power) if power > 0.0 else -math.inf
-    for order in range(1, min(HIGHEST, longest // ROWS) + 1):
+    for order in range(1, min(HIGHEST_ORDER, longest // ORDER_ROWS) + 1):
         forward, backward = [f[1:] for f in forward], [b[:-1] for b in backward]
         both = sum(float(f @ f + b @ b) for f, b in zip(forward, backward, strict=True))
         if not both > 0.0:
@@ -112,10 +112,10 @@ def relative_variance(columns: Floats, a: Floats, parts: Sequence[slice], rows: 
         for k in range(1, min(order + 1, part.stop - part.start)):
             slope[k - 1] += np.einsum("ij,ij->j", columns[part][:-k], again[part][k:])
     slope *= 2.0 / np.einsum("ij,ij->j", columns, columns)
-    impulse = np.zeros(LENGTH)
+    impulse = np.zeros(RESPONSE_SAMPLES)
     impulse[0] = 1.0
     response = lfilter([1.0], np.append(1.0, -a), impulse)
-    covariances = np.array([response[: LENGTH - k] @ response[k:] for k in range(order)])
+    covariances = np.array([response[: RESPONSE_SAMPLES - k] @ response[k:] for k in range(order)])
     return np.asarray(np.einsum("kj,kj->j", slope, solve_toeplitz(covariances, slope)) / rows)
 
 
@@ -214,8 +214,8 @@ def spread(jacobian: Floats, residual: Floats, records: Any = None) -> Spread:
     middle = long_run(scores, parts) * rows / max(rows - len(a), 1)
     influence = weights @ back.T
     square = influence * influence
-    own = np.sum(square * square, axis=0) / np.sum(square, axis=0) ** 2 * rows / max(rows - jacobian.shape[1], 1)
-    freedom = 2.0 / (2.0 * own + relative_variance(influence, a, parts, rows))
+    share = np.sum(square * square, axis=0) / np.sum(square, axis=0) ** 2 * rows / max(rows - jacobian.shape[1], 1)
+    freedom = 2.0 / (2.0 * share + relative_variance(influence, a, parts, rows))
     return Spread(back @ middle @ back.T, np.maximum(freedom, 1.0), a)
 
 
@@ -270,18 +270,18 @@ def restricted(jacobian: Floats, residual: Floats) -> Spread:
     passed = backwards(basis, np.array([phi]), [slice(0, n)])
     passed[0] /= math.sqrt(1.0 - phi * phi)
     covariance = float(innovation @ innovation) / (n - p) * back @ (passed.T @ passed) @ back.T
-    own = spread(jacobian, residual)
-    wider = np.sqrt(np.maximum(np.diag(own.covariance) / np.maximum(np.diag(covariance), NONE), 1.0))
+    coloured = spread(jacobian, residual)
+    wider = np.sqrt(np.maximum(np.diag(coloured.covariance) / np.maximum(np.diag(covariance), TINY), 1.0))
     freedom = max((n - p) * (1.0 - abs(phi)) / (1.0 + abs(phi)), 1.0)
     return Spread(covariance * np.outer(wider, wider), np.full(p, freedom), np.array([phi]))
 
 
 def _white(values: Floats, phi: float) -> Floats:
     """Take the colour phi out of columns (n, ...); the first row keeps its scatter."""
-    found = np.array(values)
-    found[1:] -= phi * values[:-1]
-    found[0] *= math.sqrt(1.0 - phi * phi)
-    return found
+    white = np.array(values)
+    white[1:] -= phi * values[:-1]
+    white[0] *= math.sqrt(1.0 - phi * phi)
+    return white
 
 
 def without(columns: Floats, values: Floats) -> Floats:
@@ -301,8 +301,8 @@ def _colour(basis: Floats, residual: Floats) -> float:
     def cost(phi: float) -> float:
         Q, triangle = np.linalg.qr(_white(basis, phi))
         miss = orthogonal(Q, _white(residual, phi))
-        size = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)) + NONE)))
-        power = math.log(float(miss @ miss) + NONE)
+        size = 2.0 * float(np.sum(np.log(np.abs(np.diag(triangle)) + TINY)))
+        power = math.log(float(miss @ miss) + TINY)
         return float((n - p) * power - math.log(1.0 - phi * phi) + size)
 
     best = int(np.argmin([cost(phi) for phi in COLOURS.tolist()]))
@@ -313,7 +313,7 @@ def _colour(basis: Floats, residual: Floats) -> float:
 def derived_freedom(rates: Floats, covariance: Floats, freedom: Any) -> Floats:
     """Degrees of freedom (m,) of numbers with the derivatives rates (m, p) by the unknowns: Satterthwaite's rule."""
     shares = rates**2 * np.diag(covariance)
-    total = np.maximum(np.sum(shares**2 / freedom, axis=1), NONE)
+    total = np.maximum(np.sum(shares**2 / freedom, axis=1), TINY)
     return np.asarray(np.maximum(np.sum(shares, axis=1) ** 2 / total, 1.0))
 
 

@@ -20,12 +20,12 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen, silent
 from ...base.units import ARCSEC
 from .fitted import Fit
-from .identified import MOST_OF_START, Identified, channels_of, row_of
+from .identified import START_SAMPLES, Identified, channels_of, row_of
 from .identify import identify
 
-WITHIN = 2.0  # standard errors of the difference from the best candidate
-RARE = 0.01  # probability below which chance is not believed
-SAID = {
+TIE_ERRORS = 2.0  # standard errors of the difference from the best candidate
+CHANCE = 0.01  # probability below which chance is not believed
+MISFIT_WORDS = {
     "runs": ("it misses the runs by {} N*m rms, and they differ by", "{} times wider for it", "runs differ by"),
     "loop": (
         "it misses the torque along the loop by {} N*m rms, beside noise of",
@@ -61,10 +61,10 @@ class LackOfFit(NamedTuple):
     @property
     def found(self) -> bool:
         """True if the law does not fit."""
-        return self.probability < RARE
+        return self.probability < CHANCE
 
     def __str__(self) -> str:
-        misses, wider, pure = SAID[self.of]
+        misses, wider, pure = MISFIT_WORDS[self.of]
         chance = f"(probability {self.probability:.2g})"
         if not self.found:
             return f"no lack of fit: {pure} {self.pure:.3g} N*m rms {chance}"
@@ -94,7 +94,7 @@ class Candidate(NamedTuple):
 
 
 def compared(
-    fits: Sequence[tuple[str, int]], errors: Floats, unit: float, place: str, most: float = math.inf
+    fits: Sequence[tuple[str, int]], errors: Floats, unit: float, where: str, largest: float = math.inf
 ) -> tuple[int, tuple[Candidate, ...], str]:
     """The simplest candidate within two standard errors of the best, the table, and the reason.
 
@@ -116,17 +116,17 @@ def compared(
     difference = errors - errors[best]
     spreads = np.std(difference, axis=1, ddof=1) / np.sqrt(errors.shape[1])
     worse = np.divide(difference.mean(axis=1), spreads, out=np.zeros(len(fits)), where=spreads > 0.0)
-    near = np.flatnonzero((worse <= WITHIN) & (means <= most))
-    choice = min(near.tolist(), key=lambda i: (fits[i][1], means[i]))
+    tied = np.flatnonzero((worse <= TIE_ERRORS) & (means <= largest))
+    choice = min(tied.tolist(), key=lambda i: (fits[i][1], means[i]))
     rows = tuple(
         Candidate(fits[i][0], fits[i][1], unit * float(means[i]) ** 0.5, float(worse[i]), i == choice)
         for i in np.argsort(means, kind="stable").tolist()
     )
-    said = f"{fits[choice][0]}: error {unit * means[choice] ** 0.5:.3g} N*m {place}"
+    text = f"{fits[choice][0]}: error {unit * means[choice] ** 0.5:.3g} N*m {where}"
     if choice == best:
-        return choice, rows, f"{said}, the smallest of {len(fits)} candidates"
+        return choice, rows, f"{text}, the smallest of {len(fits)} candidates"
     return choice, rows, (
-        f"{said}, within two standard errors of the smallest, {unit * means[best] ** 0.5:.3g} N*m, of {fits[best][0]}, "
+        f"{text}, within two standard errors of the smallest, {unit * means[best] ** 0.5:.3g} N*m, of {fits[best][0]}, "
         f"which has {fits[best][1] - fits[choice][1]} more unknowns"
     )  # fmt: skip
 
@@ -162,7 +162,7 @@ class LawFit(Fit):
     """
 
     units: ClassVar[dict[str, str]]
-    said: ClassVar[dict[str, str]] = {}
+    words: ClassVar[dict[str, str]] = {}
     unknown: ClassVar[str]  # sentence where it is not known whether the law fits
 
     law: Any
@@ -185,12 +185,12 @@ class LawFit(Fit):
 
     def table(self) -> list[tuple[str, float, float, float, str]]:
         """Rows (name, value, low, high, unit) of the numbers, angles in arcmin."""
-        found = []
+        rows = []
         for name, value in self.values.items():
             low, high = self.interval(name)
             scale, unit = (60.0 * ARCSEC, "arcmin") if self.units[name] == "rad" else (1.0, self.units[name])
-            found.append((self.said.get(name, name), value / scale, low / scale, high / scale, unit))
-        return found
+            rows.append((self.words.get(name, name), value / scale, low / scale, high / scale, unit))
+        return rows
 
     @property
     def misses(self) -> str:
@@ -200,8 +200,8 @@ class LawFit(Fit):
     def sentences(self) -> tuple[str, ...]:
         """Limits of the measurement, the reason for this law, the limit of the result, and the fit of the law."""
         fits = "" if self.misses else str(self.lack_of_fit or self.unknown)
-        told = (*dict.fromkeys(self.unidentified.values()), self.reason, *self.remarks, fits)
-        return tuple(sentence for sentence in told if sentence)
+        texts = (*dict.fromkeys(self.unidentified.values()), self.reason, *self.remarks, fits)
+        return tuple(sentence for sentence in texts if sentence)
 
     def headline(self) -> str:
         """Fitted law, in one line."""
@@ -257,8 +257,8 @@ class LawComparison(Result):
         width = max(len("candidate"), *map(len, self.names))
         lines = [f"  {'candidate':<{width}}  numbers  fitted     held out"]
         table = zip(self.names, self.numbers, self.fitted, self.held_out, self.found, strict=True)
-        for name, many, fitted, held, found in table:
-            notes = "; ".join(found.notes)
+        for name, many, fitted, held, one in table:
+            notes = "; ".join(one.notes)
             lines.append(f"  {name:<{width}}  {many:7.0f}  {fitted:<9.4g}  {held:<9.4g}  {notes}".rstrip())
         lines += [f"  {name} was left out: {why}" for name, why in self.left_out.items()]
         return on_screen("\n".join(["Comparison of laws by what was held out", *lines]))
@@ -309,9 +309,9 @@ def compare_laws(
     channels = {name: row_of("log", name, values) for name, values in channels.items()}
     channels["time"] = numbers("log: time", channels["time"])
     cut = round((1.0 - held_out) * len(channels["time"]))
-    if min(cut, len(channels["time"]) - cut) < 2 * MOST_OF_START:
+    if min(cut, len(channels["time"]) - cut) < 2 * START_SAMPLES:
         raise ValueError(
-            f"held_out is {shown(held_out)} of {len(channels['time'])} samples; leave {2 * MOST_OF_START} at least in "
+            f"held_out is {shown(held_out)} of {len(channels['time'])} samples; leave {2 * START_SAMPLES} at least in "
             "both parts"
         )
     first, later = [{n: v[s] for n, v in channels.items()} for s in (slice(cut), slice(cut, None))]
@@ -324,7 +324,7 @@ def compare_laws(
         except (ValueError, SolveError) as refusal:
             left_out[name] = str(refusal)
             continue
-        error = (np.asarray(later[channel]) - computed)[MOST_OF_START:]
+        error = (np.asarray(later[channel]) - computed)[START_SAMPLES:]
         left[name], identified[name] = float(np.sqrt(np.nanmean(error * error))), fit
     if not identified:
         raise ValueError("; ".join(f"{name}: {why}" for name, why in left_out.items()))

@@ -22,11 +22,11 @@ from ...base.results import Floats
 from ...base.sentences import counted, on_screen
 from .run import CANONICAL, Run
 
-HOLE = 1.5  # of the usual step: a longer one is a gap
-SHORTEST = 0.01  # of the log: a shorter stretch is "other"
-SMOOTHED = 0.01  # of the log: over it the speed is averaged
+GAP_STEPS = 1.5  # of the usual step: a longer one is a gap
+SHORTEST_SHARE = 0.01  # of the log: a shorter stretch is "other"
+SMOOTHED_SHARE = 0.01  # of the log: over it the speed is averaged
 POINTS = 400  # of the averaged speed, through which straight lines are laid
-SLOW, NOISY = 2e-3, 8.0  # of the largest speed, and deviations of the averaged speed: bounds of slow stretches
+SLOW_SHARE, NOISE_FACTOR = 2e-3, 8.0  # of the largest speed, and deviations of the averaged: bounds of slow stretches
 RESTING_ANGLE, RESTING_SPEED = 1e-4, 1e-4  # [rad], [rad/s]: the whole log is at rest below one of them
 
 
@@ -74,29 +74,29 @@ def segments(
     tuple of LogSegment
         In the order of time.
     """
-    width = max(1, int(SMOOTHED * len(time)))
+    width = max(1, int(SMOOTHED_SHARE * len(time)))
     parts = [piece for piece in pieces if piece.stop - piece.start > 1]
     smooth = {part.start: uniform_filter1d(speed[part], width, mode="nearest") for part in parts}
     largest = max((float(np.max(np.abs(v))) for v in smooth.values()), default=0.0)
     if largest < RESTING_SPEED or (angle is not None and float(np.ptp(angle)) < RESTING_ANGLE):
         return tuple(_segment("still", part, time, speed) for part in parts)
-    shortest = SHORTEST * (time[-1] - time[0])
+    shortest = SHORTEST_SHARE * (time[-1] - time[0])
     noise = max(float(np.std(np.diff(speed[part]))) for part in parts) / np.sqrt(2.0 * width)
-    least = min(max(SLOW * largest, NOISY * noise), tolerance * largest)
-    found: list[LogSegment] = []
+    least = min(max(SLOW_SHARE * largest, NOISE_FACTOR * noise), tolerance * largest)
+    stretches: list[LogSegment] = []
     for part in parts:
         straight = _pieces(time[part], smooth[part.start], tolerance, least)
         rows = [(kind, slice(part.start + a, part.start + b)) for kind, a, b in straight]
-        found += [_segment(kind, where, time, speed) for kind, where in _joined(rows, time, shortest)]
-    return tuple(found)
+        stretches += [_segment(kind, where, time, speed) for kind, where in _joined(rows, time, shortest)]
+    return tuple(stretches)
 
 
 def _pieces(t: Floats, v: Floats, tolerance: float, least: float) -> list[tuple[str, int, int]]:
     """Kind, first and last+1 sample of each straight piece of the smoothed speed."""
-    at = np.unique(np.linspace(0, len(t) - 1, min(len(t), POINTS)).astype(int))
-    corners = {0, len(at) - 1}
-    _corners(t[at], v[at], tolerance, least, corners)
-    order = [int(at[i]) for i in sorted(corners)]
+    index = np.unique(np.linspace(0, len(t) - 1, min(len(t), POINTS)).astype(int))
+    corners = {0, len(index) - 1}
+    _corners(t[index], v[index], tolerance, least, corners)
+    order = [int(index[i]) for i in sorted(corners)]
     pieces = []
     for a, b in pairwise(order):
         size, change = np.abs(v[a : b + 1]), v[b] - v[a]
@@ -219,14 +219,14 @@ class Log(Result):
     def _steps(self) -> Floats:
         """Steps [s] of time that are no gaps."""
         steps = np.diff(self.time)
-        return steps[steps < HOLE * np.median(steps)]
+        return steps[steps < GAP_STEPS * np.median(steps)]
 
     @property
     def gaps(self) -> tuple[Gap, ...]:
         """Gaps between samples: steps of time longer than 1.5 usual ones."""
         steps = np.diff(self.time)
-        at = np.flatnonzero(steps >= HOLE * np.median(steps))
-        return tuple(Gap(float(self.time[i]), float(self.time[i + 1])) for i in at)
+        index = np.flatnonzero(steps >= GAP_STEPS * np.median(steps))
+        return tuple(Gap(float(self.time[i]), float(self.time[i + 1])) for i in index)
 
     @property
     def ratio(self) -> float | None:
@@ -238,8 +238,8 @@ class Log(Result):
             motor, load = self.channels.get(f"motor_{kind}"), self.channels.get(f"load_{kind}")
             if motor is None or load is None:
                 continue
-            known = np.isfinite(motor) & np.isfinite(load)
-            motor, load = motor[known], load[known]
+            finite = np.isfinite(motor) & np.isfinite(load)
+            motor, load = motor[finite], load[finite]
             if kind == "angle":
                 motor, load = motor - np.mean(motor), load - np.mean(load)
             if np.any(load != 0.0):
@@ -265,9 +265,9 @@ class Log(Result):
             If the log has none of this name.
         """
         if name not in self.channels:
-            there = joined(self.channels)
+            names = joined(self.channels)
             raise ValueError(
-                f"the log has no channel {shown(name)}; it has {there}: name one of these, or read it again"
+                f"the log has no channel {shown(name)}; it has {names}: name one of these, or read it again"
             )
         return self.channels[name]
 
@@ -284,8 +284,8 @@ class Log(Result):
             ends = f"{self.time[0]:.6g} .. {self.time[-1]:.6g} s"
             raise ValueError(f"fewer than two samples are within {start:.6g} .. {stop:.6g} s; the log has {ends}")
         inside = {n: (t >= start) & (t <= stop) for n, (t, _) in self.own.items()}
-        own = {n: (t[inside[n]], v[inside[n]]) for n, (t, v) in self.own.items()}
-        return replace(self, time=self.time[keep], channels={n: v[keep] for n, v in self.channels.items()}, own=own)
+        rows = {n: (t[inside[n]], v[inside[n]]) for n, (t, v) in self.own.items()}
+        return replace(self, time=self.time[keep], channels={n: v[keep] for n, v in self.channels.items()}, own=rows)
 
     @cached_property
     def _motion(self) -> tuple[Floats, Floats | None]:
@@ -296,8 +296,8 @@ class Log(Result):
                 return speed, angle
             if angle is not None:
                 return np.gradient(angle, self.time), angle
-        there = joined(self.channels) or "none"
-        raise ValueError(f"segments need the angle or the speed of a shaft, as load_angle; the channels are {there}")
+        names = joined(self.channels) or "none"
+        raise ValueError(f"segments need the angle or the speed of a shaft, as load_angle; the channels are {names}")
 
     def segments(self, tolerance: float = 0.1) -> tuple[LogSegment, ...]:
         """Stretches of rest, of constant speed, of run-up and run-down.
@@ -374,5 +374,5 @@ class Log(Result):
         lines = [f"Log: {self.length}, {counted(len(self.gaps), 'gap')}"]
         for n, v in self.channels.items():
             lines.append(f"  {n}: {np.min(v):.4g} .. {np.max(v):.4g} {self.units[n]}".rstrip())
-        told = [("note", note) for note in self.notes] + [("doubt", doubt) for doubt in self.doubts]
-        return on_screen("\n".join([*lines, *(f"  {kind}: {text}" for kind, text in told)]))
+        remarks = [("note", note) for note in self.notes] + [("doubt", doubt) for doubt in self.doubts]
+        return on_screen("\n".join([*lines, *(f"  {kind}: {text}" for kind, text in remarks)]))

@@ -14,10 +14,10 @@ CANONICAL = {
     "motor_angle": "rad", "load_angle": "rad", "motor_speed": "rad/s", "load_speed": "rad/s", "motor_torque": "N*m",
     "load_torque": "N*m", "torque": "N*m", "torsion": "rad", "current": "A", "input": "", "output": "",
 }  # fmt: skip
-FEWEST = 32
-SLOW = 12  # waves over the travel, at most, that friction and drift along it may have
-STILL = 1e-9  # rad
-CLIPPED, LONGEST = 0.005, 3  # share of the samples at an extreme value, samples in a row there
+FEWEST_SAMPLES = 32
+SLOW_WAVES = 12  # waves over the travel, at most, that friction and drift along it may have
+STILL_RAD = 1e-9  # rad
+CLIPPED_SHARE, CLIPPED_ROW = 0.005, 3  # share of the samples at an extreme value, samples in a row there
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,16 +50,16 @@ class Run:
         columns = {name: column(name, getattr(self, name)) for name in ("time", "angle", "value")}
         shapes = {name: values.shape for name, values in columns.items()}
         if len(set(shapes.values())) > 1 or columns["time"].ndim != 1:
-            told = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-            raise ValueError(f"a run has arrays of the shapes {told}; give one length")
-        if len(columns["time"]) < FEWEST:
-            raise ValueError(f"a run has {len(columns['time'])} samples; give {FEWEST} at least")
+            listing = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+            raise ValueError(f"a run has arrays of the shapes {listing}; give one length")
+        if len(columns["time"]) < FEWEST_SAMPLES:
+            raise ValueError(f"a run has {len(columns['time'])} samples; give {FEWEST_SAMPLES} at least")
         for name, values in columns.items():
             object.__setattr__(self, name, values)
         refuse_descending(self.time)
-        way = np.sign(self.travel) * np.diff(self.angle)
-        back = -float(np.sum(way[way < 0.0]))
-        if not abs(self.travel) > STILL:
+        steps = np.sign(self.travel) * np.diff(self.angle)
+        back = -float(np.sum(steps[steps < 0.0]))
+        if not abs(self.travel) > STILL_RAD:
             raise ValueError(f"the angle stays at {self.angle[0]:.6g} rad; a run needs a shaft that turns")
         if back > 0.2 * abs(self.travel):
             raise ValueError(
@@ -88,7 +88,7 @@ class Run:
         Beside a parabola and a cubic, few cosines hold a smooth drift: these have its slopes at both ends.
         """
         s = (self.angle - self.angle[0]) / self.travel
-        many = int(np.clip(0.5 * lowest * self.turns, 0, SLOW))
+        many = int(np.clip(0.5 * lowest * self.turns, 0, SLOW_WAVES))
         waves = [np.cos(np.pi * m * s) for m in range(2, many + 1)]
         smooth = [(s - 0.5) ** m for m in (2, 3) if m <= len(waves)]
         return np.column_stack([np.ones_like(s), s - 0.5, *smooth, *waves])
@@ -121,8 +121,8 @@ def angle_before(time: Floats, angle: Floats, delay: float) -> Floats:
     moments = time - delay
     delayed = np.interp(moments, time, angle)
     many = max(2, len(time) // 50)
-    for end, near in ((0, slice(0, many)), (-1, slice(-many, None))):
-        t, a = time[near], angle[near]
+    for end, part in ((0, slice(0, many)), (-1, slice(-many, None))):
+        t, a = time[part], angle[part]
         rate = float(a[-1] - a[0]) / float(t[-1] - t[0])
         out = moments < time[0] if end == 0 else moments > time[-1]
         delayed[out] = angle[end] + rate * (moments[out] - time[end])
@@ -134,9 +134,9 @@ def saturated(values: Floats) -> Iterator[tuple[float, str, float]]:
     levels, counts = np.unique(values, return_counts=True)
     if len(levels) < 10:  # a switch, or a channel that is constant
         return
-    for place, beside, extreme in ((0, 1, "smallest"), (-1, -2, "largest")):
-        level, count = float(levels[place]), int(counts[place])
-        if level == 0.0 or count < CLIPPED * len(values) or count < 5 * counts[beside]:
+    for end, beside, extreme in ((0, 1, "smallest"), (-1, -2, "largest")):
+        level, count = float(levels[end]), int(counts[end])
+        if level == 0.0 or count < CLIPPED_SHARE * len(values) or count < 5 * counts[beside]:
             continue
-        if max(sum(1 for _ in run) for at_level, run in groupby(values == level) if at_level) >= LONGEST:
+        if max(sum(1 for _ in run) for at_level, run in groupby(values == level) if at_level) >= CLIPPED_ROW:
             yield level, extreme, count / len(values)

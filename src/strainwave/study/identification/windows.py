@@ -20,12 +20,12 @@ EFFECT = 1e-6  # of the outputs' size: what a variation of a number changes
 FIRST_STEP = 1e-6  # of a number, before its effect is known
 MOST_STEP = 1e-3  # of a number
 NO_EFFECT = 1e-12  # of the outputs' size: rounding
-DAMPED = 1e-3  # Levenberg's first factor near a solution
-WEAK = 1e-2  # of what the strongest number changes
+DAMPING = 1e-3  # Levenberg's first factor near a solution
+WEAK_SHARE = 1e-2  # of what the strongest number changes
 LARGEST_DAMPING = 1e8
-CONVERGED = 1e-2  # of a number's standard deviation, were the residual white
-OF_START = 50  # samples that a start is taken to move
-START_DAMPED = 1e-6  # of a start that is fitted alone
+CONVERGED_SHARE = 1e-2  # of a number's standard deviation, were the residual white
+START_SAMPLES = 50  # samples that a start is taken to move
+START_DAMPING = 1e-6  # of a start that is fitted alone
 
 
 @dataclass(frozen=True)
@@ -58,11 +58,11 @@ class Point:
 
     def reduced(self) -> tuple[Floats, Floats]:
         """Derivatives (n, free) and residuals (n,) with what the starts can do taken out."""
-        columns, rest = [], []
+        columns, residuals = [], []
         for r, j, s in zip(self.residuals, self.by_value, self.by_start, strict=True):
             columns.append(cleared(j, s))
-            rest.append(cleared(r[:, None], s)[:, 0])
-        return np.concatenate(columns), np.concatenate(rest)
+            residuals.append(cleared(r[:, None], s)[:, 0])
+        return np.concatenate(columns), np.concatenate(residuals)
 
 
 @dataclass
@@ -101,14 +101,14 @@ class LeastSquares:
         seen = self._run(w, self._ready(w.record, values)[0], lanes, start[:, None], np.arange(len(start)))
         size = np.std(seen[:, :, 0], axis=1)  # how large all states become in the first window
         self.unseen = np.where(np.isfinite(size) & (size > 0.0), size, 1.0)
-        return self.at(values, starts)
+        return self.point_at(values, starts)
 
     def sizes(self, record: Record) -> Floats:
         """Sizes of the states (states,) of a record, those that were not measured as computed."""
-        found = sizes_of(self.of, record)
-        return np.where(found > 0.0, found, self.unseen if len(self.unseen) else 1.0)
+        sizes = sizes_of(self.of, record)
+        return np.where(sizes > 0.0, sizes, self.unseen if len(self.unseen) else 1.0)
 
-    def at(self, values: Floats, starts: Sequence[Floats]) -> Point:
+    def point_at(self, values: Floats, starts: Sequence[Floats]) -> Point:
         """Residuals and derivatives at values and starts."""
         if not len(self.variations):
             self.variations = np.where(values != 0.0, FIRST_STEP * np.abs(values), FIRST_STEP)
@@ -118,11 +118,11 @@ class LeastSquares:
         variants = [values, *(values + delta[i] * np.eye(len(values))[i] for i in range(len(values)))]
         step = self.windows[0].record.step
         lanes = self.of.lanes(variants + [values] * len(starts[0]), step, self.parts)
-        found = [
+        rows = [
             self._window(w, self._ready(w.record, values), lanes, values, start)
             for w, start in zip(self.windows, starts, strict=True)
         ]
-        residuals, by_value, by_start = map(list, zip(*found, strict=True))
+        residuals, by_value, by_start = map(list, zip(*rows, strict=True))
         return Point(values, list(starts), residuals, by_value, by_start)
 
     def residuals(self, values: Floats, starts: Sequence[Floats]) -> list[Floats]:
@@ -167,8 +167,8 @@ class LeastSquares:
         change = np.sqrt(np.max(np.mean(((seen[:, :, 1:] - seen[:, :, :1]) / size) ** 2, axis=1), axis=0))
         good = np.isfinite(change) & (change > NO_EFFECT)
         factor = np.where(good, np.clip(EFFECT / np.where(good, change, 1.0), 1e-4, 1e4), 1.0)
-        most = np.where(values != 0.0, MOST_STEP * np.abs(values), np.inf)
-        self.variations = np.minimum(self.variations * factor, most)
+        largest = np.where(values != 0.0, MOST_STEP * np.abs(values), np.inf)
+        self.variations = np.minimum(self.variations * factor, largest)
 
     def differences(self, w: Window, values: Floats, lanes: Lanes, start: Floats, by_start: Floats) -> Floats:
         """Differences of lanes (n, lanes - 1) from the first one in a window, in units of noise, the start cleared."""
@@ -194,12 +194,12 @@ class LeastSquares:
         residual = (outputs["offset"][:, None] + gain * motion[:, :, 0] - measured[:, samples]) / noise
         by_lane = gain[:, :, None] * (motion[:, :, 1:] - motion[:, :, :1]) / noise[:, :, None]
         by_value, by_start = by_lane[:, :, :free] / self.variations, by_lane[:, :, free:] / delta
-        for i, own in enumerate(self.of.of_free()):
-            if own is None:
+        for i, output in enumerate(self.of.of_free()):
+            if output is None:
                 continue
             by_value[:, :, i] = 0.0
-            change = {"gain": motion[own[0], :, 0], "offset": 1.0, "delay": -rates[own[0], samples]}[own[1]]
-            by_value[own[0], :, i] = change / self.noise[own[0]]
+            change = {"gain": motion[output[0], :, 0], "offset": 1.0, "delay": -rates[output[0], samples]}[output[1]]
+            by_value[output[0], :, i] = change / self.noise[output[0]]
         good = np.isfinite(residual) | ~np.isfinite(motion[:, :, 0])  # what was not measured tells nothing
         return residual[good], by_value[good], by_start[good]
 
@@ -210,7 +210,7 @@ def cleared(columns: Floats, by_start: Floats) -> Floats:
 
 
 def solve(
-    problem: LeastSquares, point: Point, most: int, damping: float = DAMPED,
+    problem: LeastSquares, point: Point, steps: int, damping: float = DAMPING,
     progress: Callable[[int, float], None] = lambda _i, _c: None, keep_signs: bool = False,
 ) -> tuple[Point, bool]:  # fmt: skip
     """Minimise the sum of squares from a point by Levenberg and Marquardt's method; and whether it converged.
@@ -220,7 +220,7 @@ def solve(
 
     Moré 1978, Lecture Notes in Mathematics 630, 105-116 (scaling by the columns' sizes).
     """
-    for i in range(most):
+    for i in range(steps):
         progress(i, point.cost())
         columns, residual = point.reduced()
         size = _scale(columns, point.values)
@@ -253,15 +253,15 @@ def _scale(columns: Floats, values: Floats) -> Floats:
     """Sizes of the columns; of one that hardly tells its number as if the number told `WEAK` of the strongest."""
     size = np.linalg.norm(columns, axis=0)
     share = size * np.abs(values)
-    least = WEAK * np.max(share, initial=0.0) / np.where(values != 0.0, np.abs(values), np.inf)
+    least = WEAK_SHARE * np.max(share, initial=0.0) / np.where(values != 0.0, np.abs(values), np.inf)
     return np.where(np.maximum(size, least) > 0.0, np.maximum(size, least), 1.0)
 
 
-def small(columns: Floats, rest: Floats, change: Floats, share: float = CONVERGED) -> bool:
+def small(columns: Floats, residual: Floats, change: Floats, share: float = CONVERGED_SHARE) -> bool:
     """True if a change is below a share of the standard deviations that white residuals would give."""
     singular = np.linalg.svd(columns, compute_uv=True, full_matrices=False)
     spread = singular[2].T / np.where(singular[1] > 0.0, singular[1], np.inf)
-    deviation = np.sqrt(np.sum(rest * rest) / len(rest) * np.sum(spread * spread, axis=1))
+    deviation = np.sqrt(np.sum(residual * residual) / len(residual) * np.sum(spread * spread, axis=1))
     return bool(np.all(np.abs(change) <= share * deviation + 1e-14))
 
 
@@ -271,12 +271,12 @@ def _tried(problem: LeastSquares, point: Point, change: Floats, damping: float) 
     rows = zip(problem.windows, point.residuals, point.by_value, point.by_start, point.starts, strict=True)
     for w, r, j, s, start in rows:
         size = problem.sizes(w.record)
-        held = np.sqrt(damping * min(len(r), OF_START)) * np.eye(len(start))
+        held = np.sqrt(damping * min(len(r), START_SAMPLES)) * np.eye(len(start))
         stacked, wanted = np.concatenate([s * size, held]), np.concatenate([r + j @ change, np.zeros(len(start))])
         starts.append(start - np.linalg.lstsq(stacked, wanted, rcond=None)[0] * size)
     try:
-        checked(problem.of.found(point.values + change))
-        return problem.at(point.values + change, starts)
+        checked(problem.of.fitted(point.values + change))
+        return problem.point_at(point.values + change, starts)
     except ValueError:  # a value that the model refuses
         return None
 
@@ -312,12 +312,12 @@ def finite(point: Point) -> Point:
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # as `identify`
 def fitted_start(of: Experiment, values: Floats, record: Record, samples: int, parts: int) -> Floats:
     """State at the first sample from so many measured ones."""
-    known = [row[np.isfinite(row)] for row in record.outputs]
-    noise = np.array([float(np.std(row)) or 1.0 if len(row) else 1.0 for row in known])
+    measured = [row[np.isfinite(row)] for row in record.outputs]
+    noise = np.array([float(np.std(row)) or 1.0 if len(row) else 1.0 for row in measured])
     problem = LeastSquares(of, [Window(record, 0, samples)], noise, parts)
     point = finite(problem.begin(values))
     for _ in range(10):
-        trial = _tried(problem, point, np.zeros(len(values)), START_DAMPED)
+        trial = _tried(problem, point, np.zeros(len(values)), START_DAMPING)
         if trial is None or not trial.cost() < point.cost():
             break
         point = trial

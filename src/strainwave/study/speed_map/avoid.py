@@ -105,22 +105,22 @@ def without_stable(response: DriveResponse) -> tuple[Speeds, ...]:
 
 def _counted(response: DriveResponse) -> Motions:
     """Stable motions of a curve."""
-    at = response.visited()
-    return Motions(response.omega[at], response.oscillation[at], np.diff(at) == 1)
+    visited = response.visited()
+    return Motions(response.omega[visited], response.oscillation[visited], np.diff(visited) == 1)
 
 
 def band_above(response: DriveResponse, limit: float) -> Speeds | None:
     """Speeds [rad/s] around the largest oscillation with one above a limit [rad], or between jumps; else None."""
     motions = _counted(response)
-    at = float(motions.omega[np.argmax(motions.sizes)])
+    speed = float(motions.omega[np.argmax(motions.sizes)])
     jumping = [] if response.sweep is None else [(band.low, band.high) for band in response.sweep.jumping]
     above = motions.above(limit)
-    return next((band for band in merged([*jumping, *above]) if above and band[0] <= at <= band[1]), None)
+    return next((band for band in merged([*jumping, *above]) if above and band[0] <= speed <= band[1]), None)
 
 
 def _largest(motions: Motions) -> tuple[float, float]:
-    at = int(np.argmax(motions.sizes))
-    return float(motions.omega[at]), float(motions.sizes[at])
+    top = int(np.argmax(motions.sizes))
+    return float(motions.omega[top]), float(motions.sizes[top])
 
 
 def out_of_reach(limit: float | None, slow: float, train: DriveTrain | None = None) -> str:

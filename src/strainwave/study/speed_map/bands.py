@@ -14,8 +14,8 @@ from ...base.series import largest_of_samples
 from .resonances import OperatingPoint
 
 HALF_POWER = sqrt(0.5)
-NARROW = 1e-3  # relative width of a band of speeds below which it is none: a step of the curve, or what rounding leaves
-PER_ORDER, MANY, STARTS = 64, 500, 192  # places in a cycle of an order; turns in one of which lines meet, starts in one
+NARROW_WIDTH = 1e-3  # relative width of a band below which it is none: a step of the curve, or what rounding leaves
+PER_ORDER, BEAT_TURNS, BEAT_STARTS = 64, 500, 192  # places in a cycle of an order; turns in one of which lines meet
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
 
 Speeds = tuple[float, float]
@@ -68,22 +68,22 @@ def quasi_static(system: Any, point: OperatingPoint) -> float:
     """Oscillation [rad] of a drive that follows its excitation without inertia; of a beat in its largest turn."""
     orders = tuple(orders_of(system))
     count, beats = PER_ORDER * ceil(max((1, *orders))), any(order % 1 for order in orders)
-    angles = 2.0 * np.pi * np.arange(MANY * count if beats else count) / count
+    angles = 2.0 * np.pi * np.arange(BEAT_TURNS * count if beats else count) / count
     twist = (system.excitation.torque(angles) - point.mean_torque) / (point.stiffness if point.stiffness > 0.0 else inf)
     error = system.error.value(angles) + twist + 0.0 * angles
     if not beats:
         return float(largest_of_samples((error - np.mean(error))[None])[0])
-    sums, step = np.append(0.0, np.cumsum(error)), max(1, count // STARTS)
+    sums, step = np.append(0.0, np.cumsum(error)), max(1, count // BEAT_STARTS)
     means = (sums[count:-1] - sums[: -count - 1] + 0.5 * (error[count:] - error[:-count])) / count
     turns, mean = np.lib.stride_tricks.sliding_window_view(error, count + 1), means[::step]
     worst = step * int(np.argmax(np.maximum(turns[::step].max(axis=1) - mean, mean - turns[::step].min(axis=1))))
     return float(largest_of_samples((turns[worst] - means[worst])[None])[0])
 
 
-def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = NARROW) -> tuple[Speeds, ...]:
+def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = NARROW_WIDTH) -> tuple[Speeds, ...]:
     """Parts of a range that no band covers; bands are ascending and apart, relatively `narrow` parts are left out."""
-    rest = list(pairwise([within[0], *(end for band in bands for end in band), within[1]]))[::2]
-    return tuple((float(low), float(high)) for low, high in rest if high > low * (1.0 + narrow) or len(rest) == 1)
+    pieces = list(pairwise([within[0], *(end for band in bands for end in band), within[1]]))[::2]
+    return tuple((float(low), float(high)) for low, high in pieces if high > low * (1.0 + narrow) or len(pieces) == 1)
 
 
 def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:
@@ -104,11 +104,11 @@ def searched(law: Any) -> bool:
 
 def hulls_between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:
     """Hulls of the bands of two torques that belong together: each with the nearest of the other torque."""
-    for here, there in ((first, second), (second, first)):
-        for band in here:
-            if there:
-                near = min(there, key=lambda other: abs(log(_middle(other) / _middle(band))))
-                yield min(band[0], near[0]), max(band[1], near[1])
+    for bands, others in ((first, second), (second, first)):
+        for band in bands:
+            if others:
+                nearest = min(others, key=lambda other: abs(log(_middle(other) / _middle(band))))
+                yield min(band[0], nearest[0]), max(band[1], nearest[1])
 
 
 def _middle(band: Speeds) -> float:

@@ -24,7 +24,7 @@ from ...drive.project import Project
 from .motions import OMEGA, OSCILLATION, UnderLoad
 from .rules import Bands, Rules, Span, bands_of, none, windows, with_ratings
 from .under_load import (
-    APART,
+    SPEED_STEP,
     CampbellLine,
     Case,
     campbell,
@@ -36,8 +36,8 @@ from .under_load import (
     untried,
 )
 
-GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to load
-NEAR = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
+GOLDEN_RATIO = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to load
+LINE_GAP = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
 HALVINGS = 4  # of the distance between two torques of which one alone has jumps
 TORQUE, INERTIA, POSTURE = "load torque", "load inertia", "posture"  # what the loads are
 
@@ -60,7 +60,7 @@ class Decision:
         The same as the list of the project has them.
     projects, cases : tuple of Project, tuple of Case
         The project under each of them.
-    found : tuple of UnderLoad
+    by_load : tuple of UnderLoad
         All stable motions under each.
     bands, moving : tuple of Bands
         Forbidden and allowed speeds under each; and by the motions alone, without the limits of gear and motor.
@@ -80,7 +80,7 @@ class Decision:
     load_cases: tuple[LoadCase, ...]
     projects: tuple[Project, ...]
     cases: tuple[Case, ...]
-    found: tuple[UnderLoad, ...]
+    by_load: tuple[UnderLoad, ...]
     bands: tuple[Bands, ...]
     moving: tuple[Bands, ...]
     allowed: Floats
@@ -95,7 +95,7 @@ class Decision:
 
     def lines(self, orders: tuple[float, ...] = ()) -> list[CampbellLine]:
         """Lines of the Campbell diagram under every load, up to the largest oscillation of any stable motion."""
-        return lines_of(self.cases, self.found, orders)
+        return lines_of(self.cases, self.by_load, orders)
 
 
 def decide(
@@ -135,23 +135,23 @@ def decide(
     variants = under_each(project, name, values, of_project)
     count = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
     cases = [_case(*each, span) for each in zip(variants, values.tolist(), of_project, strict=True)]
-    known = [followed.get(row.torque) if row.posture is None else None for row in of_project]
-    computed, found = _all_motions(cases, known, span, search, count, rules, progress)
+    main_curves = [followed.get(row.torque) if row.posture is None else None for row in of_project]
+    computed, by_load = _all_motions(cases, main_curves, span, search, count, rules, progress)
     apart = _apart(len(cases))
     cases, variants = [cases[i] for i in computed], [variants[i] for i in computed]
-    lines = [] if rules.margin is None else lines_of(cases, found, ())
+    lines = [] if rules.margin is None else lines_of(cases, by_load, ())
     alone = replace(rules, speed=None, motor_torque=None, sheet=None, gear_torque=None, mean_torque=None)
-    bands, moving = ([_bands(*each, own, span, lines, apart) for each in zip(variants, found, strict=True)]
-                     for own in (rules, alone))  # fmt: skip
+    bands, moving = ([_bands(*each, limits, span, lines, apart) for each in zip(variants, by_load, strict=True)]
+                     for limits in (rules, alone))  # fmt: skip
     rows = tuple(of_project[i] for i in computed)
     joined = [a.posture is None and b.posture is None for a, b in pairwise(rows)]
     allowed = windows([one.forbidden for one in bands], span, joined)
-    own = [one.forbidden for one, row in zip(moving, rows, strict=True) if row.posture is None]
-    quiet = windows(own, span, [True] * (len(own) - 1))
+    quiet_bands = [one.forbidden for one, row in zip(moving, rows, strict=True) if row.posture is None]
+    quiet = windows(quiet_bands, span, [True] * (len(quiet_bands) - 1))
     faults = dict.fromkeys(one.loop_fault for one in variants if one.loop_fault)
     return Decision(
         span, rules, name, values[computed], rows, tuple(variants), tuple(cases),
-        tuple(found), tuple(bands), tuple(moving), allowed, quiet, tuple(faults), len(values),
+        tuple(by_load), tuple(bands), tuple(moving), allowed, quiet, tuple(faults), len(values),
     )  # fmt: skip
 
 
@@ -163,11 +163,11 @@ def _case(variant: Project, value: float, row: LoadCase, span: Span) -> Case:
 
 
 def _bands(
-    variant: Project, own: UnderLoad, rules: Rules, span: Span, lines: list[CampbellLine], apart: float
+    variant: Project, one: UnderLoad, rules: Rules, span: Span, lines: list[CampbellLine], apart: float
 ) -> Bands:  # fmt: skip
     if variant.loop_fault:
         return none(span)
-    return bands_of(own, rules, span, resonances_of(own, [line for line in lines if line.load == own.load]), apart)
+    return bands_of(one, rules, span, resonances_of(one, [line for line in lines if line.load == one.load]), apart)
 
 
 def loads_of(
@@ -228,12 +228,12 @@ def with_ends_of_jumps(project: Project, span: Span) -> dict[float, DriveRespons
             return main_curve(case_of(project.under(torque), torque, wide), wide)
         return None
 
-    known = {torque: curve(torque) for torque in torques}
+    curves = {torque: curve(torque) for torque in torques}
     for _ in range(HALVINGS):
-        for a, b in pairwise(sorted(known)):
-            if _jumps(known[a]) != _jumps(known[b]):
-                known[0.5 * (a + b)] = curve(0.5 * (a + b))
-    return known if wide == span else dict.fromkeys(known)
+        for a, b in pairwise(sorted(curves)):
+            if _jumps(curves[a]) != _jumps(curves[b]):
+                curves[0.5 * (a + b)] = curve(0.5 * (a + b))
+    return curves if wide == span else dict.fromkeys(curves)
 
 
 def _jumps(curve: DriveResponse | None) -> bool:
@@ -242,11 +242,11 @@ def _jumps(curve: DriveResponse | None) -> bool:
 
 def _apart(loads: int) -> float:
     """Relative distance of the speeds of the search: up to twice as large where neighbouring loads have others."""
-    return APART * min(2.0, max(1.0, 0.25 * loads))
+    return SPEED_STEP * min(2.0, max(1.0, 0.25 * loads))
 
 
 def _all_motions(
-    cases: list[Case], known: list[DriveResponse | None], span: Span, search: bool, threads: int, rules: Rules,
+    cases: list[Case], main_curves: list[DriveResponse | None], span: Span, search: bool, threads: int, rules: Rules,
     progress: Callable[[float], None],
 ) -> tuple[list[int], list[UnderLoad]]:  # fmt: skip
     """Motions under every load, or under those finished at Ctrl-C, with their numbers.
@@ -258,7 +258,7 @@ def _all_motions(
     seeds: dict[int, Any] = {}
 
     def one(i: int) -> None:
-        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN * i) % 1.0, rules, known[i])
+        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN_RATIO * i) % 1.0, rules, main_curves[i])
         by_load[i] = loaded
         progress(len(by_load) / len(cases))
 
@@ -277,29 +277,29 @@ def _all_motions(
             if not (by_load and isinstance(error, KeyboardInterrupt)):
                 raise
     computed = sorted(by_load)
-    for way in (computed, computed[::-1]):
-        for before, here in pairwise(way):
-            if tried := untried(seeds[before], by_load[before], by_load[here]):
-                by_load[here], new = extended(by_load[here], cases[here], span, np.empty(0), tried)
-                seeds[here] = (*seeds[here], *new)
+    for order in (computed, computed[::-1]):
+        for before, after in pairwise(order):
+            if tried := untried(seeds[before], by_load[before], by_load[after]):
+                by_load[after], new = extended(by_load[after], cases[after], span, np.empty(0), tried)
+                seeds[after] = (*seeds[after], *new)
     return computed, [by_load[i] for i in computed]
 
 
 def lines_of(
-    cases: Iterable[Case], found: Sequence[UnderLoad], orders: tuple[float, ...]
+    cases: Iterable[Case], by_load: Sequence[UnderLoad], orders: tuple[float, ...]
 ) -> list[CampbellLine]:  # fmt: skip
     """Lines of the Campbell diagram under every load, up to the largest oscillation that any stable motion has."""
-    largest = max((float(np.max(run[:, OSCILLATION])) for own in found for run, _ in own.runs), default=0.0)
+    largest = max((float(np.max(run[:, OSCILLATION])) for loaded in by_load for run, _ in loaded.runs), default=0.0)
     return [line for case in cases for line in campbell(case, largest, orders)]
 
 
-def resonances_of(own: UnderLoad, lines: list[CampbellLine]) -> Iterator[Span]:
+def resonances_of(loaded: UnderLoad, lines: list[CampbellLine]) -> Iterator[Span]:
     """Speeds over which every excited resonance bends: from small amplitudes to the peaks that lie on its line."""
     tops = []
-    for run, _ in own.runs:
-        at = int(np.argmax(run[:, OSCILLATION]))
-        tops += [run[at]] if run[at, OSCILLATION] > 2.0 * own.quasi_static else []
+    for run, _ in loaded.runs:
+        peak = int(np.argmax(run[:, OSCILLATION]))
+        tops += [run[peak]] if run[peak, OSCILLATION] > 2.0 * loaded.quasi_static else []
     for line in lines:
         if line.excited:
-            near = [float(top[OMEGA]) for top in tops if abs(top[OMEGA] / line.at(top[OSCILLATION]) - 1.0) < NEAR]
-            yield min([float(line.speed[0]), *near]), max([float(line.speed[0]), *near])
+            bent = [float(top[OMEGA]) for top in tops if abs(top[OMEGA] / line.at(top[OSCILLATION]) - 1.0) < LINE_GAP]
+            yield min([float(line.speed[0]), *bent]), max([float(line.speed[0]), *bent])

@@ -17,8 +17,8 @@ from ...base.series import largest_size
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
 
-SLIGHT = 1e-3  # share of a motion by which it repeats later than what drives it
-FINER = 8  # places on a curve between two of its points
+SLOW_SHARE = 1e-3  # share of a motion by which it repeats later than what drives it
+FINER_POINTS = 8  # places on a curve between two of its points
 OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR, RMS, SMALLEST, MEAN = range(9)  # columns of a run
 
 
@@ -37,27 +37,27 @@ class Motions:
 
     Attributes
     ----------
-    found : DriveResponse
+    response : DriveResponse
         Its points, with stability and torques.
     every : int
         How often in a turn of the motor all that drives the motions repeats.
     """
 
-    found: DriveResponse
+    response: DriveResponse
     every: int = 1
 
     @property
     def branch(self) -> Branch:
         """Its points, with stability."""
-        return self.found.curve
+        return self.response.curve
 
     @cached_property
     def subharmonic(self) -> bool:
         """True if its motions take longer to repeat than what drives them."""
         h = self.branch.coefficients.shape[1] // 2
         waves = np.hypot(self.branch.coefficients[:, 1::2], self.branch.coefficients[:, 2::2])
-        rest = np.arange(1, h + 1) % (self.turns * self.every) > 0
-        return bool(np.max(np.linalg.norm(waves[:, rest], axis=1)) > SLIGHT * np.max(np.linalg.norm(waves, axis=1)))
+        slow = np.arange(1, h + 1) % (self.turns * self.every) > 0
+        return bool(np.max(np.linalg.norm(waves[:, slow], axis=1)) > SLOW_SHARE * np.max(np.linalg.norm(waves, axis=1)))
 
     @property
     def turns(self) -> int:
@@ -72,12 +72,12 @@ class Motions:
         the least and largest errors are those of what repeats with every turn.
         """
         low, high = extremes(self.branch.coefficients)
-        torque, of_motor = self.found.torque, (self.found.motor_torque, self.found.motor_rms)
+        torque, of_motor = self.response.torque, (self.response.motor_torque, self.response.motor_rms)
         motor = [0.0 * torque if size is None else size for size in of_motor]
         envelope, largest = self.branch.envelope, self.branch.oscillation
         smallest = largest if envelope is None else envelope[:, 1]
         return np.column_stack(
-            [self.branch.omega, largest, torque, low, high, *motor, smallest, self.found.mean_torque]
+            [self.branch.omega, largest, torque, low, high, *motor, smallest, self.response.mean_torque]
         )
 
     @cached_property
@@ -85,7 +85,7 @@ class Motions:
         """Tables (m, 9) of the stable runs of the curve, each with rising speed."""
         return tuple(finer(self.table[run]) for run in stable_runs(self.branch))
 
-    def at(self, omega: float) -> list[Floats]:
+    def rows_at(self, omega: float) -> list[Floats]:
         """Rows (9,) of the stable motions of this curve at a speed [rad/s]."""
         return [row_at(run, omega) for run in self.runs if run[0, OMEGA] <= omega <= run[-1, OMEGA]]
 
@@ -136,22 +136,22 @@ class UnderLoad:
     def largest(self) -> tuple[float, float]:
         """Speed [rad/s] and oscillation [rad] of the largest stable motion; nan and 0 where none is known."""
         tops = [run[np.argmax(run[:, OSCILLATION])] for run, _ in self.runs]
-        known = [(float(row[OMEGA]), float(row[OSCILLATION])) for row in tops]
-        known += [(one.omega, one.oscillation) for one in self.loose]
-        return max(known, key=lambda pair: pair[1], default=(float("nan"), 0.0))
+        sizes = [(float(row[OMEGA]), float(row[OSCILLATION])) for row in tops]
+        sizes += [(one.omega, one.oscillation) for one in self.loose]
+        return max(sizes, key=lambda pair: pair[1], default=(float("nan"), 0.0))
 
-    def at(self, omega: float) -> list[Floats]:
+    def rows_at(self, omega: float) -> list[Floats]:
         """Rows of all stable motions at a speed [rad/s]."""
-        return [row for curve in self.curves for row in curve.at(omega)]
+        return [row for curve in self.curves for row in curve.rows_at(omega)]
 
 
 def extremes(coefficients: Floats) -> tuple[Floats, Floats]:
     """Least and largest value (n,) over a period of series (n, 2H+1)."""
-    rest, mean = coefficients.copy(), coefficients[:, 0]
-    rest[:, 0] = span = np.sum(np.abs(coefficients[:, 1:]), axis=1)  # moved so far that no value has the other sign
-    above = largest_size(rest) - span
-    rest[:, 0] = -span
-    return mean - (largest_size(rest) - span), mean + above
+    shifted, mean = coefficients.copy(), coefficients[:, 0]
+    shifted[:, 0] = span = np.sum(np.abs(coefficients[:, 1:]), axis=1)  # moved so far that no value has the other sign
+    above = largest_size(shifted) - span
+    shifted[:, 0] = -span
+    return mean - (largest_size(shifted) - span), mean + above
 
 
 def stable_runs(branch: Branch) -> list[NDArray[np.int64]]:
@@ -171,7 +171,7 @@ def finer(table: Floats) -> Floats:
     if len(table) < 3:
         return table
     h, rise = steps[:, None], np.diff(table, axis=0)
-    slopes, share = _monotone_slopes(h, rise / h), (np.arange(FINER) / FINER)[:, None]
+    slopes, share = _monotone_slopes(h, rise / h), (np.arange(FINER_POINTS) / FINER_POINTS)[:, None]
     first, last = ((h * side)[:, None] for side in (slopes[:-1], slopes[1:]))
     rise = rise[:, None]
     within = share * (first + share * (3.0 * rise - 2.0 * first - last + share * (first + last - 2.0 * rise)))

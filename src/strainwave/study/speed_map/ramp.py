@@ -20,7 +20,7 @@ from ...model.train.motion import SpeedProfile
 from ...numerics.integration.methods import Dopri5
 from .bands import Motions
 
-SLOW, BEFORE = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
+RUN_UP_TIME, SETTLING_TIME = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
 ONSET, CORNERS = 0.2, 9  # share of the run-up in which its acceleration begins, and points of the speed in it
 MOST_TURNS, SAMPLES = 1000.0, 40  # of the motor in a run-up, and samples per cycle of the highest order
 METHOD = Dopri5(rtol=1e-8, atol=1e-12)
@@ -35,8 +35,8 @@ class Ramp(NamedTuple):
     def largest(self, values: Floats) -> tuple[float, float]:
         """Largest size of what was sampled over the run, once it has begun, and the motor speed [rad/s] there."""
         sizes = np.where(self.run.trajectory.t >= self.begin, sizes_of_samples(values), 0.0)
-        at = int(np.argmax(sizes))
-        return float(sizes[at]), float(self.run.motor_speed[at])
+        top = int(np.argmax(sizes))
+        return float(sizes[top]), float(self.run.motor_speed[top])
 
     @property
     def duration(self) -> float:
@@ -52,18 +52,18 @@ class Ramp(NamedTuple):
         if not path.status:
             return None
         begun = path.t >= self.begin
-        whole = train.motor_torque(train.omega * path.t, tuple(path.y)) * begun
-        own = whole - train.loop_inertia * train.reference.curvature(path.t) * begun
-        run_up, torque = largest_of_samples(np.array([whole, own])).tolist()
-        at = float(self.run.motor_speed[np.argmax(np.abs(own))])
-        return MotorUse(torque, at, 0.0, None, True, run_up)
+        total = train.motor_torque(train.omega * path.t, tuple(path.y)) * begun
+        steady = total - train.loop_inertia * train.reference.curvature(path.t) * begun
+        run_up, torque = largest_of_samples(np.array([total, steady])).tolist()
+        speed = float(self.run.motor_speed[np.argmax(np.abs(steady))])
+        return MotorUse(torque, speed, 0.0, None, True, run_up)
 
     def added_to(self, used: Usage) -> Usage:
         """Torques of the gear, with the largest of a run that ended well where that is larger."""
-        peak, at = self.largest(self.run.torque)
+        peak, speed = self.largest(self.run.torque)
         if not self.run.trajectory.status or peak <= used.peak_torque:
             return used
-        return replace(used, peak_torque=peak, at_peak=at)
+        return replace(used, peak_torque=peak, at_peak=speed)
 
 
 def ramp_of(train: DriveTrain, system: Any, speeds: tuple[float, float], gear: Gear | None = None) -> Ramp:
@@ -75,8 +75,8 @@ def ramp_of(train: DriveTrain, system: Any, speeds: tuple[float, float], gear: G
     top = max(1, *system.orders()) if system.orders() else 1
     mean = 0.5 * (low + high)
     mu = max(damping_of(system) / system.J, 0.02 * mean)
-    length = min(SLOW / mu, MOST_TURNS * 2.0 * np.pi / mean)
-    begin = min(BEFORE / mu, 0.2 * length)
+    length = min(RUN_UP_TIME / mu, MOST_TURNS * 2.0 * np.pi / mean)
+    begin = min(SETTLING_TIME / mu, 0.2 * length)
     onset = np.linspace(0.0, 1.0, CORNERS)
     first = low + (high - low) * ONSET / (2.0 - ONSET) * onset * onset
     corners = (begin + ONSET * length * onset).tolist()

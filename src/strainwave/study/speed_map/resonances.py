@@ -234,8 +234,8 @@ def _at_peak(flow: Any, response: SlowResponse | None) -> Certificate | None:
     """The certificate of a response curve at its peak."""
     if response is None or not response.branches:
         return None
-    there = flow.system._replace(omega=response.peak[0])
-    certificate: Certificate = slow_flow(there, flow.resonance, order=flow.order).certificate(curve=True)
+    system = flow.system._replace(omega=response.peak[0])
+    certificate: Certificate = slow_flow(system, flow.resonance, order=flow.order).certificate(curve=True)
     return certificate
 
 

@@ -17,7 +17,7 @@ from .decide import POSTURE
 from .rules import Rules, VendorRule, common, listed, swept, vendor_sentence
 from .under_load import CampbellLine
 
-WAYS = {True: "jumps up", False: "drops"}  # of the error at a jump
+JUMP_VERBS = {True: "jumps up", False: "drops"}  # of the error at a jump
 UNITS = {"load torque": "N*m", "load inertia": "kg*m^2", POSTURE: ""}
 
 
@@ -41,7 +41,7 @@ class JumpSpeed(NamedTuple):
 
     def facts(self) -> tuple[Fact, ...]:
         """Its numbers."""
-        run, error = "up" if self.up else "down", WAYS[self.rises]
+        run, error = "up" if self.up else "down", JUMP_VERBS[self.rises]
         speed = Fact("rpm", self.speed / RPM), Fact("rad_per_s", self.speed)
         return *speed, Fact("run", run), Fact("error", error)
 
@@ -219,8 +219,8 @@ class SpeedMap(Result):
 
     def to_xarray(self) -> Any:
         """Cells over load and speed; bands, jumps, each a table of its own; units in `attrs["units"]`."""
-        found = super().to_xarray()
-        return found if self.scatter is None else found.assign_coords(share=self.scatter.shares)
+        dataset = super().to_xarray()
+        return dataset if self.scatter is None else dataset.assign_coords(share=self.scatter.shares)
 
     def load_text(self, i: int) -> str:
         """A load with its unit."""
@@ -241,12 +241,12 @@ class SpeedMap(Result):
     def _worst_sentence(self) -> str:
         i = int(np.argmax(self.crests[:, 1]))
         speed, size = self.crests[i].tolist()
-        said = f"{self.load_text(i)}, {number(size / ARCSEC)} arcsec at {self.axis.said(speed, 5)}"
+        text = f"{self.load_text(i)}, {number(size / ARCSEC)} arcsec at {self.axis.said(speed, 5)}"
         lost, places = np.nonzero(np.isinf(self.oscillation))
         for j in lost[:1].tolist():
             where = self.axis.said(float(self.speeds[places[0]]), 5)
-            said += f"; {self.load_text(j)}: no motion was found at {where}, which is forbidden"
-        return said
+            text += f"; {self.load_text(j)}: no motion was found at {where}, which is forbidden"
+        return text
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of a map, once."""
@@ -300,10 +300,10 @@ class SpeedMap(Result):
     def _sentence(self, i: int) -> str:
         """Sentence on the forbidden speeds and the jumps under a load, in the words of a response."""
         parts = []
-        for rises, way in WAYS.items():
+        for rises, verb in JUMP_VERBS.items():
             speeds = sorted({j.speed for j in self.jumps if j.load == i and j.rises == rises})
             each = dict.fromkeys(number(speed * self.axis.scale, 5) for speed in speeds)
-            parts += [f"{way} at {', '.join(each)} {self.axis.unit}"] if speeds else []
+            parts += [f"{verb} at {', '.join(each)} {self.axis.unit}"] if speeds else []
         text = f"{self.load_text(i)}: forbidden {listed(self.forbidden[i], self.axis) or 'none'}"
         return text + (f"; the error {' and '.join(parts)}" if parts else "")
 

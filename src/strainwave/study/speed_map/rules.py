@@ -43,13 +43,13 @@ REQUIRED = (
 
 MARGIN = 0.1  # separation margin of torsional trains: 10 % (API 617 after Wang, Feese & Pettinato 2012)
 
-SURELY = 1.0 + 1e-9  # times a bound: beyond it, and not by rounding
+ROUNDING_FACTOR = 1.0 + 1e-9  # times a bound: beyond it, and not by rounding
 
-SHARP = 1e-3  # relative width within which a motion at a fold may be found stable or not
+FOLD_WIDTH = 1e-3  # relative width within which a motion at a fold may be found stable or not
 
 Span = tuple[float, float]
 
-NOTHING = Usage(0.0, 0.0, 0.0, 0.0)
+NO_USAGE = Usage(0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: Iterable[S
     bands: list[Span] = [band for run, _ in loaded.runs for band in above(run, level)]
     for bound, column in ((rules.gear_torque, TORQUE), (rules.mean_torque, MEAN)):
         if bound is not None:
-            bands += [band for run, _ in loaded.runs for band in above(run, bound * SURELY, column)]
+            bands += [band for run, _ in loaded.runs for band in above(run, bound * ROUNDING_FACTOR, column)]
     bands += loaded.jumping
     for flip in loaded.flips:  # what follows repeats after more turns: its own motions decide where they are known
         bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, slower in loaded.runs if slower], flip)
@@ -180,7 +180,7 @@ def swept(first: Floats, second: Floats) -> list[Span]:
 
 def gaps(spans: list[Span], within: Span) -> list[Span]:
     """Parts of a range that no span covers; gaps narrower than a fold is sharp are left out."""
-    return list(between(clipped(spans, within), within, SHARP))
+    return list(between(clipped(spans, within), within, FOLD_WIDTH))
 
 
 def clipped(spans: list[Span], within: Span) -> Floats:
@@ -254,9 +254,9 @@ class VendorRule:
     def sentence(self) -> str:
         """Sentence on the rule under this load."""
         speed = f"f_n = {self.frequency:.4g} Hz, {self.speed / RPM:.5g} rpm"
-        said = [f"forbids {listed(self.needless)} needlessly"] * bool(len(self.needless))
-        said += [f"allows {listed(self.misleading)} although the map forbids it"] * bool(len(self.misleading))
-        return f"The vendors' rule ({speed}) " + (" and ".join(said) if said else "agrees with the map") + "."
+        parts = [f"forbids {listed(self.needless)} needlessly"] * bool(len(self.needless))
+        parts += [f"allows {listed(self.misleading)} although the map forbids it"] * bool(len(self.misleading))
+        return f"The vendors' rule ({speed}) " + (" and ".join(parts) if parts else "agrees with the map") + "."
 
 
 def vendor_sentence(rules: Sequence[VendorRule]) -> str:
@@ -274,7 +274,7 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
         some = [getattr(rule, name) for rule in rules if len(getattr(rule, name))]
         if some:
             spans = merged((float(low), float(high)) for low, high in np.concatenate(some))
-            same = all(np.array_equal(own, spans) for own in some)
+            same = all(np.array_equal(bands, spans) for bands in some)
             parts.append(text.format(listed(np.array(spans)), "" if same else "parts of ", len(some), len(rules)))
     return f"The vendors' rule (f_n = {f_n} Hz, {speed} rpm) " + (
         ", and ".join(parts) + "." if parts else "agrees with the map under every load."
@@ -304,7 +304,7 @@ def vendor_rules(
 def windows(forbidden: Sequence[Floats], span: Span, joined: Sequence[bool]) -> Floats:
     """Speeds allowed under all loads; bands of two neighbours that are `joined`, (n - 1,) flags, enclose none."""
     pairs = [pair for pair, both in zip(pairwise(forbidden), joined, strict=True) if both]
-    bands = [band for first, second in (*((own, own) for own in forbidden), *pairs) for band in swept(first, second)]
+    bands = [band for first, second in (*((one, one) for one in forbidden), *pairs) for band in swept(first, second)]
     return as_intervals(between(clipped(bands, span), span))
 
 
@@ -315,11 +315,11 @@ def listed(intervals: Floats, axis: Axis = BASES["motor"]) -> str:
 
 def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
     """The rules with the speeds and the motor torque by which a drive of this gear and motor fails."""
-    bounds = [f.bound * RPM for f in _findings(project, span[1], NOTHING) if f.fails]
-    most = math.inf if project.motor_limits is None else project.motor_limits.torque
-    torque = most if math.isfinite(most) else None
-    found = () if project.gear is None else check_limits(project.gear, peak_torque=0.0, average_torque=0.0)
-    ends = {f.limit: f.bound for f in found}
+    bounds = [f.bound * RPM for f in _findings(project, span[1], NO_USAGE) if f.fails]
+    largest = math.inf if project.motor_limits is None else project.motor_limits.torque
+    torque = largest if math.isfinite(largest) else None
+    findings = () if project.gear is None else check_limits(project.gear, peak_torque=0.0, average_torque=0.0)
+    ends = {f.limit: f.bound for f in findings}
     mean = ends.pop("average_torque", None)
     return replace(
         rules, speed=min(bounds, default=None), motor_torque=torque, sheet=project.motor_limits,
@@ -340,14 +340,14 @@ def beyond_ratings(
         used, use = asked_under(loaded)
         places = {"average_torque": used.at_average, PEAK: use.at}
         for finding in _findings(project, fastest, used, use, needs_of(loaded), resting):
-            at = places.get(finding.limit, used.at_peak) if finding.omega is None else finding.omega
-            where = f" (at {project.speeds.said(at, 5)} under {texts[loaded.load]})"
+            omega = places.get(finding.limit, used.at_peak) if finding.omega is None else finding.omega
+            where = f" (at {project.speeds.said(omega, 5)} under {texts[loaded.load]})"
             placed = finding.unit != "rpm" and finding.limit != BRAKE
             row = finding, finding.sentence + where * placed
             worst[finding.limit] = max(worst.get(finding.limit, row), row, key=lambda r: r[0].value - r[0].bound)
     passed = gravest(tuple(finding for finding, _ in worst.values()))
-    said = [(f.fails, worst[f.limit][1]) for f in passed]
-    return tuple(text for fails, text in said if fails), tuple(text for fails, text in said if not fails)
+    sentences = [(f.fails, worst[f.limit][1]) for f in passed]
+    return tuple(text for fails, text in sentences if fails), tuple(text for fails, text in sentences if not fails)
 
 
 def asked_under(loaded: UnderLoad) -> tuple[Usage, MotorUse]:
@@ -362,8 +362,8 @@ def asked_under(loaded: UnderLoad) -> tuple[Usage, MotorUse]:
 def findings_under(project: Project, loaded: UnderLoad) -> tuple[Finding, ...]:
     """Limits of gear and motor that the motions under one load of a project pass, the gravest first."""
     resting = max(map(abs, project.load_torques)) / project.drive.N
-    found = _findings(project, project.speeds.given[-1], *asked_under(loaded), needs_of(loaded), resting)
-    passed = gravest(tuple(one for one in found if one.exceeded))
+    findings = _findings(project, project.speeds.given[-1], *asked_under(loaded), needs_of(loaded), resting)
+    passed = gravest(tuple(one for one in findings if one.exceeded))
     return tuple(sorted(passed, key=lambda one: one.limit == "average_torque"))
 
 

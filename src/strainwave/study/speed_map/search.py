@@ -36,22 +36,22 @@ from ...numerics.integration.simulate import simulate
 from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes, stable_runs
 from .resonances import active_orders
 
-SAME = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
+MOTION_DIFFERENCE = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
 DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 64, 3000  # transients die by exp(-20) in the longest time
 STAGES = 4  # shares of that time after which those on known motions end
-ESCAPED = 100.0  # times the largest start or motion, beyond which a trajectory does not come back
-ROUGH = 1e-5  # tolerance of the integration: what it leads to is solved again
+ESCAPE_FACTOR = 100.0  # times the largest start or motion, beyond which a trajectory does not come back
+ROUGH_TOLERANCE = 1e-5  # tolerance of the integration: what it leads to is solved again
 POINTS = 60  # about so many of a curve
-NEAR, FEW = 0.015, 4  # relative distance, and harmonics beyond the highest order, of what goes on over many turns
+LONG_REACH, EXTRA_HARMONICS = 0.015, 4  # relative distance, and harmonics beyond the orders, of motions of many turns
 PER_ORDER, PER_HARMONIC = 32, 8  # samples of a cycle of the highest order, and of the highest harmonic of a curve
-ELSEWHERE = 0.1  # of the reach of a trajectory, beyond which harmonic balance has found another motion
-FOLLOWED, LONGEST = 12, 4  # curves at most under one load, and turns of a motion on one
-USUAL = 48  # harmonics of a curve that counts as one; its time grows with their square
-RANDOM, SEED = 4, 14  # random starts at every speed
-PHASES, CLOSE = 4, 24  # of a free vibration; of a driven one with memory, where few lead to the large motion
-TURNS, FREE = (1, 2, 3), 49  # periods of a line that a free vibration may take, and amplitudes of the backbone
-ASIDE, NEXT = (0.01, 0.02), 0.06  # of its speed: beside a motion that is not followed, up to the next one
-BEYOND = 2e-4, 6e-4, 2e-3  # relative distances from the end of a stable run at which others are looked for
+OTHER_DISTANCE = 0.1  # of the reach of a trajectory, beyond which harmonic balance has found another motion
+MOST_CURVES, MOST_PERIODS = 12, 4  # curves at most under one load, and turns of a motion on one
+USUAL_HARMONICS = 48  # harmonics of a curve that counts as one; its time grows with their square
+RANDOM_STARTS, SEED = 4, 14  # random starts at every speed
+PHASES, MEMORY_PHASES = 4, 24  # of a free vibration; of a driven one with memory, where few lead to the large motion
+VIBRATION_TURNS, AMPLITUDES = (1, 2, 3), 49  # periods of a line that a free vibration may take; of the backbone
+BESIDE_SHARES, NEXT_SHARE = (0.01, 0.02), 0.06  # of its speed: beside a motion that is not followed, up to the next one
+END_DISTANCES = 2e-4, 6e-4, 2e-3  # relative distances from the end of a stable run at which others are looked for
 
 
 class Settling(NamedTuple):
@@ -92,11 +92,11 @@ def search(
     curves, loose, new, settled = known_curves, list[Loose](), list[Settling](), True
     fresh = known_curves if len(speeds) else ()
     while len(speeds) or seeds:
-        found = _searched(case, curves, speeds, seeds, span, len(curves) - len(known_curves))
-        curves, loose, new = (*curves, *found.curves), [*loose, *found.loose], [*new, *found.seeds]
-        settled = settled and found.settled
-        ends = (seed for curve in (*fresh, *found.curves) for seed in beyond_ends(case.system, curve, span))
-        seeds = (*ends, *(beside(found.seeds, span) if len(speeds) else ()))
+        result = _searched(case, curves, speeds, seeds, span, len(curves) - len(known_curves))
+        curves, loose, new = (*curves, *result.curves), [*loose, *result.loose], [*new, *result.seeds]
+        settled = settled and result.settled
+        ends = (seed for curve in (*fresh, *result.curves) for seed in beyond_ends(case.system, curve, span))
+        seeds = (*ends, *(beside(result.seeds, span) if len(speeds) else ()))
         fresh, speeds = (), np.empty(0)
     return Found(curves[len(known_curves) :], tuple(loose), settled, tuple(new))
 
@@ -112,44 +112,44 @@ def _searched(
         given = np.array([seed.state for seed in seeds]).T
         omega = np.append(omega, [seed.omega for seed in seeds])
         start = np.concatenate([start.reshape(len(given), -1), given], axis=1)
-    ends, whole = _settle(case, omega, start, known_curves)
+    ends, settled = _settle(case, omega, start, known_curves)
     curves, loose, new = known_curves, list[Loose](), list[Settling]()
     effort = sum(map(_effort, known_curves[len(known_curves) - earlier :]))
-    while len(rest := _unknown(curves, omega, ends)):
-        lane = int(max(rest, key=lambda i: ends.highest[i] - ends.lowest[i]))
+    while len(lanes := _unknown(curves, omega, ends)):
+        lane = int(max(lanes, key=lambda i: ends.highest[i] - ends.lowest[i]))
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
         seed = Settling(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
-        followed = spring and 0 < seed.turns <= LONGEST and effort < FOLLOWED
-        whole_range = len(speeds) > 0 or seed.turns < LONGEST
-        most = curves[0].branch.coefficients.shape[1] // 2 if whole_range else highest_order(system) + FEW
-        orbit = solved(system, seed, most) if followed else None
-        known = orbit is not None and _on(curves, orbit)
+        followed = spring and 0 < seed.turns <= MOST_PERIODS and effort < MOST_CURVES
+        whole_range = len(speeds) > 0 or seed.turns < MOST_PERIODS
+        count = curves[0].branch.coefficients.shape[1] // 2 if whole_range else highest_order(system) + EXTRA_HARMONICS
+        orbit = solved(system, seed, count) if followed else None
+        on_curve = orbit is not None and _on(curves, orbit)
         curve = None
-        if orbit is not None and not known:
+        if orbit is not None and not on_curve:
             curve = follow(system, orbit, _reach(seed, span, whole_range), known_curves[0].every, case.level)
         if curve is not None:
             curves, new, effort = (*curves, curve), [*new, seed], effort + _effort(curve)
-        elif whole and not known:
+        elif settled and not on_curve:
             apart = _loose(system, seed, 0.5 * (high - low), curves)
             loose += apart
             new += [seed] if apart and seed.turns else []
-        same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < SAME * (high - low)
+        same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < MOTION_DIFFERENCE * (high - low)
         if not (spring and seed.turns):  # the largest of those that are not followed stands for all at its speed
             same |= (ends.period == 0) | (not spring)
         ends.diverged[same & (omega == seed.omega)] = True  # looked at once
-    return Found(curves[len(known_curves) :], tuple(loose), whole, tuple(new))
+    return Found(curves[len(known_curves) :], tuple(loose), settled, tuple(new))
 
 
 def _effort(curve: Motions) -> float:
     """Effort of one curve with its harmonics, in curves of usual length."""
-    return max(1.0, float(curve.branch.coefficients.shape[1] // 2 / USUAL) ** 2)
+    return max(1.0, float(curve.branch.coefficients.shape[1] // 2 / USUAL_HARMONICS) ** 2)
 
 
-def _reach(seed: Settling, span: tuple[float, float], whole: bool) -> tuple[float, float]:
+def _reach(seed: Settling, span: tuple[float, float], whole_range: bool) -> tuple[float, float]:
     """Range in which a motion is followed: the whole, or what is near one of many turns that goes on from another."""
-    if whole:
+    if whole_range:
         return span
-    return max(span[0], seed.omega * (1.0 - NEAR)), min(span[1], seed.omega * (1.0 + NEAR))
+    return max(span[0], seed.omega * (1.0 - LONG_REACH)), min(span[1], seed.omega * (1.0 + LONG_REACH))
 
 
 class Start(NamedTuple):
@@ -179,7 +179,7 @@ def solved(system: Any, seed: Settling, per_turn: int) -> Start | None:
     lows, highs = extremes(series_of(problem, point[None]))
     x = run.y[0]
     apart = max(abs(float(np.min(x)) - lows[0]), abs(float(np.max(x)) - highs[0]))
-    return None if apart > ELSEWHERE * float(np.ptp(x)) else Start(problem, point, float(lows[0]), float(highs[0]))
+    return None if apart > OTHER_DISTANCE * float(np.ptp(x)) else Start(problem, point, float(lows[0]), float(highs[0]))
 
 
 def follow(
@@ -189,19 +189,19 @@ def follow(
 
     None where no step from the motion succeeds.
     """
-    found = both_ways(start.problem, start.point, *span, 4.0 / POINTS)
-    if not len(found.points):
+    trace = both_ways(start.problem, start.point, *span, 4.0 / POINTS)
+    if not len(trace.points):
         return None
-    tail = tail_along(start.problem, found.points)
-    branch = describe(start.problem, "omega", found, tail, "settled on", locate=False)
+    tail = tail_along(start.problem, trace.points)
+    branch = describe(start.problem, "omega", trace, tail, "settled on", locate=False)
     if isinstance(system, AtLoad):
-        return Motions(of_train(system, TurnResponse(start.problem, found.points, branch)), per_turn)
+        return Motions(of_train(system, TurnResponse(start.problem, trace.points, branch)), per_turn)
     return Motions(of_equation(system, branch, train=train), per_turn)
 
 
 def _on(curves: tuple[Motions, ...], start: Start) -> bool:
     """True if a solved motion is on one of the curves, stable there or not; one of more turns is on none of fewer."""
-    omega, least = float(start.point[-1]), SAME * (start.high - start.low)
+    omega, least = float(start.point[-1]), MOTION_DIFFERENCE * (start.high - start.low)
     for curve in (curve for curve in curves if curve.turns % start.problem.turns == 0):
         side = curve.table[:, OMEGA] - omega
         for i in np.flatnonzero(side[1:] * side[:-1] <= 0.0):
@@ -219,15 +219,15 @@ def _settle(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]
     """
     decade = np.floor(np.log10(omega / np.min(omega)))
     groups = [np.flatnonzero(decade == k) for k in np.unique(decade)]
-    results = [_settled(case, omega[own], start[:, own], curves) for own in groups]
+    results = [_settled(case, omega[group], start[:, group], curves) for group in groups]
     order = np.argsort(np.concatenate(groups))
-    whole = Settled(
+    joined = Settled(
         *(
             np.concatenate([getattr(ends, name) for ends, _ in results], axis=-1)[..., order]
             for name in ("state", "period", "diverged", "lowest", "highest")
         )
     )
-    return whole, all(enough for _, enough in results)
+    return joined, all(enough for _, enough in results)
 
 
 def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
@@ -238,13 +238,13 @@ def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...
     longest = int(np.clip(ceil(DECAY * turns), LEAST_TURNS, MOST_TURNS))
     sizes = [float(np.median(curve.table[:, OSCILLATION])) for curve in curves]
     smooth = isinstance(system, Oscillator) and is_spring(system) and not breakpoints_of(system.law)
-    method = None if smooth else Dopri5(rtol=ROUGH, atol=ROUGH * min(sizes))
+    method = None if smooth else Dopri5(rtol=ROUGH_TOLERANCE, atol=ROUGH_TOLERANCE * min(sizes))
     twists = start[0], torsion(system, 0.0, tuple(start)), *(curve.table[:, [LOW, HIGH]] for curve in curves)
-    bound = ESCAPED * max(start_reach(case, np.sort(omega)), *(float(np.max(np.abs(twist))) for twist in twists))
-    whole, path = (system, "omega") if smooth else (Bounded(system, bound), "system.omega")
+    bound = ESCAPE_FACTOR * max(start_reach(case, np.sort(omega)), *(float(np.max(np.abs(twist))) for twist in twists))
+    model, path = (system, "omega") if smooth else (Bounded(system, bound), "system.omega")
     first = longest // STAGES
     ends = settled(
-        whole, {path: omega}, start, settle=first, longest=STAGES * first + 6 * SEEN, method=method, threads=1,
+        model, {path: omega}, start, settle=first, longest=STAGES * first + 6 * SEEN, method=method, threads=1,
         recognised=lambda ends: _matches(curves, omega, ends),
     )  # fmt: skip
     return ends, longest >= DECAY * turns
@@ -253,28 +253,28 @@ def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...
 def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
     """Lanes on motions that no curve has: those that settled, and others that reach beyond all known motions."""
     good = ~ends.diverged & ~_matches(curves, omega, ends)
-    rest = [lane for lane in np.flatnonzero(good).tolist() if ends.period[lane] or _beyond(curves, omega, ends, lane)]
-    return np.array(rest, int)
+    lanes = [lane for lane in np.flatnonzero(good).tolist() if ends.period[lane] or _beyond(curves, omega, ends, lane)]
+    return np.array(lanes, int)
 
 
 def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
     """True if each lane is on a motion of these curves."""
     matched = np.zeros(len(omega), bool)
     for w in np.unique(omega):
-        here = np.flatnonzero(omega == w)
-        for row in (row for curve in curves for row in curve.at(float(w))):
-            apart = np.maximum(np.abs(ends.lowest[here] - row[LOW]), np.abs(ends.highest[here] - row[HIGH]))
-            matched[here] |= apart <= SAME * (row[HIGH] - row[LOW])
+        lanes = np.flatnonzero(omega == w)
+        for row in (row for curve in curves for row in curve.rows_at(float(w))):
+            apart = np.maximum(np.abs(ends.lowest[lanes] - row[LOW]), np.abs(ends.highest[lanes] - row[HIGH]))
+            matched[lanes] |= apart <= MOTION_DIFFERENCE * (row[HIGH] - row[LOW])
     return matched
 
 
 def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Settled, lane: int) -> bool:
     """True if a lane that did not settle reaches beyond the largest motion at its speed."""
-    rows = [row for curve in curves for row in curve.at(float(omega[lane]))]
+    rows = [row for curve in curves for row in curve.rows_at(float(omega[lane]))]
     if not rows:
         return True
     low, high = min(row[LOW] for row in rows), max(row[HIGH] for row in rows)
-    margin = SAME * (high - low)
+    margin = MOTION_DIFFERENCE * (high - low)
     return bool(ends.lowest[lane] < low - margin or ends.highest[lane] > high + margin)
 
 
@@ -312,19 +312,19 @@ def beyond_ends(system: Any, curve: Motions, span: tuple[float, float]) -> Itera
             omega = float(branch.omega[end])
             series = with_velocity(branch.coefficients[end], omega / curve.turns)
             state = (series[0] + np.sum(series[1::2], axis=0)).tolist()
-            for share in BEYOND:
-                if span[0] < (there := omega * (1.0 + side * share)) < span[1]:
-                    yield Settling(there, (*state, *(0.0,) * (states - 2)), curve.turns)
+            for share in END_DISTANCES:
+                if span[0] < (speed := omega * (1.0 + side * share)) < span[1]:
+                    yield Settling(speed, (*state, *(0.0,) * (states - 2)), curve.turns)
 
 
 def beside(seeds: tuple[Settling, ...], span: tuple[float, float]) -> tuple[Settling, ...]:
     """The same states beside their speeds, where the motions that no curve has go on, but towards the next seed."""
-    at, moved = np.array([seed.omega for seed in seeds]), list[Settling]()
+    speeds, moved = np.array([seed.omega for seed in seeds]), list[Settling]()
     for seed in seeds:
         for side in (-1.0, 1.0):
-            away = side * (at / seed.omega - 1.0)
-            if not np.any((away > 0.0) & (away < NEXT)):
-                moved += [seed._replace(omega=seed.omega * (1.0 + side * share)) for share in ASIDE]
+            away = side * (speeds / seed.omega - 1.0)
+            if not np.any((away > 0.0) & (away < NEXT_SHARE)):
+                moved += [seed._replace(omega=seed.omega * (1.0 + side * share)) for share in BESIDE_SHARES]
     return tuple(seed for seed in moved if span[0] < seed.omega < span[1])
 
 
@@ -332,15 +332,15 @@ def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
     """Speeds (lanes,) and states (states, lanes): free vibrations that an order may keep up, and random starts."""
     problem, system = _problem(case), case.system
     equation = problem.system
-    draws = np.random.default_rng(SEED).random((4, RANDOM))
+    draws = np.random.default_rng(SEED).random((4, RANDOM_STARTS))
     free = _free(equation, case.point.mean_torque, start_reach(case, speeds))
     orders, spring = active_orders(equation), is_spring(case.equation)
     lanes, blocks = [], []
     for omega in speeds.tolist():
         two = [starts_in(box_at(problem, omega), draws)]
         driven = set() if spring else {k * omega for k in orders}
-        for nu in sorted({k * omega / q for k in orders for q in TURNS}):
-            count = CLOSE if nu in driven else PHASES
+        for nu in sorted({k * omega / q for k in orders for q in VIBRATION_TURNS}):
+            count = MEMORY_PHASES if nu in driven else PHASES
             phases = 2.0 * np.pi * (np.arange(count) + 0.3) / count
             for a in crossings(free, nu):
                 two.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))
@@ -387,7 +387,7 @@ class Springs(NamedTuple):
 
 def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floats]:
     """Amplitudes [rad] and frequencies [rad/s] of the free vibration by one harmonic, up to the largest of a start."""
-    amplitude = reach * np.geomspace(1e-3, 1.0, FREE)
+    amplitude = reach * np.geomspace(1e-3, 1.0, AMPLITUDES)
     stiffness = one_harmonic(equation.law, mean, amplitude)[1]
     return amplitude, np.sqrt(np.maximum(stiffness, 0.0) / equation.J)
 
@@ -395,6 +395,6 @@ def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floa
 def crossings(free: tuple[Floats, Floats], nu: float) -> list[float]:
     """Amplitudes [rad] of the free vibration at a frequency [rad/s]."""
     amplitude, side = free[0], free[1] - nu
-    at = np.flatnonzero(side[1:] * side[:-1] < 0.0)
-    share = side[at] / (side[at] - side[at + 1])
-    return list((amplitude[at] + share * (amplitude[at + 1] - amplitude[at])).tolist())
+    index = np.flatnonzero(side[1:] * side[:-1] < 0.0)
+    share = side[index] / (side[index] - side[index + 1])
+    return list((amplitude[index] + share * (amplitude[index + 1] - amplitude[index])).tolist())

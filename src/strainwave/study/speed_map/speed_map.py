@@ -25,7 +25,7 @@ from .under_load import CampbellLine, Case, case_of, is_searched, under_load
 
 CELLS = 500  # speeds of a range
 QUANTILES = (0.05, 0.5, 0.95)
-SAME = 0.01  # relative difference of the oscillations of one motion
+MOTION_DIFFERENCE = 0.01  # relative difference of the oscillations of one motion
 
 Cells = tuple[Floats, Floats, Any, Any, Floats]  # oscillation, torque, motions, subharmonic, smallest of one load
 
@@ -115,7 +115,7 @@ def speed_map(
         project, rules, span, loads=loads, load_inertias=load_inertias, postures=postures, search=search,
         threads=threads, progress=lambda share: progress("motions", of_loads * share),
     )  # fmt: skip
-    values, name, variants, by_load = decided.loads, decided.name, decided.projects, list(decided.found)
+    values, name, variants, by_load = decided.loads, decided.name, decided.projects, list(decided.by_load)
     rules, bands, names = decided.rules, decided.bands, [case.name for case in decided.load_cases]
     if not any(loaded.curves for loaded in by_load):
         raise SolveError(by_load[0].remarks[0])
@@ -124,7 +124,7 @@ def speed_map(
     oscillation, torque, motions, subharmonic, smallest = map(np.array, zip(*table, strict=True))
     scatter = _scatter(drives if len(values) == decided.total else [], decided, cells, progress)
     resting = max(abs(torque) for variant in variants for torque in variant.load_torques) / project.drive.N
-    texts = {value: load_text(value, name, said) for value, said in zip(values.tolist(), names, strict=True)}
+    texts = {value: load_text(value, name, title) for value, title in zip(values.tolist(), names, strict=True)}
     failures, warnings = beyond_ratings(project, float(cells[-1]), by_load, texts, resting)
     result = SpeedMap(
         speeds=cells,
@@ -147,7 +147,7 @@ def speed_map(
         remarks=(*_remarks(decided, lines, search), *warnings, *_without(decided.load_cases, project)),
         failures=failures,
         postures=tuple(names) if name == POSTURE else (),
-        smallest=smallest if any(motions.branch.beat for own in by_load for motions in own.curves) else None,
+        smallest=smallest if any(motions.branch.beat for loaded in by_load for motions in loaded.curves) else None,
         shaft=project.speeds.base,
         run_up=_run_up(project, decided) if search and default else None,
     )
@@ -172,17 +172,17 @@ def cells_of(loaded: UnderLoad, speeds: Floats) -> Cells:
             out[inside] = np.maximum(out[inside], rows[inside, column])
         new = inside.copy()
         for other in counted:  # a run-down along the motions of the run-up
-            new &= ~(np.abs(rows[:, OSCILLATION] - other) < SAME * other)
+            new &= ~(np.abs(rows[:, OSCILLATION] - other) < MOTION_DIFFERENCE * other)
         counted.append(np.where(inside, rows[:, OSCILLATION], np.nan))
         motions[new] += 1
         subharmonic[inside] |= slower
     for low, high in loaded.doubled:
         subharmonic |= (speeds >= low) & (speeds <= high)
     for omega, size, strain, turns in loaded.loose:
-        here = int(np.argmin(np.abs(speeds - omega)))
-        oscillation[here], torque[here] = max(oscillation[here], size), max(torque[here], strain)
-        motions[here] += 1
-        subharmonic[here] |= turns != 1
+        cell = int(np.argmin(np.abs(speeds - omega)))
+        oscillation[cell], torque[cell] = max(oscillation[cell], size), max(torque[cell], strain)
+        motions[cell] += 1
+        subharmonic[cell] |= turns != 1
     oscillation, torque, smallest = np.where(motions == 0, np.inf, [oscillation, torque, smallest])
     return oscillation, torque, motions, subharmonic, smallest
 
@@ -204,7 +204,7 @@ def _run_up(project: Project, decided: Decision) -> Floats | None:
     passed = ramp_beside(project)
     if passed is None:
         return None
-    above = as_intervals(passed.above(decided.rules.level(float(decided.found[0].quasi_static))))
+    above = as_intervals(passed.above(decided.rules.level(float(decided.by_load[0].quasi_static))))
     return common(above, decided.quiet)
 
 
@@ -243,9 +243,9 @@ def _scatter(
 
 def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Floats, Any]:
     """Largest oscillation (m,) [rad] of one unit under a load by its main curve, and where it is forbidden."""
-    own, _ = under_load(case, span, None, rules=rules)
-    lines = [] if rules.margin is None else lines_of([case], [own], ())
-    return cells_of(own, cells)[0], holds(bands_of(own, rules, span, resonances_of(own, lines), 0.0).forbidden, cells)
+    one, _ = under_load(case, span, None, rules=rules)
+    lines = [] if rules.margin is None else lines_of([case], [one], ())
+    return cells_of(one, cells)[0], holds(bands_of(one, rules, span, resonances_of(one, lines), 0.0).forbidden, cells)
 
 
 def _without(cases: Sequence[LoadCase], project: Project) -> tuple[str, ...]:
@@ -259,7 +259,7 @@ def _without(cases: Sequence[LoadCase], project: Project) -> tuple[str, ...]:
 
 def _remarks(decided: Decision, lines: list[CampbellLine], search: bool) -> tuple[str, ...]:
     """Remarks for the reader, each once."""
-    cases, by_load, name, span, rules = decided.cases, decided.found, decided.name, decided.span, decided.rules
+    cases, by_load, name, span, rules = decided.cases, decided.by_load, decided.name, decided.span, decided.rules
     remarks = [remark for loaded in by_load if loaded.curves for remark in loaded.remarks]
     if still := ", ".join(f"{loaded.load:g}" for loaded in by_load if not loaded.curves):
         remarks.append(f"no stable steady motion is known with a {name} of {still}")
@@ -267,7 +267,7 @@ def _remarks(decided: Decision, lines: list[CampbellLine], search: bool) -> tupl
         remarks.append("separate branches (subharmonics) were not searched")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}
     if idle := sorted({line.order for line in lines} - met):
-        listing = ", ".join(in_turns(order, cases[0].whole) for order in idle)
+        listing = ", ".join(in_turns(order, cases[0].full_train) for order in idle)
         remarks.append(f"orders that meet no resonance in this range: {listing}")
     if below := out_of_reach(rules.limit, max(loaded.quasi_static for loaded in by_load), cases[0].train):
         remarks.append(below)

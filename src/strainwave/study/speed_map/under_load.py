@@ -39,12 +39,12 @@ from .search import Found, Settling, search
 AMPLITUDES, HARMONICS = 24, 7
 MOST_DAMPED = 0.5  # damping ratio of what is still a resonance
 NO_RULES = Rules()
-LEAST = 1e-3  # of the spring's natural frequency: a mode below it is the drift of a motor that nothing holds
+LEAST_MODE = 1e-3  # of the spring's natural frequency: a mode below it is the drift of a motor that nothing holds
 
-APART = 0.025  # relative distance of the speeds of the search
-AS_LARGE = 0.99  # of a motion under another load
-HIGHEST = 100  # harmonic of an order that may still meet a resonance
-BEATS = (
+SPEED_STEP = 0.025  # relative distance of the speeds of the search
+LARGE_SHARE = 0.99  # of a motion under another load
+HIGHEST_HARMONIC = 100  # harmonic of an order that may still meet a resonance
+BEAT_TEXT = (
     "the error {}, {} s at {} and {} s at {}; the oscillation is that of the turn of "
     f"the motor in which the beat is largest; {A_TURN}"
 )
@@ -54,14 +54,14 @@ TOO_LIGHT = "the damping is so light that trajectories do not settle: motions ap
 class Case(NamedTuple):
     """A drive under one load: the load, its error equation with its operating point, and the whole train or None.
 
-    `whole` is that train also where the error equation is followed in its place, `held` whether its motor is held.
+    `full_train` is that train also where the error equation is followed in its place, `held` whether its motor is held.
     """
 
     load: float
     equation: Any
     point: OperatingPoint
     train: DriveTrain | None
-    whole: DriveTrain | None = None
+    full_train: DriveTrain | None = None
     held: bool = True
 
     @property
@@ -92,7 +92,7 @@ def is_searched(equation: Any) -> bool:
 def slowest(case: Case) -> float:
     """Speed [rad/s] below which the drive follows its excitation: no harmonic up to `HIGHEST` meets its resonance."""
     natural = sqrt(max(case.point.stiffness, 0.0) / case.equation.J)
-    return natural / (HIGHEST * max(equation_orders(case.equation), default=1))
+    return natural / (HIGHEST_HARMONIC * max(equation_orders(case.equation), default=1))
 
 
 def case_of(project: Project, load: float, span: Span) -> Case:
@@ -126,7 +126,7 @@ def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
         curve = train_motions(case.train, span, level, coexisting=False)
     else:
         others = searched(case.equation.law)
-        curve = equation_curve(case.equation, span, level, case.whole, coexisting=others, has_reference=case.held)
+        curve = equation_curve(case.equation, span, level, case.full_train, coexisting=others, has_reference=case.held)
     if curve is None or curve.sweep is None:
         beats = curve is not None and curve.curve.beat
         raise SolveError(NONE_STABLE if beats else NO_MOTION if curve is None or len(curve.curve) else curve.message)
@@ -134,8 +134,8 @@ def main_curve(case: Case, span: Span, level: float = inf) -> DriveResponse:
 
 
 def under_load(
-    case: Case, span: Span, apart: float | None = APART, shift: float = 0.0, rules: Rules = NO_RULES,
-    known: DriveResponse | None = None,
+    case: Case, span: Span, apart: float | None = SPEED_STEP, shift: float = 0.0, rules: Rules = NO_RULES,
+    curve: DriveResponse | None = None,
 ) -> tuple[UnderLoad, tuple[Settling, ...]]:  # fmt: skip
     """All stable motions under a load; and the states that led to those apart from the main curve.
 
@@ -145,13 +145,13 @@ def under_load(
     """
     slow = quasi_static(case.equation, case.point)
     try:
-        response = known or main_curve(case, span, rules.level(slow))
+        response = curve or main_curve(case, span, rules.level(slow))
     except SolveError as error:
         return UnderLoad(case.load, (), slow, remarks=(str(error),)), ()
     loaded = of_curve(response, slow, case.load, gcd(*active_orders(case.equation)) or 1 if case.searched else 1)
     if response.curve.beat is not None:
-        said = (*loaded.remarks, _beat(case.train or case.whole, span), *filter(None, (response.rounding,)))
-        loaded = replace(loaded, remarks=said)
+        remarks = (*loaded.remarks, _beat(case.train or case.full_train, span), *filter(None, (response.rounding,)))
+        loaded = replace(loaded, remarks=remarks)
     if apart is None or not case.searched:
         return loaded, ()
     speeds = searched_at(loaded, span, apart, shift)
@@ -161,35 +161,35 @@ def under_load(
 def of_curve(response: DriveResponse, slow: float, load: float = 0.0, every: int = 1) -> UnderLoad:
     """The motions of one curve of a drive that oscillates by `slow` [rad] where it turns slowly."""
     sweep = response.sweep
-    said = () if response.status else (f"{response.curve.message}; a speed without a known motion is forbidden",)
+    remarks = () if response.status else (f"{response.curve.message}; a speed without a known motion is forbidden",)
     if sweep is None:
-        return UnderLoad(load, (Motions(response, every),), slow, remarks=said)
+        return UnderLoad(load, (Motions(response, every),), slow, remarks=remarks)
     jumps = tuple(
         (float(jump.value), up, jump.after > jump.before)
         for some, up in ((sweep.on_run_up, True), (sweep.on_run_down, False)) for jump in some
     )  # fmt: skip
     jumping = tuple((band.low, band.high) for band in sweep.jumping)
     doubled = doubled_spans(response.curve)
-    return UnderLoad(load, (Motions(response, every),), slow, jumps, jumping, tuple(sweep.flips), doubled, (), said)
+    return UnderLoad(load, (Motions(response, every),), slow, jumps, jumping, tuple(sweep.flips), doubled, (), remarks)
 
 
 def _beat(train: DriveTrain | None, span: Span) -> str:
     """Sentence on the length of a beat at both ends of a range."""
     turns, text = beat_said(train)
     ends = [end for w in span for end in (number(2.0 * pi * turns / w, 3), f"{number(w / RPM, 5)} rpm")]
-    return Sentence(BEATS, text, *ends)
+    return Sentence(BEAT_TEXT, text, *ends)
 
 
 def extended(
     loaded: UnderLoad, case: Case, span: Span, speeds: Floats, seeds: tuple[Settling, ...]
 ) -> tuple[UnderLoad, tuple[Settling, ...]]:
     """The motions with those to which random starts at some speeds, and others, lead."""
-    found: Found = search(case, loaded.curves, speeds, seeds, span)
-    whole = replace(
-        loaded, curves=(*loaded.curves, *found.curves), loose=(*loaded.loose, *found.loose),
-        remarks=loaded.remarks if found.settled else (*loaded.remarks, TOO_LIGHT),
+    result: Found = search(case, loaded.curves, speeds, seeds, span)
+    loaded = replace(
+        loaded, curves=(*loaded.curves, *result.curves), loose=(*loaded.loose, *result.loose),
+        remarks=loaded.remarks if result.settled else (*loaded.remarks, TOO_LIGHT),
     )  # fmt: skip
-    return whole, found.seeds
+    return loaded, result.seeds
 
 
 def untried(seeds: Iterable[Settling], loaded: UnderLoad, neighbour: UnderLoad) -> tuple[Settling, ...]:
@@ -201,19 +201,19 @@ def untried(seeds: Iterable[Settling], loaded: UnderLoad, neighbour: UnderLoad) 
     sizes = dict[float, float]()
     for one in loaded.loose:
         sizes[one.omega] = max(sizes.get(one.omega, 0.0), one.oscillation)
-    there = np.array([one[:2] for one in neighbour.loose]).reshape(-1, 2)
+    loose = np.array([one[:2] for one in neighbour.loose]).reshape(-1, 2)
 
-    def known(seed: Settling) -> bool:
-        some = there[np.abs(there[:, 0] - seed.omega) < APART * seed.omega, 1]
-        return bool(np.any(some > AS_LARGE * sizes.get(seed.omega, inf)))
+    def met(seed: Settling) -> bool:
+        some = loose[np.abs(loose[:, 0] - seed.omega) < SPEED_STEP * seed.omega, 1]
+        return bool(np.any(some > LARGE_SHARE * sizes.get(seed.omega, inf)))
 
-    return tuple(seed for seed in seeds if neighbour.curves and not known(seed))
+    return tuple(seed for seed in seeds if neighbour.curves and not met(seed))
 
 
-def searched_at(own: UnderLoad, span: Span, apart: float, shift: float) -> Floats:
+def searched_at(loaded: UnderLoad, span: Span, apart: float, shift: float) -> Floats:
     """Speeds (n,) of the search: spread over the range, both ends, and where no stable motion is known."""
     steps = np.arange(np.log(span[1] / span[0]) / apart - shift)
-    empty = [0.5 * (a + b) for a, b in gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in own.runs], span)]
+    empty = [0.5 * (a + b) for a, b in gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in loaded.runs], span)]
     return np.unique(np.concatenate([span, span[0] * np.exp(apart * (steps + shift)), empty]))
 
 
@@ -253,11 +253,11 @@ def campbell(case: Case, largest: float, orders: tuple[float, ...]) -> list[Camp
     excited = orders_of_drive(case)
     amplitude, stiffness = stiffnesses(case, largest)
     some = resonances(case, stiffness)
-    amplitude, some = amplitude[[found.size > 0 for found in some]], [found for found in some if found.size]
+    amplitude, some = amplitude[[rows.size > 0 for rows in some]], [rows for rows in some if rows.size]
     if not some:
         return []
-    count = min(found.shape[1] for found in some)  # a mode may be a resonance at some amplitudes alone
-    modes = np.array([np.sort(found[0, np.argsort(found[1])[:count]]) for found in some]).T  # (modes, amplitudes)
+    count = min(rows.shape[1] for rows in some)  # a mode may be a resonance at some amplitudes alone
+    modes = np.array([np.sort(rows[0, np.argsort(rows[1])[:count]]) for rows in some]).T  # (modes, amplitudes)
     return [
         CampbellLine(case.load, order, 1 + mode, amplitude, speeds / order, order in excited)
         for order in sorted({*excited, *orders})
@@ -288,11 +288,11 @@ def stiffnesses(case: Case, largest: float) -> tuple[Floats, Floats]:
         return start
     mean = Harmonic(0.0, mean=case.point.mean_torque)
     quiet = case.equation._replace(excitation=mean, error=NoError())
-    found = backbone(quiet, largest * np.arange(1, AMPLITUDES) / (AMPLITUDES - 1), harmonics=HARMONICS)
-    own = case.equation.J * found.omega**2
+    vibration = backbone(quiet, largest * np.arange(1, AMPLITUDES) / (AMPLITUDES - 1), harmonics=HARMONICS)
+    stiffness = case.equation.J * vibration.omega**2
     if not start[1][0] > 0.0:
-        return found.amplitude, own
-    return np.append(start[0], found.amplitude), np.append(start[1], own)
+        return vibration.amplitude, stiffness
+    return np.append(start[0], vibration.amplitude), np.append(start[1], stiffness)
 
 
 def resonances(case: Case, stiffness: Floats) -> list[Floats]:
@@ -310,5 +310,5 @@ def resonances(case: Case, stiffness: Floats) -> list[Floats]:
 
 def _resonant(poles: Any, natural: float) -> Floats:
     """Natural frequencies [rad/s] and damping ratios (2, modes) of what swings among poles [1/s]."""
-    resonant = poles[(poles.imag > LEAST * natural) & (-poles.real < MOST_DAMPED * np.abs(poles))]
+    resonant = poles[(poles.imag > LEAST_MODE * natural) & (-poles.real < MOST_DAMPED * np.abs(poles))]
     return np.array([np.abs(resonant), -resonant.real / np.abs(resonant)])

@@ -16,7 +16,7 @@ from ...drive.asked import PEAK, RMS, MotorLimits
 from ...drive.loops.linear_control import control_parts
 from ...drive.project import Project
 from ...drive.steady import drive_curve, top_of
-from ...drive.train_curve import FEW, Crest
+from ...drive.train_curve import PEAK_POINTS, Crest
 from ...drive.two_turns import BeatCrest
 from ...model.controllers.closed_loop import Sampling
 from ..move.move import move
@@ -297,7 +297,7 @@ class Trial:
                 self._keep(top, case)
             if not self.full:
                 return nan, nan, top[1] if top else inf
-        curve = train and drive_curve(train, speeds, harmonics=self.harmonics, coexisting=False, points=FEW)
+        curve = train and drive_curve(train, speeds, harmonics=self.harmonics, coexisting=False, points=PEAK_POINTS)
         need = None if curve is None else curve.need()
         if curve is None or curve.motor is None or need is None:
             return inf, inf, inf

@@ -111,7 +111,7 @@ def test_what_is_beyond_the_number_of_drives_is_left_out_and_named():
     avoid = speeds_to_avoid(SYSTEM, response, operating_point(SYSTEM))
     subject = Subject(SYSTEM, None, SPEEDS, project())
     # the line cancelled and 10 % smaller are two drives; the inertia begins with the third and ends with the fourth
-    found, left = remedies(subject, response, avoid, 100.0, most=3)
+    found, left = remedies(subject, response, avoid, 100.0, drives=3)
     assert {(remedy.what, remedy.share) for remedy in found} == {
         ("kinematic error of order 2", -1.0), ("kinematic error of order 2", -0.1), ("inertia of the load", -0.1),
     }  # fmt: skip

@@ -21,7 +21,7 @@ from ....study.identification.log import Log
 from ....study.identification.orders.error_scan import error_scan as error_scanned
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as orders_scanned
-from ....study.identification.run import FEWEST, Run
+from ....study.identification.run import FEWEST_SAMPLES, Run
 from ...console import to_json, write_all
 from ..options import file_type, json_option, output_option, reading_options
 
@@ -220,7 +220,7 @@ def _runs(log: Log, channel: str, angle: str | None) -> list[Run]:
     """Stretches of constant speed; the whole log where there is none."""
     times = log.own[channel][0] if channel in log.own else log.time
     parts = [part for part in log.segments() if part.kind == "constant speed"] if log.moving else []
-    parts = [part for part in parts if np.count_nonzero((times >= part.start) & (times <= part.stop)) >= FEWEST]
+    parts = [part for part in parts if np.count_nonzero((times >= part.start) & (times <= part.stop)) >= FEWEST_SAMPLES]
     return [log.run(channel, angle, part=part) for part in parts] or [log.run(channel, angle)]
 
 

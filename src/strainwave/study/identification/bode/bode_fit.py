@@ -32,21 +32,21 @@ BLOCKS = {  # of a project file: number, block with it and the ratio, and what h
     "K": ("gear: {{ratio: {1:.15g}, law: {{type: linear, K: {0!r} N*m/rad}}}}", "gear.law"),
     "B": ("damping: {{B: {0!r} N*m*s/rad}}", "damping.B"),
 }
-USUAL = ("J_m", "J_l", "K", "B", "delay")
+USUAL_NUMBERS = ("J_m", "J_l", "K", "B", "delay")
 STARTS = (1.0, 0.4, 2.5)  # of the stiffness
-DAMPED = 0.01  # damping ratio of a start without damping
-FAR = 5.0  # logarithm of the factor that a number may be off from its start
-STEP, ROUGH = 1e-4, 12  # of the unknowns for differences, and evaluations of a start
+START_DAMPING = 0.01  # damping ratio of a start without damping
+FARTHEST_LOG = 5.0  # logarithm of the factor that a number may be off from its start
+STEP, START_EVALUATIONS = 1e-4, 12  # of the unknowns for differences, and evaluations of a start
 TOLERANCE = 1e-4  # of the largest singular value: what the points tell
-MISSES = 1.3  # times the noise: a residual beyond it is no noise
-SHARE, MOVED = 0.1, 0.02  # relative differences between two amplitudes that are named
-PHASELESS = "no phase was measured, so that the delay is not identifiable"
-LACKS = "the model leaves {} times the noise: the intervals do not hold what it lacks"
-STIFFER = "rises", "backlash, or a spring that stiffens"
-SOFTER = "falls", "friction inside the gear that lets go, or a spring that softens"
-DRY = "dry friction takes a smaller part of a larger torque"
-LOSS = "something saturates, or a loss grows with the motion"
-NONE = Spread(np.empty((0, 0)), np.empty(0), np.empty(0))
+MISFIT_RATIO = 1.3  # times the noise: a residual beyond it is no noise
+SIZE_CHANGE, FREQUENCY_CHANGE = 0.1, 0.02  # relative differences between two amplitudes that are named
+NO_PHASE = "no phase was measured, so that the delay is not identifiable"
+MISFIT_TEXT = "the model leaves {} times the noise: the intervals do not hold what it lacks"
+RISE_CAUSES = "rises", "backlash, or a spring that stiffens"
+FALL_CAUSES = "falls", "friction inside the gear that lets go, or a spring that softens"
+DRY_CAUSE = "dry friction takes a smaller part of a larger torque"
+LOSS_CAUSE = "something saturates, or a loss grows with the motion"
+NO_SPREAD = Spread(np.empty((0, 0)), np.empty(0), np.empty(0))
 
 
 class Modelled(NamedTuple):
@@ -61,7 +61,7 @@ class Modelled(NamedTuple):
         linear, end = state_space(self.train, speed=self.speed), self.train.load.end()
         response = linear.response([np.sqrt(self.measured.omega[0] * self.measured.omega[-1])])[:, -1, 0]
         K = (response[linear.outputs.index("gear torque")] / response[linear.outputs.index("error")]).real
-        B = self.train.B or 2.0 * DAMPED * (K * end.J) ** 0.5
+        B = self.train.B or 2.0 * START_DAMPING * (K * end.J) ** 0.5
         return {"J_m": self.train.motor.J, "J_l": end.J, "K": float(K), "B": float(B), "delay": 0.0, "gain": 1.0}
 
     def of(self, values: dict[str, float]) -> Complexes:
@@ -89,11 +89,11 @@ class Modelled(NamedTuple):
 
 def _speed_over_torque(free: StateSpace, omega: Floats, hold: float) -> Complexes:
     """Response (n,) of a free motor's speed to its torque, which is continuous or constant for a time [s]."""
-    place = free.inputs.index("motor torque")
+    i = free.inputs.index("motor torque")
     if not hold:
-        return np.asarray(free.response(omega)[0, place])
-    n, column = len(free.A), free.B[:, [place]]
-    A, B, *_ = cont2discrete((free.A, column, free.C[:1], free.D[:1, [place]]), hold)
+        return np.asarray(free.response(omega)[0, i])
+    n, column = len(free.A), free.B[:, [i]]
+    A, B, *_ = cont2discrete((free.A, column, free.C[:1], free.D[:1, [i]]), hold)
     turn = np.exp(1j * omega * hold)[:, None, None] * np.eye(n)
     return np.asarray(np.linalg.solve(turn - A, B.astype(complex))[:, :, 0] @ free.C[0])
 
@@ -169,9 +169,9 @@ class BodeFit(Fit):
             facts.append(Fact(f"{name}.off_degrees", phase, "{} degrees rms" if self.measured.phased else ""))
         if self.values:
             facts.append(Fact("numbers", tuple(self._row(name) for name in self.values), "{}"))
-        lacks = self.values and self.missed > MISSES
+        lacks = self.values and self.missed > MISFIT_RATIO
         return (
-            *facts, Fact("left_over_noise", self.missed, LACKS if lacks else ""),
+            *facts, Fact("left_over_noise", self.missed, MISFIT_TEXT if lacks else ""),
             Fact("unidentified", tuple(self.unidentified.values()), "{}"),
             Fact("dependence_on_amplitude", self.dependence, "{}"), Fact("project", self.yaml),
         )  # fmt: skip
@@ -236,13 +236,13 @@ def fit_bode(
     if plot.quantity != "plant" and (train.motor.free or train.motor.held):
         raise ValueError(f"the {plot.quantity} was measured and the motor of the drive has no loop; give it one")
     modelled = Modelled(train, plot, number("speed [rad/s]", speed))
-    start, unknown = modelled.start(), {} if plot.phased else {"delay": PHASELESS}
-    names = tuple(name for name in USUAL if name not in unknown) if free is None else tuple(free)
+    start, unknown = modelled.start(), {} if plot.phased else {"delay": NO_PHASE}
+    names = tuple(name for name in USUAL_NUMBERS if name not in unknown) if free is None else tuple(free)
     wrong = next((name for name in names if name not in UNITS or names.count(name) > 1 or name in unknown), None)
     if wrong is not None:
         raise ValueError(unknown.get(wrong) or f"free has {shown(wrong)}; name each once, of {', '.join(UNITS)}")
     dependence = amplitude_dependence(*plots) if len(plots) == 2 else ()
-    values, scatter = _fitted(modelled, names, start) if names else ({}, NONE)
+    values, scatter = _fitted(modelled, names, start) if names else ({}, NO_SPREAD)
     model, computed = modelled.of({}), modelled.of(values)
     noisy = bool(np.all(plot.deviation > 0.0))
     missed = float(np.sqrt(np.mean(modelled.off(computed) ** 2))) if noisy else nan
@@ -267,16 +267,16 @@ def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -
         return np.asarray(np.log(np.abs(modelled.of(values(0.0, p)) / modelled.measured.value)))
 
     begins = [np.array([log(factor) if name == "K" else 0.0 for name in names]) for factor in STARTS]
-    ways: Any = {"bounds": (-FAR, FAR), "diff_step": STEP}
-    rough = [least_squares(off_in_size, begin, max_nfev=ROUGH, **ways) for begin in begins]
+    ways: Any = {"bounds": (-FARTHEST_LOG, FARTHEST_LOG), "diff_step": STEP}
+    rough = [least_squares(off_in_size, begin, max_nfev=START_EVALUATIONS, **ways) for begin in begins]
     fits = [
         (late, least_squares(partial(off_by, late), fit.x, x_scale="jac", **ways))
         for late, fit in product(_delays(modelled) if "delay" in names else (0.0,), rough)
     ]
     late, best = min(fits, key=lambda fit: float(fit[1].cost))
     misfit, x = partial(off_by, late), np.asarray(best.x)
-    for name, at in zip(names, np.abs(x), strict=True):
-        if at > 0.99 * FAR:
+    for name, moved in zip(names, np.abs(x), strict=True):
+        if moved > 0.99 * FARTHEST_LOG:
             raise ValueError(f"{name} runs to the end of what is searched; leave it out of free")
     J = derivatives(misfit, x, np.full(len(names), STEP))
     refuse_unidentifiable(J, names, np.ones(len(names)), TOLERANCE)
@@ -305,11 +305,11 @@ def amplitude_dependence(first: MeasuredBode, second: MeasuredBode) -> tuple[str
     grid = small.omega[(small.omega >= large.omega[0]) & (small.omega < 0.7 * min(before, after))]
     sizes = np.interp(grid, large.omega, np.abs(large.value)) / np.interp(grid, small.omega, np.abs(small.value))
     ratio, sentences = float(np.median(sizes)) if len(grid) else 1.0, []
-    if abs(after / before - 1.0) > MOVED:
-        moves, cause = STIFFER if after > before else SOFTER
+    if abs(after / before - 1.0) > FREQUENCY_CHANGE:
+        moves, cause = RISE_CAUSES if after > before else FALL_CAUSES
         sentences.append(f"{between} the resonance {moves} {before / HERTZ:.4g} -> {after / HERTZ:.4g} Hz: {cause}")
-    if abs(ratio - 1.0) > SHARE:
-        cause = DRY if ratio > 1.0 else LOSS
+    if abs(ratio - 1.0) > SIZE_CHANGE:
+        cause = DRY_CAUSE if ratio > 1.0 else LOSS_CAUSE
         sentences.append(f"{between} the response below the resonance changes by the factor {ratio:.3g}: {cause}")
     return tuple(sentences) or (f"{between} neither the resonance nor the response below it changes",)
 

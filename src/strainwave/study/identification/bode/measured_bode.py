@@ -19,14 +19,14 @@ from .measured_margins import MeasuredMargins, measured_margins
 Quantity = Literal["plant", "open loop", "closed loop"]
 Estimator = Literal["H1", "instrument", "unknown"]
 
-FEWEST = 8  # frequencies
-REPEATS = 1e-3  # of a reference's power: by how much its periods may differ
+POINTS = 8  # frequencies
+PERIOD_DIFFERENCE = 1e-3  # of a reference's power: by how much its periods may differ
 SEGMENTS = 8  # of a record whose reference does not repeat
-EXCITED = 1e-6  # of the largest power of the reference: below it a frequency is not excited
-STRONG = 5.0  # deviations of the noise by which the torque must follow the reference
-SMOOTHED = 9  # frequencies over which the power of the noise is averaged
-TOGETHER = 25  # frequencies over which the bias of H1 is averaged
-CLEAR, LEAST = 3.0, 0.02  # deviations and relative difference from which on two estimates differ
+EXCITED_POWER = 1e-6  # of the largest power of the reference: below it a frequency is not excited
+TORQUE_DEVIATIONS = 5.0  # deviations of the noise by which the torque must follow the reference
+NOISE_WIDTH = 9  # frequencies over which the power of the noise is averaged
+BIAS_WIDTH = 25  # frequencies over which the bias of H1 is averaged
+CLEAR_DEVIATIONS, LEAST_DIFFERENCE = 3.0, 0.02  # deviations and relative difference from which on two estimates differ
 BY = {
     "H1": "it is the plain H1 = S_uy/S_uu: with the loop closed the noise that is fed back pulls it towards the "
     "inverse of the controller; give the records of reference, torque and speed, whose instrument has no such bias",
@@ -100,11 +100,11 @@ class MeasuredBode(Result):
     def facts(self) -> tuple[Fact, ...]:
         """Measured places and assumptions."""
         low, high = self.omega[[0, -1]].tolist()
-        told = (
+        text = (
             f"Measured Bode plot of the {{}}: {len(self.omega)} frequencies, {low / HERTZ:.4g} .. {high / HERTZ:.4g} Hz"
         )
         return (
-            Fact("quantity", self.quantity, told), Fact("from_rad_per_s", low), Fact("to_rad_per_s", high),
+            Fact("quantity", self.quantity, text), Fact("from_rad_per_s", low), Fact("to_rad_per_s", high),
             Fact("phased", self.phased, "" if self.phased else "no phase was measured: sizes alone are compared"),
             Fact("notes", self.notes, "{}"),
         )  # fmt: skip
@@ -151,8 +151,8 @@ def measured_bode(
     choice("estimator", estimator, *get_args(Estimator))
     w, z = numbers("omega [rad/s]", omega), complex_numbers("value", value)
     noise = np.full(len(w), nan) if deviation is None else array_of("deviation", deviation, len(w))
-    if len(w) < FEWEST or z.shape != w.shape:
-        raise ValueError(f"there are {len(w)} frequencies and {z.size} values; give {FEWEST} or more, a value for each")
+    if len(w) < POINTS or z.shape != w.shape:
+        raise ValueError(f"there are {len(w)} frequencies and {z.size} values; give {POINTS} or more, a value for each")
     order = np.argsort(w, kind="stable")
     w, z, noise = w[order], z[order], noise[order]
     wrong = np.append(w[0] <= 0.0, np.diff(w) <= 0.0)
@@ -214,9 +214,9 @@ def bode_of_records(
     S_ru, S_ry, power = np.sum(r.conj() * u, axis=0), np.sum(r.conj() * y, axis=0), np.sum(np.abs(r) ** 2, axis=0)
     P = S_ry / S_ru
     # averaged, as a weight with the torque's own noise would let in the bias of H1
-    deviation = _noise(y - P * u, power) / np.sqrt(_mean(np.abs(S_ru) ** 2, SMOOTHED))
-    clear = np.abs(S_ru) > STRONG * _noise(u - S_ru / power * r, power)
-    if np.sum(clear) < FEWEST:
+    deviation = _noise(y - P * u, power) / np.sqrt(_mean(np.abs(S_ru) ** 2, NOISE_WIDTH))
+    clear = np.abs(S_ru) > TORQUE_DEVIATIONS * _noise(u - S_ru / power * r, power)
+    if np.sum(clear) < POINTS:
         raise ValueError(
             f"the torque follows the reference above its noise at {np.sum(clear)} frequencies; excite it more"
         )
@@ -238,13 +238,13 @@ def _mean(values: Floats, count: int) -> Floats:
 
 def _noise(left: Complexes, power: Floats) -> Floats:
     """Standard deviation of sums over segments of the reference times what it leaves (segments, n) of a signal."""
-    return np.asarray(np.sqrt(_mean(np.sum(np.abs(left) ** 2, axis=0), SMOOTHED) / (len(left) - 1) * power))
+    return np.asarray(np.sqrt(_mean(np.sum(np.abs(left) ** 2, axis=0), NOISE_WIDTH) / (len(left) - 1) * power))
 
 
 def _bias(omega: Floats, off: Complexes, relative: Floats) -> str:
     """By how much H1 differs from the instrument's estimate."""
-    size = np.hypot(*_mean(np.stack([off.real, off.imag]), TOGETHER))
-    sure = size > np.maximum(CLEAR * np.sqrt(_mean(relative**2, TOGETHER) / TOGETHER), LEAST)
+    size = np.hypot(*_mean(np.stack([off.real, off.imag]), BIAS_WIDTH))
+    sure = size > np.maximum(CLEAR_DEVIATIONS * np.sqrt(_mean(relative**2, BIAS_WIDTH) / BIAS_WIDTH), LEAST_DIFFERENCE)
     if not np.any(sure):
         return "a plain H1 would not differ from it by more than the noise"
     worst = int(np.argmax(size * sure))
@@ -258,9 +258,9 @@ def _period(reference: Floats) -> int:
     """Samples after which a reference repeats; 0 where it does not twice."""
     r, n = reference - np.mean(reference), len(reference)
     products = np.fft.irfft(np.abs(np.fft.rfft(r, 2 * n)) ** 2, 2 * n)
-    power, lags = np.append(0.0, np.cumsum(r * r)), np.arange(2 * FEWEST, n // 2 + 1)
+    power, lags = np.append(0.0, np.cumsum(r * r)), np.arange(2 * POINTS, n // 2 + 1)
     both = power[n - lags] + power[n] - power[lags]
-    return int(next(iter(lags[both - 2.0 * products[lags] <= REPEATS * both]), 0))
+    return int(next(iter(lags[both - 2.0 * products[lags] <= PERIOD_DIFFERENCE * both]), 0))
 
 
 def _spectra(rows: Floats, step: float) -> tuple[Floats, Complexes, str]:
@@ -277,13 +277,13 @@ def _spectra(rows: Floats, step: float) -> tuple[Floats, Complexes, str]:
             f"the reference does not repeat: segments of {size * step:.3g} s with Hann's window smear what is narrower "
             f"than {2.0 / max(size * step, step):.3g} Hz; repeat the sweep"
         )
-    if size < 2 * FEWEST:
+    if size < 2 * POINTS:
         raise ValueError(f"the records have {n} samples, which is too short; record several sweeps")
     parts = np.stack([rows[:, start : start + size] for start in starts], axis=1)
     table = np.fft.rfft((parts - np.mean(parts, axis=2, keepdims=True)) * window, axis=2)[:, :, 1:]
     power = np.sum(np.abs(table[0]) ** 2, axis=0)
-    excited = (power > EXCITED * np.max(power)) & np.all(table[1] != 0.0, axis=0)
-    if np.sum(excited) < FEWEST:
+    excited = (power > EXCITED_POWER * np.max(power)) & np.all(table[1] != 0.0, axis=0)
+    if np.sum(excited) < POINTS:
         raise ValueError(f"the reference excites {np.sum(excited)} frequencies of the torque; sweep it, or add lines")
     omega = 2.0 * pi * np.arange(1, len(power) + 1) / (size * step)
     return omega[excited], table[:, :, excited], cut

@@ -20,9 +20,9 @@ from ....model.train.controls import HERTZ
 
 Logarithm = Callable[[Floats], Complexes]
 
-BETWEEN = 64  # places from one frequency to the next
-LEFT = -1.75 * pi  # least phase at the lowest frequency: three integrators, and an eighth of a turn
-TOLD = pi / 180.0  # of phase: a larger difference of spline and straight line is told
+GRID_STEPS = 64  # places from one frequency to the next
+LOWEST_PHASE = -1.75 * pi  # least phase at the lowest frequency: three integrators, and an eighth of a turn
+PHASE_DOUBT_RAD = pi / 180.0  # of phase: a larger difference of spline and straight line is told
 
 
 class MeasuredMargins(NamedTuple):
@@ -49,28 +49,28 @@ class MeasuredMargins(NamedTuple):
     @property
     def weak(self) -> str:
         """That the loop is close to instability, in one sentence; empty where it is not."""
-        found = self.margins
-        phase, sizes = abs(degrees(found.phase_margin)), (found.gain_margin, found.gain_reduction)
-        return weakness(phase, *sizes, found.peak_sensitivity) if found.stable else ""
+        margins = self.margins
+        phase, sizes = abs(degrees(margins.phase_margin)), (margins.gain_margin, margins.gain_reduction)
+        return weakness(phase, *sizes, margins.peak_sensitivity) if margins.stable else ""
 
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of the margins, once."""
-        found, band = self.margins, f"{number(self.band[0] / HERTZ)} to {number(self.band[1] / HERTZ)} Hz"
-        angles = np.degrees(found.phase_margins)
-        phases = ", ".join(_at("°", angles, found.gain_crossings)) or f"none, |L| is nowhere 1 from {band}"
+        margins, band = self.margins, f"{number(self.band[0] / HERTZ)} to {number(self.band[1] / HERTZ)} Hz"
+        angles = np.degrees(margins.phase_margins)
+        phases = ", ".join(_at("°", angles, margins.gain_crossings)) or f"none, |L| is nowhere 1 from {band}"
         none = f"none, L is nowhere real and negative from {band}"
-        gains = ", ".join(_at("", found.gain_margins, found.phase_crossings)) or none
-        sizes = {"phase_margin_deg": degrees(found.phase_margin), "gain_margin": found.gain_margin}
-        sizes |= {"gain_reduction": found.gain_reduction, "delay_margin_s": found.delay_margin}
-        sizes |= {"peak_sensitivity": found.peak_sensitivity}
-        peak = f"{number(found.peak_sensitivity)} at {number(self.at / HERTZ)} Hz" if found.stable else "none"
-        rows = {"gain_crossings_rad_per_s": found.gain_crossings, "phase_margins_deg": angles}
-        rows |= {"phase_crossings_rad_per_s": found.phase_crossings, "gain_margins": found.gain_margins}
+        gains = ", ".join(_at("", margins.gain_margins, margins.phase_crossings)) or none
+        sizes = {"phase_margin_deg": degrees(margins.phase_margin), "gain_margin": margins.gain_margin}
+        sizes |= {"gain_reduction": margins.gain_reduction, "delay_margin_s": margins.delay_margin}
+        sizes |= {"peak_sensitivity": margins.peak_sensitivity}
+        peak = f"{number(margins.peak_sensitivity)} at {number(self.at / HERTZ)} Hz" if margins.stable else "none"
+        rows = {"gain_crossings_rad_per_s": margins.gain_crossings, "phase_margins_deg": angles}
+        rows |= {"phase_crossings_rad_per_s": margins.phase_crossings, "gain_margins": margins.gain_margins}
         state = (
-            f"the measured loop is {'stable' if found.stable else 'unstable'}, if it has no unstable pole when open "
+            f"the measured loop is {'stable' if margins.stable else 'unstable'}, if it has no unstable pole when open "
         )
         return (
-            Fact("margins.stable", found.stable), Fact("", f"{state}and crosses nothing outside {band}", "{}"),
+            Fact("margins.stable", margins.stable), Fact("", f"{state}and crosses nothing outside {band}", "{}"),
             Fact("", phases, "phase margins: {}"), Fact("", gains, "gain margins: {}"),
             *(Fact(f"margins.{key}", value if isfinite(value) else None) for key, value in sizes.items()),
             *(Fact(f"margins.{key}", values) for key, values in rows.items()),
@@ -92,18 +92,18 @@ def measured_margins(measured: Any) -> MeasuredMargins:
     L = measured.value if measured.quantity == "open loop" else measured.value / (1.0 - measured.value)
     x = np.log(measured.omega)
     phase = np.unwrap(np.angle(L))
-    phase += 2.0 * pi * np.ceil((LEFT - phase[0]) / (2.0 * pi))
+    phase += 2.0 * pi * np.ceil((LOWEST_PHASE - phase[0]) / (2.0 * pi))
     logarithm = np.log(np.abs(L)) + 1j * phase
     spline: Logarithm = CubicSpline(x, logarithm)
 
-    def straight(at: Floats) -> Complexes:
-        return np.asarray(np.interp(at, x, logarithm.real) + 1j * np.interp(at, x, logarithm.imag))
+    def straight(points: Floats) -> Complexes:
+        return np.asarray(np.interp(points, x, logarithm.real) + 1j * np.interp(points, x, logarithm.imag))
 
-    fine = np.interp(np.arange((len(x) - 1) * BETWEEN + 1) / BETWEEN, np.arange(len(x)), x)
-    found, coarse = _crossings(spline, fine), _crossings(straight, fine)
+    fine = np.interp(np.arange((len(x) - 1) * GRID_STEPS + 1) / GRID_STEPS, np.arange(len(x)), x)
+    margins, coarse = _crossings(spline, fine), _crossings(straight, fine)
     top = int(np.argmin(np.abs(1.0 + np.exp(spline(fine)))))
     ends = float(measured.omega[0]), float(measured.omega[-1])
-    return MeasuredMargins(found, float(np.exp(fine[top])), ends, tuple(_doubts(found, coarse)))
+    return MeasuredMargins(margins, float(np.exp(fine[top])), ends, tuple(_doubts(margins, coarse)))
 
 
 def _crossings(log_of: Logarithm, fine: Floats) -> Margins:
@@ -113,11 +113,11 @@ def _crossings(log_of: Logarithm, fine: Floats) -> Margins:
     gains = _roots(fine, values.real, 0.0)
     levels = range(int(np.ceil(np.min(turns))), int(np.floor(np.max(turns))) + 1)
     phases = np.sort(np.concatenate([np.empty(0), *(_roots(fine, turns, level) for level in levels)]))
-    at = log_of(phases).real
+    logs = log_of(phases).real
     stable = _is_stable(values.real, turns)
     peak = float(np.max(np.abs(1.0 / (1.0 + np.exp(values))))) if stable else inf
     lags = np.angle(-np.exp(log_of(gains)))
-    return Margins(np.exp(gains), lags, np.exp(phases), np.exp(-at), stable, peak, complex(nan, nan))
+    return Margins(np.exp(gains), lags, np.exp(phases), np.exp(-logs), stable, peak, complex(nan, nan))
 
 
 def _is_stable(size: Floats, turns: Floats) -> bool:
@@ -139,12 +139,12 @@ def _roots(x: Floats, y: Floats, level: float) -> Floats:
     return np.asarray(x[i] - off[i] * (x[i + 1] - x[i]) / (off[i + 1] - off[i]))
 
 
-def _doubts(found: Margins, coarse: Margins) -> Any:
-    if len(found.gain_crossings) != len(coarse.gain_crossings) or len(found.gain_margins) != len(coarse.gain_margins):
+def _doubts(fine: Margins, coarse: Margins) -> Any:
+    if len(fine.gain_crossings) != len(coarse.gain_crossings) or len(fine.gain_margins) != len(coarse.gain_margins):
         yield "the frequencies are too far apart to tell how often the loop crosses: measure more of them"
         return
-    for w, one, other in zip(found.gain_crossings, found.phase_margins, coarse.phase_margins, strict=True):
-        if abs(one - other) > TOLD:
+    for w, one, other in zip(fine.gain_crossings, fine.phase_margins, coarse.phase_margins, strict=True):
+        if abs(one - other) > PHASE_DOUBT_RAD:
             low, high = (number(p * 180.0 / pi, 3) for p in sorted((one, other)))
             text = f"the phase margin at {number(w / HERTZ)} Hz is from {low}° to {high}°: "
             yield text + "its frequencies are too far apart, measure more of them"

@@ -18,23 +18,23 @@ from ....model.laws import Backlash, BoucWen, Linear, Parallel, PiecewiseLinear,
 from ..fitted import derivatives
 from ..intervals import Spread, derived_freedom, orthogonal, restricted
 from ..law_fit import Candidate, LackOfFit, compared
-from .loop_model import FULL, LoopFit, Shape, ways
+from .loop_model import FULL_STATE, LoopFit, Shape, state_after
 from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
 from .loop_solve import RANK, Solution, left_out, scatter, shifts_of_begins, solve, started
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted
-BEYOND, NOISES = 12, 3.0  # samples that a slope needs, and how many times the noise beyond its corner
-CLEAR = 4.0  # standard deviations by which two slopes must differ: their corner may be anywhere
+SLOPE_SAMPLES, NOISE_FACTOR = 12, 3.0  # samples that a slope needs, and how many times the noise beyond its corner
+SLOPE_DEVIATIONS = 4.0  # standard deviations by which two slopes must differ: their corner may be anywhere
 
 WAVES = 8  # cosines for each direction
-ROWS = 24  # samples for each of them; below two cosines nothing is tested
-LEFT = 1e-3  # of a column: what the unknowns leave of it when they can stand for it
-SENSOR = 1e-4  # of the largest torque: errors along the loop that every sensor has
+WAVE_ROWS = 24  # samples for each of them; below two cosines nothing is tested
+LEAST_PART = 1e-3  # of a column: what the unknowns leave of it when they can stand for it
+SENSOR_ERROR = 1e-4  # of the largest torque: errors along the loop that every sensor has
 
 SMALL_LOOP = 0.04  # of the rated torque
-FURTHER = 1.25  # times the torque measured: from there on a number is told to lie beyond it
-FARTHEST = 60
+RANGE_FACTOR = 1.25  # times the torque measured: from there on a number is told to lie beyond it
+MOST_DOUBLINGS = 60
 
 
 class Twisted:
@@ -44,26 +44,26 @@ class Twisted:
         self.shape, self.given = shape, shape.named(p)
         self.spring, self.x, self.a = _spring(shape, p, 0.0), 0.0, 0.0
 
-    def _at(self, x: float, direction: float) -> tuple[float, float]:
+    def _torque_at(self, x: float, direction: float) -> tuple[float, float]:
         """Torque [N*m] at a torsion that is reached in one direction, and the state there."""
         value = float(self.spring.torque(x))
         if not self.shape.n:
             return value, 0.0
         twist = self.given["yield_twist"]
-        way = max(direction * (x - self.x), 0.0) / twist
-        a = direction * float(ways(direction * self.a, way, self.shape.n, self.given.get("kappa", 0.0)))
+        stroke = max(direction * (x - self.x), 0.0) / twist
+        a = direction * float(state_after(direction * self.a, stroke, self.shape.n, self.given.get("kappa", 0.0)))
         return value + self.given["K"] * twist * a, a
 
     def to(self, target: float, direction: float, *, stay: bool = True) -> float:
         """Torsion [rad] at which the torque [N*m] is the target, in one direction; the law stays there if wanted."""
 
-        def missing(way: float) -> float:
-            return direction * (self._at(self.x + direction * way, direction)[0] - target)
+        def missing(stroke: float) -> float:
+            return direction * (self._torque_at(self.x + direction * stroke, direction)[0] - target)
 
         if missing(0.0) >= 0.0:
             return self.x
         far = abs(target) / self.given["K1"] + abs(self.x) + 1e-12
-        for _ in range(FARTHEST):
+        for _ in range(MOST_DOUBLINGS):
             if missing(far) > 0.0:
                 break
             far *= 2.0
@@ -74,8 +74,8 @@ class Twisted:
             )
         x = self.x + direction * float(brentq(missing, 0.0, far, xtol=1e-15, rtol=1e-13))
         if stay:
-            a = self._at(x, direction)[1]
-            self.x, self.a = x, math.copysign(min(abs(a), FULL), a)
+            a = self._torque_at(x, direction)[1]
+            self.x, self.a = x, math.copysign(min(abs(a), FULL_STATE), a)
         return x
 
 
@@ -104,39 +104,39 @@ def structure(loop: Loop, fit: Solution) -> Structure | None:
     columns = _waves(loop, fit.torsion) * fit.weight[:, None]
     columns /= np.linalg.norm(columns, axis=0)
     left, sizes, _ = np.linalg.svd(orthogonal(basis, columns), full_matrices=False)
-    left = left[:, sizes > LEFT]
+    left = left[:, sizes > LEAST_PART]
     m, freedom = left.shape[1], n - basis.shape[1] - left.shape[1]
     if m == 0:
         return None
     c = left.T @ fit.residual
     noise = fit.residual - left @ c
     unit = 1.0 / float(np.median(fit.weight))
-    known = restricted(np.column_stack([basis, left]), noise)
+    spread = restricted(np.column_stack([basis, left]), noise)
     pulls = shifts_of_begins(loop, fit, left)
-    sensor = n / m * (SENSOR * float(np.max(np.abs(loop.torque - np.mean(loop.torque)))) / unit) ** 2
-    V = known.covariance[-m:, -m:] + pulls @ pulls.T + sensor * np.eye(m)
+    sensor = n / m * (SENSOR_ERROR * float(np.max(np.abs(loop.torque - np.mean(loop.torque)))) / unit) ** 2
+    V = spread.covariance[-m:, -m:] + pulls @ pulls.T + sensor * np.eye(m)
     ratio = float(c @ np.linalg.solve(V, c)) / m
-    chance = float(fdtrc(m, float(np.min(known.freedom)), ratio))
+    chance = float(fdtrc(m, float(np.min(spread.freedom)), ratio))
     pure, missed = unit * float(noise @ noise / freedom) ** 0.5, unit * float(c @ c / n) ** 0.5
     return Structure(LackOfFit(pure, missed, ratio, chance, "loop"), noise)
 
 
-def wider(loop: Loop, fit: Solution, found: Structure | None) -> Spread:
+def wider(loop: Loop, fit: Solution, structure: Structure | None) -> Spread:
     """Scatter of the unknowns; where structure was found at least that of the noise times the ratio."""
     spread_of_noise = scatter(loop, fit)
-    if found is None or not found.lack.found:
+    if structure is None or not structure.lack.found:
         return spread_of_noise
-    alone = np.diag(scatter(loop, fit._replace(residual=found.noise)).covariance) * found.lack.ratio
-    own = np.diag(spread_of_noise.covariance)
-    grown = np.sqrt(np.maximum(np.divide(alone, own, out=np.ones(len(own)), where=own > 0.0), 1.0))
+    alone = np.diag(scatter(loop, fit._replace(residual=structure.noise)).covariance) * structure.lack.ratio
+    variances = np.diag(spread_of_noise.covariance)
+    grown = np.sqrt(np.maximum(np.divide(alone, variances, out=np.ones(len(variances)), where=variances > 0.0), 1.0))
     return spread_of_noise._replace(covariance=spread_of_noise.covariance * np.outer(grown, grown))
 
 
 def _waves(loop: Loop, x: Floats) -> Floats:
     """Cosines (n, 2 WAVES or fewer) over the torsion x (n,), on the way up and on the way down."""
-    count = min(WAVES, len(x) // (2 * ROWS))
-    place = (x - np.min(x)) / np.ptp(x)
-    waves = np.cos(np.pi * np.outer(place, np.arange(count if count > 1 else 0)))
+    count = min(WAVES, len(x) // (2 * WAVE_ROWS))
+    share = (x - np.min(x)) / np.ptp(x)
+    waves = np.cos(np.pi * np.outer(share, np.arange(count if count > 1 else 0)))
     up = (loop.path.direction[loop.path.branch] > 0.0)[:, None]
     return np.hstack([waves * up, waves * ~up])
 
@@ -194,7 +194,7 @@ def fit_loop(
     else:
         rated = number("rated_torque [N*m]", rated_torque, positive=True)
         for share, what in ((1.0, "hysteresis loss"), (SMALL_LOOP, "lost motion")):
-            if share * rated > FURTHER * reached:
+            if share * rated > RANGE_FACTOR * reached:
                 remarks.append(
                     f"{what} is that of the law after {share * rated:.4g} N*m, and the loop ends at {reached:.4g} N*m: "
                     "it holds as far as the law does; measure a loop as large"
@@ -215,7 +215,7 @@ def _candidates(loop: Loop) -> tuple[list[Solution], dict[str, str]]:
         if slopes == 1:
             offset = "torsion_offset is not identifiable: a straight line tells torque_offset - K1 torsion_offset alone"
             return fits, unidentified | {"torsion_offset": offset}
-        why = _untold(loop, min(fits, key=lambda fit: fit.cost))
+        why = _undetermined(loop, min(fits, key=lambda fit: fit.cost))
         if not why:
             return fits, unidentified
         gone = ("K3", "T2") if slopes == 3 else ("K2", "T1")
@@ -237,26 +237,26 @@ def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
     return [fitted(Shape(slopes, gap, n, free_beta, pieces)) for n, free_beta in ELEMENTS for gap in (False, True)]
 
 
-def _untold(loop: Loop, fit: Solution) -> str:
+def _undetermined(loop: Loop, fit: Solution) -> str:
     """Reason for which the samples do not tell the outermost corner of a fit; empty where they do."""
     p = fit.shape.named(fit.p)
     corner, inner, outer = ("x2", "K2", "K3") if fit.shape.slopes == 3 else ("x1", "K1", "K2")
-    way = np.abs(fit.torsion - p.get("torsion_offset", 0.0)) - p.get("half_gap", 0.0)
-    sure = NOISES * loop.torsion_noise
+    twist = np.abs(fit.torsion - p.get("torsion_offset", 0.0)) - p.get("half_gap", 0.0)
+    sure = NOISE_FACTOR * loop.torsion_noise
     reached = float(np.max(np.abs(loop.torque - p["torque_offset"])))
-    if np.count_nonzero(way > p[corner] + sure) < BEYOND:
+    if np.count_nonzero(twist > p[corner] + sure) < SLOPE_SAMPLES:
         return f"the torque reaches {reached:.4g} N*m and no corner lies below it; the law continues with {inner}"
-    if np.count_nonzero(way < p["x1"] - sure) < BEYOND:
-        return f"fewer than {BEYOND} samples lie below the first corner; the law has one slope less"
+    if np.count_nonzero(twist < p["x1"] - sure) < SLOPE_SAMPLES:
+        return f"fewer than {SLOPE_SAMPLES} samples lie below the first corner; the law has one slope less"
     covariance, names = scatter(loop, fit).covariance, fit.shape.names()
     i, j, k = map(names.index, (inner, outer, corner))
     apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]
-    if not abs(p[outer] - p[inner]) > CLEAR * float(np.sqrt(max(apart, 0.0))):
+    if not abs(p[outer] - p[inner]) > SLOPE_DEVIATIONS * float(np.sqrt(max(apart, 0.0))):
         return (
             f"{inner} and {outer} do not differ by more than their uncertainty up to the {reached:.4g} N*m measured; "
             f"the law continues with {inner}"
         )
-    if not p[corner] > CLEAR * float(np.sqrt(covariance[k, k])):
+    if not p[corner] > SLOPE_DEVIATIONS * float(np.sqrt(covariance[k, k])):
         return f"the corner at {p[corner]:.3g} rad is as uncertain as that; the law continues with {inner}"
     return ""
 

@@ -24,7 +24,7 @@ from ..law_fit import Candidate, LawFit
 
 SPRING = ("K1", "K2", "K3", "x1", "x2")
 STEP = 1e-6  # of a central difference, relative
-FULL = 1.0 - 1e-12  # of the yield twist: the largest state at a start
+FULL_STATE = 1.0 - 1e-12  # of the yield twist: the largest state at a start
 
 
 class Shape(NamedTuple):
@@ -75,7 +75,7 @@ class Path(NamedTuple):
     first: tuple[int, ...] = (0,)
 
 
-def ways(a: Any, s: Any, n: int, kappa: float) -> Any:
+def state_after(a: Any, s: Any, n: int, kappa: float) -> Any:
     """State a(s) after a way s (...) in yield twists from the state a (...) along the motion."""
     root = math.sqrt(kappa)
     negative = np.minimum(a, 0.0)
@@ -89,21 +89,21 @@ def ways(a: Any, s: Any, n: int, kappa: float) -> Any:
         past_zero = np.maximum(s - to_zero, 0.0)
         short = np.minimum(s, to_zero)
         rising = negative + s if kappa < STEP else np.tan(root * short + np.arctan(root * negative)) / root
-        settled = np.tanh(past_zero + np.arctanh(np.minimum(np.maximum(a, 0.0), FULL)))
+        settled = np.tanh(past_zero + np.arctanh(np.minimum(np.maximum(a, 0.0), FULL_STATE)))
     return np.where(s < to_zero, rising, settled)
 
 
 def states(path: Path, torsion: Floats, n: int, twist: float, kappa: float, starts: Floats) -> Floats:
     """State z/yield_twist (n,) of the element at every sample, along the positive torsion."""
-    known, at, begins = dict(zip(path.first, starts, strict=True)), 0.0, np.empty(len(path.direction))
+    given, state, begins = dict(zip(path.first, starts, strict=True)), 0.0, np.empty(len(path.direction))
     for j, direction in enumerate(path.direction):
-        begins[j] = direction * known.get(j, at)
+        begins[j] = direction * given.get(j, state)
         if j + 1 < len(begins):
-            way = direction * (path.begin[j + 1] - path.begin[j]) / twist
-            at = direction * min(float(ways(begins[j], max(way, 0.0), n, kappa)), FULL)
+            stroke = direction * (path.begin[j + 1] - path.begin[j]) / twist
+            state = direction * min(float(state_after(begins[j], max(stroke, 0.0), n, kappa)), FULL_STATE)
     direction = path.direction[path.branch]
-    way = np.maximum(direction * (torsion - path.begin[path.branch]), 0.0) / twist
-    return np.asarray(direction * ways(begins[path.branch], way, n, kappa))
+    stroke = np.maximum(direction * (torsion - path.begin[path.branch]), 0.0) / twist
+    return np.asarray(direction * state_after(begins[path.branch], stroke, n, kappa))
 
 
 class Torque(NamedTuple):
@@ -166,7 +166,7 @@ def _element(
         columns["yield_twist"] = K * (z(twist + h, kappa, start) - z(twist - h, kappa, start)) / (2.0 * h)
     for i, name in enumerate(shape.starts() if shape.starts()[0] in names else ()):
         short, beyond = start.copy(), start.copy()
-        short[i], beyond[i] = max(start[i] - STEP, -FULL), min(start[i] + STEP, FULL)
+        short[i], beyond[i] = max(start[i] - STEP, -FULL_STATE), min(start[i] + STEP, FULL_STATE)
         rate = K * (z(twist, kappa, beyond) - z(twist, kappa, short)) / (beyond[i] - short[i])
         # later branches have forgotten the start, or differ by less than rounding
         early = (path.branch >= path.first[i]) & (path.branch <= path.first[i] + 3)
@@ -185,7 +185,7 @@ UNITS = {
     "torque_offset": TORQUE_UNIT, "half_gap": ANGLE_UNIT, "yield_twist": ANGLE_UNIT, "torsion_offset": ANGLE_UNIT,
     "lost_motion": ANGLE_UNIT, "hysteresis_loss": ANGLE_UNIT, "beta": "", "gamma": "",
 }  # fmt: skip
-SAID = {
+NUMBER_WORDS = {
     "K": "stiffness of the element", "yield_twist": "yield twist", "half_gap": "backlash, half gap",
     "torsion_offset": "offset of the torsion", "torque_offset": "offset of the torque", "lost_motion": "lost motion",
     "hysteresis_loss": "hysteresis loss",
@@ -223,7 +223,7 @@ class LoopFit(LawFit):
     rows: ClassVar[str] = "sample"
     places: ClassVar[Along] = {"sample": {"torsion": "rad"}}
     units: ClassVar[dict[str, str]] = UNITS
-    said: ClassVar[dict[str, str]] = SAID
+    words: ClassVar[dict[str, str]] = NUMBER_WORDS
     unknown: ClassVar[str] = "the samples are too few to tell whether the law fits"
 
     rated_torque: float

@@ -16,26 +16,26 @@ import numpy as np
 
 from ....base.results import Floats
 from ..intervals import Spread, restricted
-from .loop_model import FULL, Shape, torque
+from .loop_model import FULL_STATE, Shape, torque
 from .loop_path import Loop
 
 MOST_STEPS = 60
 SMALL_GAIN = 1e-8  # of the cost, from which on a step is the last
 BLOCKS = 12
-THINNED = 400  # samples of a start
+START_SAMPLES = 400  # samples of a start
 TWISTS = (0.01, 0.03, 0.1, 0.3)  # of the largest torsion: yield twists tried at a start
 CORNERS = (0.08, 0.15, 0.25, 0.35, 0.5, 0.65, 0.8)  # of the largest torsion: x1 and x2 tried at a start
 BOUNDS = {"half_gap": (0.0, math.inf), "kappa": (0.0, 20.0)}
-WIDEST = 1e6  # times the loop's own slope or reach, or that part of it: stiffnesses and torsions of a law
+WIDEST_FACTOR = 1e6  # times the loop's own slope or reach, or that part of it: stiffnesses and torsions of a law
 
 BINS = 24  # of the torsion's range, over which residuals of two cycles are compared
-ALIKE = 0.02  # of the range: branches that begin as close together do the same
-SURE = 2.0  # standard deviations from which on a correlation is one
+BEGIN_GAP = 0.02  # of the range: branches that begin as close together do the same
+SURE_DEVIATIONS = 2.0  # standard deviations from which on a correlation is one
 # first left out of dependent columns, after the states at the starts
-LEAST_TOLD = ("kappa", "torsion_offset", "half_gap", "yield_twist", "K", "x2", "x1", "K2")
-UNTOLD = 1e3  # times its value: standard deviation of an unknown that was left out
+WEAKEST_FIRST = ("kappa", "torsion_offset", "half_gap", "yield_twist", "K", "x2", "x1", "K2")
+UNTOLD_FACTOR = 1e3  # times its value: standard deviation of an unknown that was left out
 RANK = 1e-9
-BOUND = 1e6  # degrees of freedom of what stands at a bound
+BOUND_FREEDOM = 1e6  # degrees of freedom of what stands at a bound
 
 
 class Solution(NamedTuple):
@@ -103,8 +103,8 @@ def _inside(loop: Loop, shape: Shape, p: Floats) -> Floats:
     names, wide = shape.names(), float(np.ptp(loop.torsion))
     scales = dict.fromkeys(("x1", "x2", "yield_twist"), wide)
     scales |= dict.fromkeys(("K1", "K2", "K3", "K"), float(np.ptp(loop.torque)) / wide)
-    bounds = BOUNDS | dict.fromkeys(shape.starts(), (-FULL, FULL))
-    bounds |= {name: (scale / WIDEST, scale * WIDEST) for name, scale in scales.items()}
+    bounds = BOUNDS | dict.fromkeys(shape.starts(), (-FULL_STATE, FULL_STATE))
+    bounds |= {name: (scale / WIDEST_FACTOR, scale * WIDEST_FACTOR) for name, scale in scales.items()}
     p = np.clip(p, *np.array([bounds.get(name, (-math.inf, math.inf)) for name in names]).T)
     if "x2" in names:
         p[names.index("x2")] = max(p[names.index("x2")], 1.001 * p[names.index("x1")])
@@ -113,7 +113,7 @@ def _inside(loop: Loop, shape: Shape, p: Floats) -> Floats:
 
 def started(loop: Loop, shape: Shape) -> Floats:
     """Start values (p,): the best of a grid of corners, yield twists and offsets, slopes by linear least squares."""
-    take = np.unique(np.linspace(0, len(loop.torsion) - 1, THINNED).astype(int))
+    take = np.unique(np.linspace(0, len(loop.torsion) - 1, START_SAMPLES).astype(int))
     x, t = loop.torsion[take], loop.torque[take]
     path = loop.path._replace(branch=loop.path.branch[take])
     names = shape.names()
@@ -160,9 +160,9 @@ def left_out(loop: Loop, solution: Solution) -> Floats:
     gram = J.T @ J
     errors = []
     for block in np.array_split(np.arange(len(r)), BLOCKS):
-        own = J[block]
-        rest = gram - own.T @ own + 1e-12 * np.eye(gram.shape[0])
-        p = _inside(loop, solution.shape, solution.p - np.linalg.solve(rest, own.T @ r[block]) / scale)
+        rows = J[block]
+        others = gram - rows.T @ rows + 1e-12 * np.eye(gram.shape[0])
+        p = _inside(loop, solution.shape, solution.p - np.linalg.solve(others, rows.T @ r[block]) / scale)
         miss = linearised(loop, solution.shape, p, solution.torsion, ()).residual[block]
         errors.append(float(np.mean(miss**2)))
     return np.array(errors)
@@ -173,7 +173,7 @@ def scatter(loop: Loop, fit: Solution) -> Spread:
     free = np.sum(fit.jacobian**2, axis=0) > 0.0
     free &= ~np.isin(fit.shape.names(), ["half_gap", "kappa"]) | (fit.p > 0.0)
     bound, names = ~free, np.array(fit.shape.names())
-    for name in (*fit.shape.starts(), *LEAST_TOLD):  # left out as long as the samples do not tell the others apart
+    for name in (*fit.shape.starts(), *WEAKEST_FIRST):  # left out as long as the samples do not tell the others apart
         J = fit.jacobian[:, free]
         sizes = np.linalg.svd(J / np.linalg.norm(J, axis=0), compute_uv=False)
         if not sizes[-1] > RANK * sizes[0]:
@@ -182,10 +182,10 @@ def scatter(loop: Loop, fit: Solution) -> Spread:
     spread = restricted(J, fit.residual)
     moved = np.linalg.solve(J.T @ J, shifts_of_begins(loop, fit, J))
     covariance = spread.covariance * repetition(loop, fit.residual) + moved @ moved.T
-    whole, freedom = np.zeros((len(free), len(free))), BOUND * np.ones(len(free))
-    whole[np.diag_indices(len(free))] = np.where(bound, 0.0, (UNTOLD * fit.p) ** 2)
-    whole[np.ix_(free, free)], freedom[free] = covariance, spread.freedom
-    return Spread(whole, freedom, spread.whitener)
+    full, freedom = np.zeros((len(free), len(free))), BOUND_FREEDOM * np.ones(len(free))
+    full[np.diag_indices(len(free))] = np.where(bound, 0.0, (UNTOLD_FACTOR * fit.p) ** 2)
+    full[np.ix_(free, free)], freedom[free] = covariance, spread.freedom
+    return Spread(full, freedom, spread.whitener)
 
 
 def shifts_of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
@@ -195,30 +195,30 @@ def shifts_of_begins(loop: Loop, fit: Solution, J: Floats) -> Floats:
     p = fit.p.copy()
     spring = fit.shape._replace(n=0, free_beta=False)
     kept = [fit.shape.names().index(name) for name in spring.names()]
-    whole = torque(fit.shape, p, loop.path, fit.torsion).slope
-    shift = fit.weight * (whole - torque(spring, p[kept], loop.path, fit.torsion).slope)
+    slope = torque(fit.shape, p, loop.path, fit.torsion).slope
+    shift = fit.weight * (slope - torque(spring, p[kept], loop.path, fit.torsion).slope)
     pulls = np.array(
         [J[mine].T @ shift[mine] for mine in (loop.path.branch == j for j in range(1, len(loop.path.begin)))]
     )
-    known = ~np.isin(np.arange(1, len(loop.path.begin)), loop.path.first)
-    return np.asarray(pulls.T * loop.begin_noise[1:] * known)
+    read = ~np.isin(np.arange(1, len(loop.path.begin)), loop.path.first)
+    return np.asarray(pulls.T * loop.begin_noise[1:] * read)
 
 
 def repetition(loop: Loop, residual: Floats) -> float:
     """Factor (at least 1) by which the variance grows because cycles of one amplitude repeat their residuals."""
     path, low, wide = loop.path, float(np.min(loop.torsion)), float(np.ptp(loop.torsion))
-    place = np.minimum((BINS * (loop.torsion - low) / wide).astype(int), BINS - 1)
+    bins = np.minimum((BINS * (loop.torsion - low) / wide).astype(int), BINS - 1)
     means = np.full((len(path.begin), BINS), np.nan)
     later = [j for j in range(len(means)) if j not in path.first]
     for j in later:
         mine = path.branch == j
-        count = np.bincount(place[mine], minlength=BINS)
-        sums = np.bincount(place[mine], residual[mine], minlength=BINS)
+        count = np.bincount(bins[mine], minlength=BINS)
+        sums = np.bincount(bins[mine], residual[mine], minlength=BINS)
         means[j, count > 0] = sums[count > 0] / count[count > 0]
     products, squares, pairs, alike = 0.0, 0.0, 0, np.ones(len(means))
     for j in later:
         for k in later[later.index(j) + 1 :]:
-            close = abs(path.begin[j] - path.begin[k]) < ALIKE * wide
+            close = abs(path.begin[j] - path.begin[k]) < BEGIN_GAP * wide
             both = np.isfinite(means[j]) & np.isfinite(means[k])
             if path.direction[j] == path.direction[k] and close and np.any(both):
                 a, b = means[j, both], means[k, both]
@@ -229,4 +229,4 @@ def repetition(loop: Loop, residual: Floats) -> float:
     if squares == 0.0:
         return 1.0
     same = products / squares
-    return 1.0 + same * float(np.mean(alike[later]) - 1.0) if same > SURE / math.sqrt(pairs) else 1.0
+    return 1.0 + same * float(np.mean(alike[later]) - 1.0) if same > SURE_DEVIATIONS / math.sqrt(pairs) else 1.0

@@ -10,25 +10,25 @@ from ..run import Run
 from .beats import Clocks
 from .order_fit import waves_of
 
-TOLD = 0.95  # canonical correlation of two lines above which they are not told apart
-MOTOR, OUTPUT = 8, 4  # orders of the motor's turn that a drive has, and of the output's turn beside them
-MOST_SAMPLES, WIDEST = 20_000, 400  # beyond which whole orders are not tried: so dense angles tell them
-LIKELY, CHUNK = 0.5, 10_000
+ALIKE_CORRELATION = 0.95  # canonical correlation of two lines above which they are not told apart
+MOTOR_ORDERS, OUTPUT_ORDERS = 8, 4  # orders of the motor's turn that a drive has, and of the output's turn beside them
+MOST_SAMPLES, MOST_ORDER = 20_000, 400  # beyond which whole orders are not tried: so dense angles tell them
+LIKELY_CORRELATION, CHUNK = 0.5, 10_000
 
 
 def twins(runs: Sequence[Run], orders: Sequence[float], limit: float, two: Clocks | None) -> dict[float, Floats]:
     """By order the other orders of the drive that the angles of all runs do not tell from it."""
     many = max(len(run.angle) for run in runs)
-    whole = np.arange(1.0, min(limit, WIDEST) if many <= MOST_SAMPLES else 1.0)
-    pairs = [(j, k) for j in range(1, MOTOR + 1) for k in range(-OUTPUT, OUTPUT + 1)]
-    candidates = np.unique(np.concatenate([whole, [] if two is None else [two.order(pair) for pair in pairs]]))
+    whole_orders = np.arange(1.0, min(limit, MOST_ORDER) if many <= MOST_SAMPLES else 1.0)
+    pairs = [(j, k) for j in range(1, MOTOR_ORDERS + 1) for k in range(-OUTPUT_ORDERS, OUTPUT_ORDERS + 1)]
+    candidates = np.unique(np.concatenate([whole_orders, [] if two is None else [two.order(pair) for pair in pairs]]))
     likely = np.min([_likely(run, candidates, np.array(orders)) for run in runs], axis=0)
-    found = {}
-    for order, near in zip(orders, likely.T, strict=True):
-        some = [k for k in candidates[near > LIKELY].tolist() if abs(k - order) > 1e-9]
-        if alike := [k for k in some if min(_alike(run, order, k) for run in runs) > TOLD]:
-            found[order] = np.array(alike)
-    return found
+    aliases = {}
+    for order, chances in zip(orders, likely.T, strict=True):
+        some = [k for k in candidates[chances > LIKELY_CORRELATION].tolist() if abs(k - order) > 1e-9]
+        if alike := [k for k in some if min(_alike(run, order, k) for run in runs) > ALIKE_CORRELATION]:
+            aliases[order] = np.array(alike)
+    return aliases
 
 
 def _likely(run: Run, candidates: Floats, orders: Floats) -> Floats:

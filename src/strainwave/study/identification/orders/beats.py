@@ -20,13 +20,13 @@ from ..run import Run
 from .order_fit import SAME_SPEED, fit_run
 from .order_search import FoundLine, Pair, chance_of
 
-HALF = 0.5  # beats that a run must hold to part two lines
-WIDEST, STEP = 8.0, 0.25  # resolutions beside a line where a second one is looked for, and between two places
-SMALLEST, LARGEST = 29.0, 161.0  # ratios that are looked for without a ratio
-TWO, ROOM = 0.01, 0.5  # probability that one line looks like two; share of a line from which a second one is said
-USUAL, LOBES = (1, 2, 4, 6, 8), (2, 4, 6, 8, 10, 12)  # lines of a wave generator; those that both splines can have
-OUTPUT, APART = 4, 1.3  # lines of the output's turn alone; resolutions: lines that are nearer are one
-WHOLE = 3.0  # deviations; fewer leave whole orders where noise moved them most, and phases at angle 0 with them
+BEATS = 0.5  # beats that a run must hold to part two lines
+SEARCH_WIDTH, SEARCH_STEP = 8.0, 0.25  # resolutions beside a line where a second is looked for, and between two places
+SMALLEST_N, LARGEST_N = 29.0, 161.0  # ratios that are looked for without a ratio
+PAIR_CHANCE, SECOND_SHARE = 0.01, 0.5  # probability that one line looks like two; share of a line that a second has
+USUAL_ORDERS, LOBE_ORDERS = (1, 2, 4, 6, 8), (2, 4, 6, 8, 10, 12)  # of a wave generator; that both splines can have
+OUTPUT_ORDERS, LINE_GAP = 4, 1.3  # lines of the output's turn alone; resolutions: lines that are nearer are one
+WHOLE_DEVIATIONS = 3.0  # fewer leave whole orders where noise moved them most, and phases at angle 0 with them
 ROUNDS, CHUNK = 20, 20_000
 RIDGE = 1e-9  # of a sample: keeps places solvable that are taken already
 
@@ -44,10 +44,10 @@ class Clocks(NamedTuple):
 
     def pairs(self, lowest: float, highest: float) -> dict[Pair, float]:
         """Pairs with their orders between two: of the wave generator against either spline, and of the output."""
-        most = int(highest / self.order((1, 0))) + 1
-        whole = [(j, k) for j in range(1, most + 1) for k in ((0, -j, j) if j in LOBES else (0,))]
-        whole += [(0, k) for k in range(1, OUTPUT + 1)]
-        return {pair: self.order(pair) for pair in whole if lowest <= self.order(pair) <= highest}
+        count = int(highest / self.order((1, 0))) + 1
+        pairs = [(j, k) for j in range(1, count + 1) for k in ((0, -j, j) if j in LOBE_ORDERS else (0,))]
+        pairs += [(0, k) for k in range(1, OUTPUT_ORDERS + 1)]
+        return {pair: self.order(pair) for pair in pairs if lowest <= self.order(pair) <= highest}
 
     def beat(self, pair: Pair) -> float:
         """Turns of the runs' angle in which the lines of a wave generator beat once against both splines."""
@@ -114,9 +114,9 @@ class Around:
         sizes, weights = [], []
         for gram, part, (variance, _) in zip(self.grams, self.parts, self.floor, strict=True):
             inverse = np.linalg.inv(gram[np.ix_(columns, columns)])
-            own = slice(2 * i, 2 * i + 2)
-            sizes.append(float(np.linalg.norm((inverse @ part[columns])[own])))
-            weights.append(2.0 / (variance * float(np.trace(inverse[own, own]))))
+            of_line = slice(2 * i, 2 * i + 2)
+            sizes.append(float(np.linalg.norm((inverse @ part[columns])[of_line])))
+            weights.append(2.0 / (variance * float(np.trace(inverse[of_line, of_line]))))
         return float(np.average(sizes, weights=weights)), 1.0 / math.sqrt(sum(weights))
 
     def sure(self, gain: float) -> float:
@@ -125,7 +125,7 @@ class Around:
 
     def settled(self, places: Floats, loose: Booleans) -> tuple[Floats, Floats]:
         """Places of lines, of those that are loose by least squares from these on, and the deviations of all."""
-        nearest, deviations = STEP / max(run.turns for run in self.runs), np.zeros(len(places))
+        nearest, deviations = SEARCH_STEP / max(run.turns for run in self.runs), np.zeros(len(places))
         for _ in range(ROUNDS):
             left, right = np.zeros((sum(loose), sum(loose))), np.zeros(sum(loose))
             for i, (run, value, (variance, _)) in enumerate(zip(self.runs, self.values, self.floor, strict=True)):
@@ -175,8 +175,8 @@ def completed(
     """Lines with those of the wave generator that stand out at their places, and two in the place of one that beats."""
     turns, once = max(run.turns for run in runs), 1.0 if two is None else two.order((1, 0))
     complete, present = list(lines), [line.place for line in lines if line.kind != "frequency"]
-    usual = [j * once for j in USUAL if span[0] <= j * once <= span[1]]
-    lacking = [k for k in usual if all(abs(k - place) * turns > APART for place in present)]
+    usual = [j * once for j in USUAL_ORDERS if span[0] <= j * once <= span[1]]
+    lacking = [k for k in usual if all(abs(k - order) * turns > LINE_GAP for order in present)]
     while lacking:
         tried = [_tried(runs, complete, k, two, len(usual)) for k in lacking]
         best = min(range(len(tried)), key=lambda i: tried[i].false_alarm)
@@ -189,10 +189,10 @@ def completed(
 
 def _grid(order: float, two: Clocks | None, turns: float) -> tuple[Floats, float]:
     """Places of two lines around an order, and how far from it; the order alone where the runs cannot part them."""
-    if two is not None or order >= SMALLEST or order / LARGEST * turns < HALF:
+    if two is not None or order >= SMALLEST_N or order / LARGEST_N * turns < BEATS:
         return np.array([order]), 0.0
-    reach = STEP * math.ceil(min(WIDEST, turns * order / SMALLEST) / STEP) + 1.0
-    return order + np.arange(-reach, reach + STEP / 2.0, STEP) / turns, reach / turns
+    reach = SEARCH_STEP * math.ceil(min(SEARCH_WIDTH, turns * order / SMALLEST_N) / SEARCH_STEP) + 1.0
+    return order + np.arange(-reach, reach + SEARCH_STEP / 2.0, SEARCH_STEP) / turns, reach / turns
 
 
 def _tried(
@@ -220,7 +220,7 @@ def _twos(around: Around, order: float) -> Integers:
     turns = max(run.turns for run in around.runs)
     first, second = np.triu_indices(len(around.places), 1)
     apart = np.abs(around.places[second] - around.places[first])
-    return np.column_stack([first, second])[(apart * turns > 0.99 * HALF) & (apart <= max(order / SMALLEST, HALF))]
+    return np.column_stack([first, second])[(apart * turns > 0.99 * BEATS) & (apart <= max(order / SMALLEST_N, BEATS))]
 
 
 def _parted(runs: Sequence[Run], lines: Sequence[FoundLine], two: Clocks | None) -> list[FoundLine]:
@@ -245,7 +245,7 @@ def _resolved(
 ) -> list[FoundLine]:  # fmt: skip
     """Lines with one or two in the place of those around a line; frequencies there may be the second one too."""
     turns = max(run.turns for run in runs)
-    width = 3.0 / turns if two is None else max([APART / turns, *(abs(k - line.place) for k in group.values())])
+    width = 3.0 / turns if two is None else max([LINE_GAP / turns, *(abs(k - line.place) for k in group.values())])
     members = [k for k in lines if k.kind != "frequency" and abs(k.place - line.place) <= width]
     if len(members) > 2 or any(member.joint for member in members):
         return lines
@@ -253,7 +253,7 @@ def _resolved(
     standing = [k for k in lines if k.kind == "frequency" and np.min(np.abs(k.place * once - line.place)) <= width]
     places, reach = _grid(line.place, two, turns)
     if group:
-        places = np.array([*group.values(), *(line.place + np.arange(-2.0, 2.0, STEP) / turns)])
+        places = np.array([*group.values(), *(line.place + np.arange(-2.0, 2.0, SEARCH_STEP) / turns)])
     for taken in [[*members, *standing], members] if standing else [members]:
         neighbours = [k for k in lines if k not in taken]
         around = _around(runs, places, neighbours, line.place, len(group))
@@ -268,7 +268,7 @@ def _misfit(runs: Sequence[Run], lines: Sequence[FoundLine]) -> float:
     """Misfit of lines and slow parts to the runs: twice the logarithm of the likelihood, less is better."""
     lowest = min(line.place for line in lines if line.kind != "frequency")
     left = [without(_columns(run, lines, lowest), run.value) for run in runs]
-    return sum(len(rest) * math.log(max(float(rest @ rest), 1e-300)) for rest in left)
+    return sum(len(remainder) * math.log(max(float(remainder @ remainder), 1e-300)) for remainder in left)
 
 
 def _columns(run: Run, lines: Sequence[FoundLine], lowest: float, loose: bool = False) -> Floats:
@@ -282,7 +282,7 @@ def _columns(run: Run, lines: Sequence[FoundLine], lowest: float, loose: bool = 
 def _group(order: float, two: Clocks | None, turns: float, *, short: bool = False) -> dict[Pair, float]:
     """Pairs of the wave generator's lines around an order, if the runs can part them, or cannot; else none."""
     j = 0 if two is None else max(1, round(order / two.order((1, 0))))
-    if two is None or j not in LOBES or short != (turns < HALF * two.beat((j, 0))):
+    if two is None or j not in LOBE_ORDERS or short != (turns < BEATS * two.beat((j, 0))):
         return {}
     group = {pair: two.order(pair) for pair in ((j, 0), (j, -j), (j, j))}
     return group if _beside(order, group, turns) else {}
@@ -301,13 +301,13 @@ def _free(around: Around, members: Sequence[FoundLine], places: float) -> list[F
     both = around.gains(two)
     best, member = two[int(np.argmax(both))], int(np.argmax(single))
     chance = chance_of(around.sure(float(np.max(both) - single[member])), 2.0 * places, len(around.runs))
-    if chance >= TWO:
+    if chance >= PAIR_CHANCE:
         return [members[0]._replace(second=_room(around, member, best))] if len(members) == 1 else list(members)
     settled, errors = around.settled(around.places[best], np.ones(2, dtype=bool))
     apart = float(np.ptp(settled))
-    if apart * turns < HALF or np.inf in errors or np.max(np.abs(settled - around.places[best])) * turns > 1.0:
+    if apart * turns < BEATS or np.inf in errors or np.max(np.abs(settled - around.places[best])) * turns > 1.0:
         return [line._replace(second=1.0) for line in members]
-    reach = np.minimum(WHOLE * errors, 0.4 * apart)
+    reach = np.minimum(WHOLE_DEVIATIONS * errors, 0.4 * apart)
     orders = np.where(np.abs(settled - np.round(settled)) <= reach, np.round(settled), settled)
     loose = orders != np.round(orders)
     if loose.any() and not loose.all():
@@ -335,7 +335,7 @@ def _of_pairs(around: Around, members: Sequence[FoundLine], group: dict[Pair, fl
         others = [i for i in range(len(pairs)) if i not in chosen]
         more = around.gains(np.array([[*chosen, i] for i in others]))
         step = around.sure(float(np.max(more)) - gain)
-        if chance_of(step, len(others), len(around.runs), between=False) >= TWO:
+        if chance_of(step, len(others), len(around.runs), between=False) >= PAIR_CHANCE:
             break
         chosen, gain = [*chosen, others[int(np.argmax(more))]], float(np.max(more))
     if np.max(single) > gain + 2.0 * len(chosen) + 1.0:
@@ -363,7 +363,7 @@ def named(line: FoundLine, turning: Clocks | None, runs: Sequence[Run]) -> Found
     """The line with all pairs that the runs cannot tell apart at its place."""
     if turning is None or line.kind == "frequency" or line.pairs:
         return line
-    reach = HALF / max(run.turns for run in runs)
+    reach = BEATS / max(run.turns for run in runs)
     pairs = turning.pairs(max(line.place - reach, 0.0), line.place + reach)
     return line._replace(pairs=tuple(sorted(pairs, key=lambda pair: abs(pairs[pair] - line.place))))
 
@@ -371,16 +371,16 @@ def named(line: FoundLine, turning: Clocks | None, runs: Sequence[Run]) -> Found
 def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[Run]) -> Iterator[str]:
     """Sentence on lines over the angle that runs are too short for, and the length that they need."""
     turns, lasting = max(run.turns for run in runs), f"{max(run.turns for run in runs):.3g} turns"
-    short = [line for line in lines if not line.joint and turns * line.place / LARGEST < HALF]
+    short = [line for line in lines if not line.joint and turns * line.place / LARGEST_N < BEATS]
     if turning is None and short:
         yield (
-            f"{lasting} cannot tell lines that are nearer than {HALF / turns:.2g} orders: order "
+            f"{lasting} cannot tell lines that are nearer than {BEATS / turns:.2g} orders: order "
             f"{', '.join(f'{line.place:.4g}' for line in short)} may be two, of the wave generator against "
             "either spline; give the ratio, and run over half of their beat at least, which is a quarter of an output "
             "turn for order 2 of the motor, or over a whole one for separate intervals"
         )
     for line in lines:
-        if line.second >= ROOM:
+        if line.second >= SECOND_SHARE:
             yield (
                 f"order {line.place:.4g} may have a second line beside it, of up to {line.second:.2g} times its size"
             )

@@ -139,9 +139,9 @@ class ErrorScan:
             places = ", ".join(f"{line.order:.4g}" for line in self.between)
             rows.append(f"between whole orders: {places}; a project file does not hold it")
         for order, others in self.aliases.items():
-            told = ", ".join(f"{other:g}" for other in others)
+            listing = ", ".join(f"{other:g}" for other in others)
             rows.append(
-                f"order {order:g} may be order {told}: these angles do not tell; scan at others, not evenly spaced"
+                f"order {order:g} may be order {listing}: these angles do not tell; scan at others, not evenly spaced"
             )
         if not self.aliases:
             rows.append(f"these angles tell orders below {self.limit:.4g}; a line above would show below it")

@@ -26,15 +26,15 @@ from ..run import Run, column, refuse_descending
 from .aliases import twins
 from .beats import clocks
 from .error_result import ErrorScan, Noise, Reversal, ScanLine, polar
-from .order_fit import FEWEST, RunFit, correlation, fit_run, rounding, waves_of
+from .order_fit import FEWEST_NEIGHBOURS, RunFit, correlation, fit_run, rounding, waves_of
 from .order_search import Coordinate, Spectrum, chance_of
 
-HIGHEST_SOUGHT = 100
-NEARLY = 1e-6  # of a turn: rounding of the angles
-ROUNDED = 1.5  # a residual of at most so many times the variance of rounding has no lines
+HIGHEST_ORDER = 100
+ANGLE_ROUNDING = 1e-6  # of a turn: rounding of the angles
+ROUNDING = 1.5  # a residual of at most so many times the variance of rounding has no lines
 CANDIDATES = 4  # orders that are tried beside the lines found
 PATIENCE = 3  # lines in a row that noise may explain as long as others leak into it
-LOWEST = 0.9  # order that is looked for
+LOWEST_ORDER = 0.9  # order that is looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class Direction(Run):
         return super().slow_columns(0.0)[:, : 1 + self.drift]
 
 
-def _found(runs: Sequence[Run], highest: int, false_alarm: float) -> list[float]:
+def _orders(runs: Sequence[Run], highest: int, false_alarm: float) -> list[float]:
     """Places of lines: whole orders, and others apart from these by half of what the turns resolve.
 
     A line that is not fitted yet leaks into others and into what passes for noise, by the drift and over part of a
@@ -65,19 +65,19 @@ def _found(runs: Sequence[Run], highest: int, false_alarm: float) -> list[float]
     """
     resolution = 1.0 / max(run.turns for run in runs)
     axes = [Coordinate(run.angle - run.angle[0], highest + resolution, rounding(run.value)) for run in runs]
-    spectrum = Spectrum(axes, LOWEST)
+    spectrum = Spectrum(axes, LOWEST_ORDER)
     beside = np.abs(spectrum.places - np.round(spectrum.places))
-    whole, free = beside <= 0.5 * spectrum.step, beside > 0.5 * resolution
-    free |= whole
+    is_whole, free = beside <= 0.5 * spectrum.step, beside > 0.5 * resolution
+    free |= is_whole
     chosen, idle = list[float](), 0
     while idle < PATIENCE:
         left = _left(runs, chosen)
-        explained = all(float(r @ r) <= ROUNDED * axis.least * len(r) for r, axis in zip(left, axes, strict=True))
+        explained = all(float(r @ r) <= ROUNDING * axis.least * len(r) for r, axis in zip(left, axes, strict=True))
         sums = np.where(free, np.sum(spectrum.ratios(left), axis=0), 0.0)
-        likely = np.flatnonzero(sums * whole).tolist()
-        if explained or not likely or min(map(len, left)) <= 2 * len(chosen) + 4 + FEWEST:
+        likely = np.flatnonzero(sums * is_whole).tolist()
+        if explained or not likely or min(map(len, left)) <= 2 * len(chosen) + 4 + FEWEST_NEIGHBOURS:
             break
-        first, other = max(likely, key=sums.item), int(np.argmax(sums * ~whole))
+        first, other = max(likely, key=sums.item), int(np.argmax(sums * ~is_whole))
         best, sure = first, chance_of(sums.item(first), highest, len(runs), between=False) < false_alarm
         if not sure and chance_of(sums.item(other), spectrum.trials, len(runs)) < false_alarm:
             best, sure = other, True
@@ -85,9 +85,9 @@ def _found(runs: Sequence[Run], highest: int, false_alarm: float) -> list[float]
             some = sorted(likely, key=sums.item)[-CANDIDATES:]
             best = min(some, key=lambda i: _size(runs, [*chosen, round(spectrum.places.item(i))]))
         idle = 0 if sure else idle + 1
-        place = spectrum.places.item(best)
-        chosen.append(round(place) if whole[best] else _settled(runs, chosen, place, spectrum.step))
-        free &= np.abs(spectrum.places - chosen[-1]) > (0.5 if whole[best] else 1.0) * resolution
+        order = spectrum.places.item(best)
+        chosen.append(round(order) if is_whole[best] else _settled(runs, chosen, order, spectrum.step))
+        free &= np.abs(spectrum.places - chosen[-1]) > (0.5 if is_whole[best] else 1.0) * resolution
     while chosen:
         fits = _fits(runs, chosen, highest)
         alarms = [_chance(fits, i, k, highest if k == round(k) else spectrum.trials) for i, k in enumerate(chosen)]
@@ -103,12 +103,12 @@ def _left(runs: Sequence[Run], orders: Sequence[float]) -> list[Floats]:
 
 
 def _size(runs: Sequence[Run], orders: Sequence[float]) -> float:
-    return sum(float(rest @ rest) for rest in _left(runs, orders))
+    return sum(float(residual @ residual) for residual in _left(runs, orders))
 
 
-def _settled(runs: Sequence[Run], others: Sequence[float], place: float, step: float) -> float:
+def _settled(runs: Sequence[Run], others: Sequence[float], order: float, step: float) -> float:
     """The place of a line, so near to one beside others, that leaves least."""
-    bounds = (place - step, place + step)
+    bounds = (order - step, order + step)
     return float(minimize_scalar(lambda k: _size(runs, [*others, k]), bounds=bounds, method="bounded").x)
 
 
@@ -208,7 +208,7 @@ def error_scan(
         runs.append(_direction("backward ", *backward, sign, drift))
     limit = min(0.5 * len(run.angle) / run.turns for run in runs)
     looked_at = _sought(highest, limit)
-    places = _found(runs, looked_at, false_alarm) if orders is None else _given(orders, limit)
+    places = _orders(runs, looked_at, false_alarm) if orders is None else _given(orders, limit)
     trials = looked_at if orders is None else len(places)
     scan = _scan(runs, places, trials, false_alarm, noise)
     chosen = [line.order for line in scan.lines]
@@ -224,7 +224,7 @@ def _direction(prefix: str, angle: Any, error: Any, sign: float, drift: bool) ->
     back = "average repeated ones, give the way back as `backward`, its angles ascending too"
     refuse_descending(theta, f"{prefix}angle", "rad", f"angles must ascend: {back}")
     direction = Direction(theta, theta, sign * e, drift=drift)
-    if direction.turns < 1.0 - NEARLY:
+    if direction.turns < 1.0 - ANGLE_ROUNDING:
         raise ValueError(
             f"the {prefix}angles reach over {direction.turns:.4g} turns of the base angle; scan at least one "
             "whole turn, or take a base angle that turns faster (the motor's)"
@@ -239,7 +239,7 @@ def _sought(highest: int | None, limit: float) -> int:
             "turn, or count orders on the slower shaft's turn"
         )
     if highest is None:
-        return max(1, min(HIGHEST_SOUGHT, int(0.9 * limit)))
+        return max(1, min(HIGHEST_ORDER, int(0.9 * limit)))
     wanted = positive_count("highest", highest, HIGHEST)
     if not wanted < limit:
         raise ValueError(
@@ -271,21 +271,21 @@ def _scan(
     spread = [float(fit.residual @ fit.residual) / (len(fit.residual) - len(fit.inverse)) for fit in fits]
 
     def variances(order: float) -> list[float]:
-        told = spread if white else [fit.floor.variance(order) for fit in fits]
-        return [max(variance, fit.least) for variance, fit in zip(told, fits, strict=True)]
+        noises = spread if white else [fit.floor.variance(order) for fit in fits]
+        return [max(variance, fit.least) for variance, fit in zip(noises, fits, strict=True)]
 
-    found = [
+    lines = [
         ScanLine(k, *polar(*_mean(fits, i, variances(k))), _chance(fits, i, k, trials)) for i, k in enumerate(places)
     ]
-    whole = [i for i, k in enumerate(places) if k == round(k)]
+    whole_orders = [i for i, k in enumerate(places) if k == round(k)]
     reversal = None
     if len(fits) == 2:
-        difference = (fits[0].values - fits[1].values)[whole]
-        low, high = extremes([places[i] for i in whole], difference.real, -difference.imag)
+        difference = (fits[0].values - fits[1].values)[whole_orders]
+        low, high = extremes([places[i] for i in whole_orders], difference.real, -difference.imag)
         error = math.sqrt(sum(v * float(fit.inverse[0, 0]) for v, fit in zip(variances(0), fits, strict=True)))
         reversal = Reversal(float(fits[0].slow[0] - fits[1].slow[0]), error, high - low)
     return ErrorScan(
-        tuple(found[i] for i in whole),
+        tuple(lines[i] for i in whole_orders),
         float(np.mean([fit.slow[0] for fit in fits])),
         float(np.mean([np.sum(fit.slow[1:]) / run.travel for run, fit in zip(runs, fits, strict=True)])),
         math.sqrt(float(left @ left) / len(left)),
@@ -295,5 +295,5 @@ def _scan(
         len(left),
         min(run.turns for run in runs),
         reversal,
-        tuple(line for i, line in enumerate(found) if i not in whole),
+        tuple(line for i, line in enumerate(lines) if i not in whole_orders),
     )

@@ -18,12 +18,12 @@ from ....base.results import Complexes, Floats
 from ..run import Run
 
 NEIGHBOURS = 64  # independent frequencies from which the noise at an order is estimated
-FEWEST = 12
+FEWEST_NEIGHBOURS = 12
 SCATTER = math.pi**2 / 6.0  # variance of the logarithm of an exponential value
-CUT = 3.0  # a logarithm that stands so far above the median is a line
-EVEN = 1e-6  # of a step: angles that deviate less are equidistant
+LINE_HEIGHT = 3.0  # a logarithm that stands so far above the median is a line
+EVEN_SHARE = 1e-6  # of a step: angles that deviate less are equidistant
 BEND = 5.0  # spacings
-CLOSE = 1.5  # frequencies nearer than so many spacings to a fitted line are no noise
+LINE_WIDTH = 1.5  # frequencies nearer than so many spacings to a fitted line are no noise
 
 
 def correlation(residual: Floats) -> float:
@@ -51,8 +51,8 @@ def _sums(angle: Floats, residual: Floats, spacing: float, count: int) -> Comple
     n = len(angle)
     step = float(angle[-1] - angle[0]) / (n - 1)
     stride = spacing * step * n / (2.0 * math.pi)
-    even = float(np.max(np.abs(angle - angle[0] - step * np.arange(n)))) < EVEN * step
-    if even and abs(stride - round(stride)) < EVEN / count:
+    even = float(np.max(np.abs(angle - angle[0] - step * np.arange(n)))) < EVEN_SHARE * step
+    if even and abs(stride - round(stride)) < EVEN_SHARE / count:
         return np.asarray(np.fft.fft(residual)[round(stride) * np.arange(1, count + 1) % n])
     turn = np.exp(-1j * spacing * (angle - angle[0]))
     turned = residual.astype(complex)
@@ -86,7 +86,7 @@ class Floor:
         self.orders, self.spacing, self.highest, self.samples = orders, spacing, highest, samples
         # The mean logarithm of an exponential value lies Euler's constant below that of its mean.
         self.logarithms = np.log(np.maximum(powers, max(least, 1e-300))) + np.euler_gamma
-        self.enough = len(orders) >= FEWEST
+        self.enough = len(orders) >= FEWEST_NEIGHBOURS
 
     def estimates(self, sought: Any) -> tuple[Floats, Floats]:
         """Means (n,) of P at orders (n,) for a decision, and how many exponential values they are worth.
@@ -103,7 +103,7 @@ class Floor:
         """Variance s^2 of the white noise that has the residual's mean P around an order."""
         return 0.25 * self.samples * float(self._means(order, lambda x: x)[0][0])
 
-    def _means(self, sought: Any, place: Callable[[Floats], Floats]) -> tuple[Floats, Floats]:
+    def _means(self, sought: Any, axis: Callable[[Floats], Floats]) -> tuple[Floats, Floats]:
         """`estimates` by straight lines through the logarithms of P at the neighbours, over a `place` of the order.
 
         Noise falls with the order more often than not, and low orders have neighbours on one side alone; lines that
@@ -115,9 +115,9 @@ class Floor:
             mean = math.exp(float(np.mean(self.logarithms))) if count else math.inf
             return np.full(len(sought), mean), np.full(len(sought), count / SCATTER if count else 1.0)
         first = np.clip(np.searchsorted(self.orders, sought) - NEIGHBOURS // 2, 0, len(self.orders) - count)
-        near = first[:, None] + np.arange(count)
-        x, y = place(self.orders)[near] - place(sought)[:, None], self.logarithms[near]
-        y = np.minimum(y, np.median(y, axis=1, keepdims=True) + CUT)
+        neighbours = first[:, None] + np.arange(count)
+        x, y = axis(self.orders)[neighbours] - axis(sought)[:, None], self.logarithms[neighbours]
+        y = np.minimum(y, np.median(y, axis=1, keepdims=True) + LINE_HEIGHT)
         middle = np.mean(x, axis=1)
         off = x - middle[:, None]
         spread = np.sum(off * off, axis=1)
@@ -146,15 +146,15 @@ def noise_floor(runs: Sequence[Any], highest: int, lines: Sequence[float], least
     powers = power(runs, spacing, count)
     free = np.ones(count, bool)
     for line in lines:
-        free &= np.abs(orders - line) > min(CLOSE * spacing, 0.5) - 1e-6
+        free &= np.abs(orders - line) > min(LINE_WIDTH * spacing, 0.5) - 1e-6
     return Floor(orders[free], powers[free], spacing, highest, samples, 4.0 * least / samples)
 
 
-LONGEST = 0.02  # s: the largest delay that is looked for
-FINE = 0.3  # rad: of the fastest change of phase between two delays that are tried
+DELAY_S = 0.02  # s: the largest delay that is looked for
+STEP_RAD = 0.3  # rad: of the fastest change of phase between two delays that are tried
 ROUNDS = 4
 SAME_SPEED = 0.02  # relative difference of two speeds that counts as none
-WORST = 1e3  # condition of the columns of a run
+WORST_CONDITION = 1e3  # condition of the columns of a run
 ROUNDING = 1e-13  # of the largest value: that of the computer, which is no white noise but repeats with the lines
 
 
@@ -193,8 +193,8 @@ class RunFit:
 
     def block(self, i: int) -> Floats:
         """The part (2, 2) of line i in (X'X)^-1."""
-        place = slice(len(self.slow) + 2 * i, len(self.slow) + 2 * i + 2)
-        return self.inverse[place, place]
+        columns = slice(len(self.slow) + 2 * i, len(self.slow) + 2 * i + 2)
+        return self.inverse[columns, columns]
 
     def amplitude(self, i: int) -> tuple[float, float]:
         """Amplitude of line i, and its standard deviation."""
@@ -226,12 +226,12 @@ def fit_run(
         inverse = _with_places(columns, shares, theta, [first + 2 * i for i in loose])
     values, spreads = [], []
     for i, k in enumerate(orders):
-        place = slice(first + 2 * i, first + 2 * i + 2)
-        values.append(complex(*shares[place]))
-        spreads.append(max(floor.variance(k), least) * inverse[place, place])
-    rest = run.value - columns[:, first:] @ shares[first:]
+        pair = slice(first + 2 * i, first + 2 * i + 2)
+        values.append(complex(*shares[pair]))
+        spreads.append(max(floor.variance(k), least) * inverse[pair, pair])
+    remainder = run.value - columns[:, first:] @ shares[first:]
     spread = np.array(spreads).reshape(len(values), 2, 2)
-    return RunFit(np.array(values), spread, residual, rest, floor, shares[:first], inverse, least)
+    return RunFit(np.array(values), spread, residual, remainder, floor, shares[:first], inverse, least)
 
 
 def waves_of(angle: Floats, orders: Sequence[float]) -> list[Floats]:
@@ -248,7 +248,7 @@ def solved(run: Run, columns: Floats, orders: Sequence[float]) -> tuple[Floats, 
         )
     sizes = np.linalg.norm(columns, axis=0)
     u, s, vt = np.linalg.svd(columns / np.where(sizes > 0.0, sizes, 1.0), full_matrices=False)
-    if s[0] > WORST * s[-1]:
+    if s[0] > WORST_CONDITION * s[-1]:
         raise ValueError(
             f"samples over {run.turns:.3g} turns do not tell the orders {', '.join(f'{k:g}' for k in orders)} apart; "
             "take longer runs without gaps in the angle, or fewer orders"
@@ -269,9 +269,9 @@ def _with_places(columns: Floats, shares: Floats, theta: Floats, begin: Sequence
 def _taken(run: Run, orders: Sequence[float], slow: int, highest: float) -> list[float]:
     """Independent orders near which fitted lines, or so many slow columns, leave less than the noise."""
     spacing = (1.0 - 1.0 / len(run.time)) / run.turns
-    grid = spacing * np.arange(1, int(1.5 * highest / spacing) + int(0.5 * slow + CLOSE) + 2)
-    near = np.min([np.abs(grid - k) for k in (*orders, np.inf)], axis=0) <= CLOSE * spacing
-    return [*orders, *grid[near | (grid <= (0.5 * slow + CLOSE) * spacing)]]
+    grid = spacing * np.arange(1, int(1.5 * highest / spacing) + int(0.5 * slow + LINE_WIDTH) + 2)
+    beside = np.min([np.abs(grid - k) for k in (*orders, np.inf)], axis=0) <= LINE_WIDTH * spacing
+    return [*orders, *grid[beside | (grid <= (0.5 * slow + LINE_WIDTH) * spacing)]]
 
 
 def rounding(values: Floats) -> float:
@@ -349,12 +349,12 @@ def _linear(
 ) -> tuple[Floats, Floats, Floats]:  # fmt: skip
     """Derivatives by (lines, delay) and differences, in deviations, at the nearest lines of a delay."""
     (runs, lines), turn = values.shape, np.exp(-1j * orders * speeds[:, None] * d)
-    own = np.stack([_weighted(roots, turn), _weighted(roots, 1j * turn)], axis=-1)
+    bases = np.stack([_weighted(roots, turn), _weighted(roots, 1j * turn)], axis=-1)
     wanted, jacobian = _weighted(roots, values), np.zeros((runs, lines, 2, 2 * lines + delayed))
     means = np.empty(lines, complex)
     for i in range(lines):
-        jacobian[:, i, :, 2 * i : 2 * i + 2] = own[:, i]
-        means[i] = complex(*np.linalg.lstsq(own[:, i].reshape(-1, 2), wanted[:, i].ravel(), rcond=None)[0])
+        jacobian[:, i, :, 2 * i : 2 * i + 2] = bases[:, i]
+        means[i] = complex(*np.linalg.lstsq(bases[:, i].reshape(-1, 2), wanted[:, i].ravel(), rcond=None)[0])
     if delayed:
         jacobian[..., -1] = _weighted(roots, -1j * orders * speeds[:, None] * turn * means)
     return jacobian.reshape(2 * runs * lines, -1), _weighted(roots, values - means * turn).ravel(), means
@@ -364,7 +364,7 @@ def _delay(orders: Floats, speeds: Floats, values: Floats, roots: Floats) -> flo
     """The longer delay [s] with the smallest differences, among many."""
     weights = np.linalg.norm(roots, axis=(2, 3)) ** 2 / 2.0
     fastest = float(np.max(np.abs(np.subtract.outer(speeds, speeds)))) * float(np.max(orders))
-    tried = np.linspace(-LONGEST, LONGEST, 2 * int(min(LONGEST * fastest / FINE, 5000)) + 3)
+    tried = np.linspace(-DELAY_S, DELAY_S, 2 * int(min(DELAY_S * fastest / STEP_RAD, 5000)) + 3)
     turned = values[None] * np.exp(1j * tried[:, None, None] * orders[None, None] * speeds[None, :, None])
     total = np.sum(np.abs(np.sum(weights * turned, axis=1)) ** 2 / np.sum(weights, axis=0), axis=1)
     return float(tried[np.argmax(total)])

@@ -18,12 +18,12 @@ from ....model.excitation import KinematicError, Line
 from ..intervals import Interval, interval
 from ..run import angle_before, refuse_descending
 from .order_search import Kind, Pair
-from .places import RARE
+from .places import CHANCE
 from .responses import Responses
 
-NEIGHBOUR, FURTHER = 1.1, 1.5  # factor of a speed up to which runs tell it: a run alone, and runs at several speeds
+RUN_FACTOR, RUNS_FACTOR = 1.1, 1.5  # of a speed up to which runs tell it: a run alone, and runs at several speeds
 FEWEST_SPEEDS = 3  # that tell how much an amplitude varies with the speed
-VARIES = 0.05  # of the mean amplitude in the runs, from which one amplitude is not that of all
+VARIATION = 0.05  # of the mean amplitude in the runs, from which one amplitude is not that of all
 
 
 @dataclass(frozen=True)
@@ -87,8 +87,8 @@ class OrderLine:
             return Interval(self.order - self.order_error, self.order + self.order_error)
         if name not in ("amplitude", "phase"):
             raise ValueError(f"{shown(name)} has no interval; a line has those of amplitude, phase and order")
-        found = interval(getattr(self, name), getattr(self, f"{name}_error"), self.freedom, level)
-        return found if name == "phase" else Interval(max(found.low, 0.0), found.high)
+        bounds = interval(getattr(self, name), getattr(self, f"{name}_error"), self.freedom, level)
+        return bounds if name == "phase" else Interval(max(bounds.low, 0.0), bounds.high)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,8 +138,8 @@ class OrderScan(Result):
     @property
     def varying(self) -> tuple[OrderLine, ...]:
         """Lines over the angle whose amplitude differs between runs, by more than their errors and by 5 %."""
-        over_angle = [line for line in self.lines if line.kind != "frequency" and line.same < RARE / len(self.lines)]
-        return tuple(line for line in over_angle if np.ptp(line.by_run) > VARIES * np.mean(line.by_run))
+        over_angle = [line for line in self.lines if line.kind != "frequency" and line.same < CHANCE / len(self.lines)]
+        return tuple(line for line in over_angle if np.ptp(line.by_run) > VARIATION * np.mean(line.by_run))
 
     def line(self, order: float) -> OrderLine:
         """The line nearest to an order."""
@@ -200,12 +200,12 @@ class OrderScan(Result):
             If no line over the angle is there, or the runs do not tell it at this speed.
         """
         over_angle = [line for line in self.lines if line.kind != "frequency"]
-        near = [line for line in over_angle if abs(line.order - order) <= max(line.order_error, 1e-6 * order)]
-        if not near:
+        lines = [line for line in over_angle if abs(line.order - order) <= max(line.order_error, 1e-6 * order)]
+        if not lines:
             raise ValueError(f"the scan has no line at order {order:g}; give orders=[{order:g}] to fit it")
-        line, speed = min(near, key=lambda some: abs(some.order - order)), checked_number("speed [rad/s]", speed)
+        line, speed = min(lines, key=lambda some: abs(some.order - order)), checked_number("speed [rad/s]", speed)
         speeds, sizes, errors = np.abs(self.speeds), line.by_run, line.by_run_error
-        close = (speeds <= abs(speed) * NEIGHBOUR) & (speeds * NEIGHBOUR >= abs(speed))
+        close = (speeds <= abs(speed) * RUN_FACTOR) & (speeds * RUN_FACTOR >= abs(speed))
         if np.any(same_way := close & (self.speeds * speed > 0.0)):
             close = same_way
         if np.any(close):
@@ -215,7 +215,7 @@ class OrderScan(Result):
             ends = interval(value, math.sqrt(max(excess, 1.0) / float(np.sum(weights))), math.inf, level)
             return value, 0.5 * (ends.high - ends.low)
         ascending = np.argsort(speeds)
-        steps = 1 + np.flatnonzero(speeds[ascending][1:] > NEIGHBOUR * speeds[ascending][:-1])
+        steps = 1 + np.flatnonzero(speeds[ascending][1:] > RUN_FACTOR * speeds[ascending][:-1])
         groups = np.split(ascending, steps)
         _refuse_far(order, abs(speed), np.array([float(np.mean(speeds[group])) for group in groups]))
         means, many = np.array([float(np.mean(sizes[group])) for group in groups]), len(groups)
@@ -239,14 +239,14 @@ class OrderScan(Result):
         lines = [f"Order scan of {len(self.speeds)} runs at {speeds} rad/s"]
         for line in self.lines:
             low, high = [number(end / size, 4) for end in line.interval()]
-            place = (
+            title = (
                 f"{line.frequency:.4g} Hz"
                 if line.kind == "frequency"
                 else f"order {line.order:g} +- {line.order_error:.2g}"
             )
             phase = f"{number(math.degrees(line.phase))} +- {number(math.degrees(line.phase_error), 2)} deg"
-            told = f"{number(line.amplitude / size)}{unit} (95 %: {low} to {high}), phase {phase}"
-            lines.append(f"  {place}: {told}; {line.why}; false alarm {line.false_alarm:.0e}")
+            amplitude = f"{number(line.amplitude / size)}{unit} (95 %: {low} to {high}), phase {phase}"
+            lines.append(f"  {title}: {amplitude}; {line.why}; false alarm {line.false_alarm:.0e}")
         if math.isfinite(self.delay_error):
             low, high = [number(1e3 * end) for end in self.delay_interval()]
             lines.append(f"  the value lags {number(1e3 * self.delay)} ms behind the angle (95 %: {low} to {high})")
@@ -258,11 +258,11 @@ def _refuse_far(order: float, speed: float, speeds: Floats) -> None:
     """Refuse a speed [rad/s] that runs at these speeds, ascending, do not tell (ValueError)."""
     reached = [*speeds[(speeds < speed)][-1:], speed, *speeds[speeds > speed][:1]]
     steps = [b / a for a, b in pairwise(reached)] if speed > 0.0 else [math.inf]
-    if len(speeds) >= FEWEST_SPEEDS and max(steps) <= FURTHER * FURTHER and min(steps) <= FURTHER:
+    if len(speeds) >= FEWEST_SPEEDS and max(steps) <= RUNS_FACTOR * RUNS_FACTOR and min(steps) <= RUNS_FACTOR:
         return
     hertz = ", ".join(f"{order * one / (2.0 * math.pi):.3g}" for one in speeds)
     raise ValueError(
         f"order {order:g} was measured at {', '.join(f'{one:.3g}' for one in speeds)} rad/s, which is {hertz} Hz: at "
         f"{speed:.3g} rad/s or {order * speed / (2.0 * math.pi):.3g} Hz a resonance may change it; give a run within "
-        f"10 % of it, or runs at {FEWEST_SPEEDS} speeds or more in steps of at most a factor of {FURTHER:g}"
+        f"10 % of it, or runs at {FEWEST_SPEEDS} speeds or more in steps of at most a factor of {RUNS_FACTOR:g}"
     )

@@ -14,16 +14,16 @@ from ....model.orders import Turn
 from ..run import Run
 from .beats import clocks, named, unparted
 from .error_result import Polar, polar
-from .order_fit import LONGEST, ROUNDS, SAME_SPEED, Joint, RunFit, fit_run, together
+from .order_fit import DELAY_S, ROUNDS, SAME_SPEED, Joint, RunFit, fit_run, together
 from .order_result import OrderLine, OrderScan
-from .order_search import DECIDED, FoundLine
-from .places import RARE, placed_lines
+from .order_search import DECISION, FoundLine
+from .places import CHANCE, placed_lines
 from .responses import Responses, responses, sinc
 
-SHARE = 0.4  # of the samples per turn: the highest order that they show
-DIFFERENT = 5.0  # deviations by which runs may differ before it is said
-FEW, STRONG, COHERENT = 4, 10.0, 0.6  # runs, deviations, share of its size in the runs: less of all three is no line
-DOUBTFUL = 0.01  # probability that noise alone makes runs differ as much, below which their errors grow
+ORDER_SHARE = 0.4  # of the samples per turn: the highest order that they show
+RUN_DIFFERENCE = 5.0  # deviations by which runs may differ before it is said
+FEW_RUNS, STRONG_LINE, COHERENT_SHARE = 4, 10.0, 0.6  # runs; deviations; share of size: less is no line
+DOUBT_CHANCE = 0.01  # probability that noise alone makes runs differ as much, below which their errors grow
 
 
 def order_scan(
@@ -80,7 +80,7 @@ def order_scan(
     if not false_alarm < 1.0:
         raise ValueError(f"false_alarm is {false_alarm:g}; it is a probability between 0 and 1, for example 0.01")
     # angles that repeat, as those of a coarse encoder do, show no more than their distinct places
-    limit = min(SHARE * len(np.unique(run.angle)) / run.turns for run in runs)
+    limit = min(ORDER_SHARE * len(np.unique(run.angle)) / run.turns for run in runs)
     speeds = np.array([run.speed for run in runs])
     spread = float(np.ptp(np.abs(speeds))) / float(np.max(np.abs(speeds)))
     several = spread > SAME_SPEED or len({bool(s > 0.0) for s in speeds}) > 1
@@ -97,8 +97,8 @@ def order_scan(
     if not all(stays):
         over_angle, chosen = [line for line, on in zip(over_angle, stays, strict=True) if on], chosen[stays]
         fits, joint = _fitted(runs, over_angle, limit, several, standing)
-    delayed = several and len(chosen) > 0 and abs(joint.delay) <= LONGEST
-    too_long = abs(joint.delay) > LONGEST
+    delayed = several and len(chosen) > 0 and abs(joint.delay) <= DELAY_S
+    too_long = abs(joint.delay) > DELAY_S
     if too_long:
         fits, joint = _fitted(runs, over_angle, limit, delayed, standing)
     forms = responses(chosen, speeds, fits, joint.delay) if several and not too_long else None
@@ -106,8 +106,8 @@ def order_scan(
         joint = together(chosen, speeds, _unheld(fits, chosen, speeds, forms.hold), joint.delay, delayed=delayed)
     lines = [*_lines(over_angle, fits, joint, several)]
     steady = [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
-    lines += [k for k in steady if len(runs) < FEW or k.amplitude >= COHERENT * float(np.median(k.by_run))]
-    forward, backward = _ways(over_angle, speeds, fits, joint, several)
+    lines += [k for k in steady if len(runs) < FEW_RUNS or k.amplitude >= COHERENT_SHARE * float(np.median(k.by_run))]
+    forward, backward = _by_direction(over_angle, speeds, fits, joint, several)
     left = np.concatenate([fit.residual for fit in fits])
     scan = OrderScan(
         tuple(sorted(lines, key=lambda line: line.order)),
@@ -140,7 +140,7 @@ def _differences(scan: OrderScan, joint: Joint, speeds: bool) -> list[str]:
             f"amplitudes differ between runs of one speed by more than their errors, of the orders {orders}: give runs "
             "of one shaft under one load, each direction alone"
         ]
-    if _birge(joint) > DIFFERENT:
+    if _birge(joint) > RUN_DIFFERENCE:
         return [
             f"amplitudes agree within 5 % and phases differ, {_birge(joint):.3g} times as much as by noise: give runs "
             "of one shaft, with one zero of angle"
@@ -164,25 +164,25 @@ def _stands_out(fits: Sequence[RunFit], joint: Joint, i: int, false_alarm: float
     """
     sizes, errors = np.array([fit.amplitude(i) for fit in fits]).T
     power = float(np.sum((sizes / errors) ** 2))
-    weak = len(fits) >= FEW and power < len(fits) * STRONG**2
-    if weak and abs(joint.values[i]) < COHERENT * float(np.median(sizes)):
+    weak = len(fits) >= FEW_RUNS and power < len(fits) * STRONG_LINE**2
+    if weak and abs(joint.values[i]) < COHERENT_SHARE * float(np.median(sizes)):
         return False
     return float(gammaincc(len(fits), 0.5 * power)) < false_alarm
 
 
-def _ways(
+def _by_direction(
     placed: Sequence[FoundLine], speeds: Floats, fits: Sequence[RunFit], joint: Joint, several: bool
 ) -> tuple[tuple[OrderLine, ...], tuple[OrderLine, ...]]:  # fmt: skip
     """Lines of the runs forward and of those backward, with the delay of all; none where there is one direction."""
     if not (np.any(speeds > 0.0) and np.any(speeds < 0.0) and placed):
         return (), ()
-    orders, ways = np.array([line.place for line in placed]), []
-    for way in (1.0, -1.0):
-        some = [i for i, speed in enumerate(speeds) if speed * way > 0.0]
+    orders, directions = np.array([line.place for line in placed]), []
+    for direction in (1.0, -1.0):
+        some = [i for i, speed in enumerate(speeds) if speed * direction > 0.0]
         part = [fits[i] for i in some]
         one = together(orders, speeds[some], part, joint.delay, delayed=False)
-        ways.append(tuple(_lines(placed, part, one, several)))
-    return ways[0], ways[1]
+        directions.append(tuple(_lines(placed, part, one, several)))
+    return directions[0], directions[1]
 
 
 def _notes(
@@ -198,7 +198,7 @@ def _notes(
     for order in grown:
         yield f"order {order:g} grows with the speed: predictions follow it"
     if beyond:
-        yield f"no delay up to {1e3 * LONGEST:g} ms fits the runs; none is taken"
+        yield f"no delay up to {1e3 * DELAY_S:g} ms fits the runs; none is taken"
     if not several:
         yield (
             "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
@@ -208,7 +208,7 @@ def _notes(
             line.order not in grown
             and line.kind != "frequency"
             and len(line.by_run) > 1
-            and line.same < RARE / len(lines)
+            and line.same < CHANCE / len(lines)
         ):
             i, middle = int(np.argmax(line.by_run)), float(np.median(line.by_run))
             if line.by_run[i] > 1.5 * middle:
@@ -270,20 +270,20 @@ def _freedom(joint: Joint) -> float:
 
 def _differ(joint: Joint) -> bool:
     """True if runs differ by more than their noise, with a probability of 1 - `DOUBTFUL`."""
-    return joint.freedom > 0 and float(gammaincc(0.5 * joint.freedom, 0.5 * joint.misfit)) < DOUBTFUL
+    return joint.freedom > 0 and float(gammaincc(0.5 * joint.freedom, 0.5 * joint.misfit)) < DOUBT_CHANCE
 
 
 def _lines(
     placed: Sequence[FoundLine], fits: Sequence[RunFit], joint: Joint, several: bool
 ) -> Iterator[OrderLine]:  # fmt: skip
     for i, (line, c) in enumerate(zip(placed, joint.values, strict=True)):
-        place = slice(2 * i, 2 * i + 2)
-        covariance = joint.covariance[place, place] * _birge(joint) ** 2
-        whole, why = polar(complex(c), covariance), _why(line, several=several)
+        pair = slice(2 * i, 2 * i + 2)
+        covariance = joint.covariance[pair, pair] * _birge(joint) ** 2
+        mean, why = polar(complex(c), covariance), _why(line, several=several)
         by_run, errors = np.array([fit.amplitude(i) for fit in fits]).T
         same, freedom = _same(by_run, errors)[0], _freedom(joint)
         yield OrderLine(
-            line.place, line.error, *whole, line.kind, why, line.false_alarm, math.nan, by_run, errors, same,
+            line.place, line.error, *mean, line.kind, why, line.false_alarm, math.nan, by_run, errors, same,
             freedom, line.pairs,
         )  # fmt: skip
 
@@ -299,7 +299,7 @@ def _why(line: FoundLine, *, several: bool) -> str:
     if math.isinf(line.difference):
         return "its order was given"
     odds = f"e^{abs(line.difference):.0f} to 1"
-    if line.kind == "order" and line.difference <= DECIDED:
+    if line.kind == "order" and line.difference <= DECISION:
         return "runs at several speeds have it at one order"
     if line.kind == "order":
         return f"it stays with the angle, {odds}"
@@ -319,9 +319,9 @@ def _frequency_line(line: FoundLine, runs: Sequence[Run], fits: Sequence[RunFit]
     a, s = np.array(sizes).T
     same, mean, excess = _same(a, s)
     error = math.sqrt(max(1.0, excess / max(len(a) - 1, 1)) / float(np.sum(1.0 / s**2)))
-    at = 2.0 * math.pi / abs(runs[0].speed)
-    whole, why = Polar(mean, error, 0.0, math.pi), _why(line, several=True)
+    period = 2.0 * math.pi / abs(runs[0].speed)
+    size, why = Polar(mean, error, 0.0, math.pi), _why(line, several=True)
     return OrderLine(
-        line.place * at, line.error * at, *whole, "frequency", why, line.false_alarm, line.place, a, s, same,
+        line.place * period, line.error * period, *size, "frequency", why, line.false_alarm, line.place, a, s, same,
         float(max(len(a) - 1, 1)),
     )  # fmt: skip

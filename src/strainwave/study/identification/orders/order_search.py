@@ -21,13 +21,13 @@ from .order_fit import Floor, rounding
 
 Kind = Literal["order", "frequency", "undecided"]
 Pair = tuple[int, int]
-OVERSAMPLED = 6  # orders tried for each that is independent
-DECIDED = 9.0  # difference of the sums from which on one of both is believed: e^9 to 1
-CELL = 0.25  # rad of the highest order: of the cells that samples are shared out to
+OVERSAMPLING = 6  # orders tried for each that is independent
+DECISION = 9.0  # difference of the sums from which on one of both is believed: e^9 to 1
+CELL_RAD = 0.25  # rad of the highest order: of the cells that samples are shared out to
 BAND, MOST_BINS = 20, 160  # frequencies on both sides of a line, and of all, that a line is judged by
-BESIDE = 4.0  # resolutions beside an order, where its own slow changes are
-NEAR = 30.0  # resolutions: lines that are nearer disturb each other
-ROUNDS, SETTLED = 5, 1e-7  # of finding a place anew, and a change in resolutions that is none
+SIDE_WIDTH = 4.0  # resolutions beside an order, where its own slow changes are
+LEAKAGE = 30.0  # resolutions: lines that are nearer disturb each other
+ROUNDS, SETTLED_CHANGE = 5, 1e-7  # of finding a place anew, and a change in resolutions that is none
 TURN = 2.0 * math.pi
 
 
@@ -98,25 +98,25 @@ class Search:
         """The line that stands out most, taken out; None where noise may have it."""
         ratios, by_angle, by_time = self._ratios()
         order, frequency = self.angle.largest(by_angle), self.time.largest(by_time)
-        here, there = self.angle.sum_at(by_angle, order), self.time.sum_at(by_time, frequency)
-        alarm = chance_of(max(here, there), self.angle.trials + self.time.trials, len(self.runs))
+        order_sum, frequency_sum = self.angle.sum_at(by_angle, order), self.time.sum_at(by_time, frequency)
+        alarm = chance_of(max(order_sum, frequency_sum), self.angle.trials + self.time.trials, len(self.runs))
         if not alarm < false_alarm:
             return None
-        if here >= there:
+        if order_sum >= frequency_sum:
             frequency = self.time.highest(by_time, order * self.speeds / TURN)
         else:
             order = self.angle.highest(by_angle, frequency * TURN / self.speeds)
         return self._taken(order, frequency, alarm, ratios)
 
-    def near(self, order: float, trials: int, false_alarm: float) -> FoundLine | None:
+    def around(self, order: float, trials: int, false_alarm: float) -> FoundLine | None:
         """A line around an order, one of so many that are looked at; None where noise may have it."""
         ratios, by_angle, by_time = self._ratios()
-        place = self.angle.highest(by_angle, [order])
-        alarm = chance_of(self.angle.sum_at(by_angle, place), 2.0 * trials, len(self.runs))
+        top = self.angle.highest(by_angle, [order])
+        alarm = chance_of(self.angle.sum_at(by_angle, top), 2.0 * trials, len(self.runs))
         if not alarm < false_alarm:
             return None
         frequency = self.time.highest(by_time, order * self.speeds / TURN)
-        return self._taken(place, frequency, alarm, ratios, as_order=True)
+        return self._taken(top, frequency, alarm, ratios, as_order=True)
 
     def _ratios(self) -> tuple[tuple[Floats, Floats], Floats, Floats]:
         """Power over noise in the runs over angle and time, and the sums of both over the runs."""
@@ -129,21 +129,21 @@ class Search:
         """The line at an order or at a frequency, whichever leaves less around both (Whittle's likelihood)."""
         before, bands = self.rest, self._bands(order, frequency)
         trials = []
-        for spectrum, place, found in ((self.angle, order, ratios[0]), (self.time, frequency, ratios[1])):
+        for spectrum, start, ratio in ((self.angle, order, ratios[0]), (self.time, frequency, ratios[1])):
             self.rest = before
-            error = spectrum.error(place, found)
-            line = TakenLine(spectrum, place, [np.zeros(2) for _ in before])
+            error = spectrum.error(start, ratio)
+            line = TakenLine(spectrum, start, [np.zeros(2) for _ in before])
             self._settle(line)
             trials.append((line, error, self.rest, self._likelihood(bands)))
         difference = trials[0][3] - trials[1][3]
-        kind: Kind = "order" if difference > DECIDED else "frequency" if difference < -DECIDED else "undecided"
+        kind: Kind = "order" if difference > DECISION else "frequency" if difference < -DECISION else "undecided"
         if kind == "frequency" and (as_order or self._beside(frequency, ratios[1])):
             kind = "undecided"  # it has another place over the time, or is what an order leaves whose size varies
         line, error, self.rest, _ = trials[kind == "frequency"]
         line.kind, line.difference = kind, difference
         self.lines.append(line)
         for other in self.lines[:-1]:
-            if other.spectrum is not line.spectrum or abs(other.place - line.place) < NEAR * line.spectrum.spacing:
+            if other.spectrum is not line.spectrum or abs(other.place - line.place) < LEAKAGE * line.spectrum.spacing:
                 self._settle(other, 1)
         if len(self.lines) > 1:
             self._settle(line)
@@ -167,14 +167,14 @@ class Search:
             order = line.place * TURN / float(speed)
             bands = self._bands(order, line.place)
             self.rest = after
-            own, self.rest = self._likelihood(bands), before
+            likelihood, self.rest = self._likelihood(bands), before
             candidate = TakenLine(self.angle, order, [np.zeros(2) for _ in before])
             self._settle(candidate)
-            candidate.difference = self._likelihood(bands) - own
+            candidate.difference = self._likelihood(bands) - likelihood
             same = [
                 one for one in self.lines if one.spectrum is self.angle and abs(one.place - order) < self.angle.spacing
             ]
-            if candidate.difference > (-DECIDED if same else DECIDED):
+            if candidate.difference > (-DECISION if same else DECISION):
                 line.spectrum, line.place, line.amplitudes = self.angle, candidate.place, candidate.amplitudes
                 line.kind, line.difference = "order", max([candidate.difference, *(one.difference for one in same)])
                 return
@@ -183,12 +183,12 @@ class Search:
     def _beside(self, frequency: float, ratios: Floats) -> bool:
         """True if a frequency stands within a few resolutions of a taken order, in every run that has it."""
         orders = [line.place for line in self.lines if line.kind == "order"]
-        near = np.abs(self.time.places - frequency) <= self.time.spacing
-        seen = np.max(ratios[:, near], axis=1, initial=0.0)
-        runs = zip(self.speeds, self.time.over, seen >= min(DECIDED, float(np.max(seen))), strict=True)
+        close = np.abs(self.time.places - frequency) <= self.time.spacing
+        seen = np.max(ratios[:, close], axis=1, initial=0.0)
+        runs = zip(self.speeds, self.time.over, seen >= min(DECISION, float(np.max(seen))), strict=True)
         return all(
-            not here or any(abs(frequency - k * v / TURN) < BESIDE * TURN / c.reach for k in orders)
-            for v, c, here in runs
+            not stands or any(abs(frequency - k * v / TURN) < SIDE_WIDTH * TURN / c.reach for k in orders)
+            for v, c, stands in runs
         )
 
     def _bands(self, order: float, frequency: float) -> list[Integers]:
@@ -207,9 +207,9 @@ class Search:
     def _likelihood(self, bands: list[Integers]) -> float:
         """Logarithm of the likelihood of what is left, as noise that is even over the bands."""
         total = 0.0
-        for power, band, least, rest in zip(self.time.powers(self.rest), bands, self.least, self.rest, strict=True):
+        for power, band, least, residual in zip(self.time.powers(self.rest), bands, self.least, self.rest, strict=True):
             if len(band):
-                total -= len(band) * math.log(max(float(np.mean(power[band])), 4.0 * least / len(rest), 1e-300))
+                total -= len(band) * math.log(max(float(np.mean(power[band])), 4.0 * least / len(residual), 1e-300))
         return total
 
     def _settle(self, line: "TakenLine", rounds: int = ROUNDS) -> None:
@@ -228,11 +228,11 @@ class Search:
                 weight = 1.0 / max(float(left @ left), 1e-300)
                 top, bottom = top + weight * float(slope @ left), bottom + weight * float(slope @ slope)
             change = top / bottom if bottom > 0.0 else 0.0
-            if abs(line.place + change - start) > line.spectrum.spacing / OVERSAMPLED:
+            if abs(line.place + change - start) > line.spectrum.spacing / OVERSAMPLING:
                 return  # it is no single line: its place stays
             line.place += change
             columns = self._columns(line)
-            if abs(change) < SETTLED * line.spectrum.spacing:
+            if abs(change) < SETTLED_CHANGE * line.spectrum.spacing:
                 break
         line.amplitudes = [shares(c, r) for c, r in zip(columns, remainders, strict=True)]
         self.rest = [less(r, c, ab) for r, c, ab in zip(remainders, columns, line.amplitudes, strict=True)]
@@ -288,9 +288,9 @@ class Coordinate(NamedTuple):
         """Length of the coordinate."""
         return float(np.max(self.x))
 
-    def wave(self, place: float) -> tuple[Floats, Floats]:
+    def wave(self, k: float) -> tuple[Floats, Floats]:
         """Cosine and sine (n,) of a line."""
-        return np.cos(place * self.x), np.sin(place * self.x)
+        return np.cos(k * self.x), np.sin(k * self.x)
 
 
 class Spectrum:
@@ -299,13 +299,13 @@ class Spectrum:
     def __init__(self, over: list[Coordinate], lowest: float) -> None:
         self.over = over
         highest, self.spacing = max(c.highest for c in over), TURN / max(c.reach for c in over)
-        step = self.spacing / OVERSAMPLED
+        step = self.spacing / OVERSAMPLING
         self.first = max(1, math.ceil(lowest / step))
         count = max(2, math.ceil(highest / step) - self.first)
         self.places: Floats = step * (self.first + np.arange(count, dtype=float))
         self.step = step
         self.trials = max(1.0, float(self.places[-1] - self.places[0]) / self.spacing)
-        self.parts = 1 << math.ceil(math.log2(TURN / step / (CELL / highest)))
+        self.parts = 1 << math.ceil(math.log2(TURN / step / (CELL_RAD / highest)))
         self.cell = TURN / step / self.parts
 
     def powers(self, residuals: Sequence[Floats]) -> list[Floats]:
@@ -315,9 +315,9 @@ class Spectrum:
         """
         spectra = []
         for c, r in zip(self.over, residuals, strict=True):
-            place = c.x / self.cell + 1.0
-            cell = place.astype(int)
-            s = place - cell
+            scaled = c.x / self.cell + 1.0
+            cell = scaled.astype(int)
+            s = scaled - cell
             left, right = (s + 1.0) * s, (s - 1.0) * (s - 2.0)
             weights = (-s * right / 6.0, 0.5 * (s + 1.0) * right, -0.5 * left * (s - 2.0), left * (s - 1.0) / 6.0)
             cells = sum(np.bincount(cell + k, r * w, self.parts) for k, w in enumerate(weights, -1))
@@ -330,29 +330,29 @@ class Spectrum:
 
         With noise from so many others the power has Fisher's distribution, (1 + z/f)^-f in the place of exp(-z).
         """
-        found = np.ones((len(self.over), len(self.places)))
+        ratios = np.ones((len(self.over), len(self.places)))
         for i, (c, r, power) in enumerate(zip(self.over, residuals, self.powers(residuals), strict=True)):
             noise, freedom = self._noise(c, power, len(r))
             inside = self.places <= c.highest
-            found[i, inside] = (freedom * np.log1p(power / noise / freedom))[inside]
-        return found
+            ratios[i, inside] = (freedom * np.log1p(power / noise / freedom))[inside]
+        return ratios
 
     def _noise(self, c: Coordinate, power: Floats, samples: int) -> tuple[Floats, Floats]:
         """Mean power (places,) of the noise, and how many values it is from: those that are independent in the run.
 
         What leaks from elsewhere may vanish at all of them and not between them: of both floors the larger one counts.
         """
-        step = max(1, round(TURN / c.reach / (self.spacing / OVERSAMPLED)))
+        step = max(1, round(TURN / c.reach / (self.spacing / OVERSAMPLING)))
         means, freedoms = np.zeros(len(self.places)), np.ones(len(self.places))
         for begin in (0, step // 2) if step > 1 else (0,):
             some = self.places[begin::step]
-            at = some[some <= c.highest]
-            powers = np.interp(at, self.places, power)
-            floor = Floor(at, powers, TURN / c.reach, math.ceil(c.highest), samples, 4.0 * c.least / samples)
-            found, freedom = floor.estimates(at)
-            found = np.exp(np.interp(self.places, at, np.log(found)))
-            freedoms = np.where(found > means, np.interp(self.places, at, freedom), freedoms)
-            means = np.maximum(means, found)
+            places = some[some <= c.highest]
+            powers = np.interp(places, self.places, power)
+            floor = Floor(places, powers, TURN / c.reach, math.ceil(c.highest), samples, 4.0 * c.least / samples)
+            mean, freedom = floor.estimates(places)
+            mean = np.exp(np.interp(self.places, places, np.log(mean)))
+            freedoms = np.where(mean > means, np.interp(self.places, places, freedom), freedoms)
+            means = np.maximum(means, mean)
         return means, freedoms
 
     def largest(self, sums: Floats) -> float:
@@ -361,20 +361,20 @@ class Spectrum:
         below, top, above = np.log(np.maximum(sums[i - 1 : i + 2], 1e-300))
         bend = below - 2.0 * top + above
         return float(
-            self.places[i] + (0.5 * (below - above) / bend if bend < 0.0 else 0.0) * self.spacing / OVERSAMPLED
+            self.places[i] + (0.5 * (below - above) / bend if bend < 0.0 else 0.0) * self.spacing / OVERSAMPLING
         )
 
-    def sum_at(self, sums: Floats, place: float) -> float:
+    def sum_at(self, sums: Floats, centre: float) -> float:
         """Largest sum within the width of a line around a place; 0 outside of all places."""
-        return float(np.max(sums[np.abs(self.places - place) <= self.spacing], initial=0.0))
+        return float(np.max(sums[np.abs(self.places - centre) <= self.spacing], initial=0.0))
 
-    def highest(self, sums: Floats, near: Iterable[float]) -> float:
+    def highest(self, sums: Floats, centres: Iterable[float]) -> float:
         """Place of the largest sum within the width of a line around several places."""
-        around = [int(np.argmax(np.where(np.abs(self.places - p) <= self.spacing, sums, -1.0))) for p in near]
+        around = [int(np.argmax(np.where(np.abs(self.places - p) <= self.spacing, sums, -1.0))) for p in centres]
         return float(self.places[max(around, key=lambda i: sums[i])])
 
-    def error(self, place: float, ratios: Floats) -> float:
+    def error(self, centre: float, ratios: Floats) -> float:
         """Standard deviation of a place (Rife & Boorstyn 1974, IEEE Trans. Inf. Theory 20(5), 591-598)."""
-        i = int(np.argmin(np.abs(self.places - place)))
-        told = sum(max(z, 0.0) * c.reach**2 / 6.0 for z, c in zip(ratios[:, i], self.over, strict=True))
-        return 1.0 / math.sqrt(told) if told > 0.0 else math.inf
+        i = int(np.argmin(np.abs(self.places - centre)))
+        information = sum(max(z, 0.0) * c.reach**2 / 6.0 for z, c in zip(ratios[:, i], self.over, strict=True))
+        return 1.0 / math.sqrt(information) if information > 0.0 else math.inf

@@ -13,14 +13,14 @@ from ....base.quantities import SMALLEST, array_of, number, positive_count
 from ....base.units import ARCSEC
 from ....model.orders import TURNING_SPLINE, USUAL, Arrangement, whole_ratio
 from ..run import Run
-from .beats import APART, Clocks, completed, named
+from .beats import LINE_GAP, Clocks, completed, named
 from .order_search import FoundLine, Search
 
-HIGHEST = 1000.0  # order that is looked for
-LOWEST = 4.0  # periods of an order that a run must hold to be looked for
+HIGHEST_ORDER = 1000.0  # order that is looked for
+LEAST_PERIODS = 4.0  # periods of an order that a run must hold to be looked for
 RATIOS = (30, 50, 80, 100, 120, 160)  # of strain wave gears: multiples of them are looked for first
-AS_GOOD = 0.18  # resolutions beside its peak a line has 90 % of its power
-RARE = 0.05
+PEAK_WIDTH = 0.18  # resolutions beside its peak a line has 90 % of its power
+CHANCE = 0.05
 MOST_LINES = 24
 
 
@@ -28,13 +28,13 @@ def placed_lines(
     runs: Sequence[Run], limit: float, highest: float | None, false_alarm: float, turning: Clocks | None = None
 ) -> tuple[list[FoundLine], float]:  # fmt: skip
     """Lines of runs whose samples show orders up to a limit, and the number that most are multiples of (0: none)."""
-    top = min(HIGHEST, limit) if highest is None else number("highest", highest, positive=True)
+    top = min(HIGHEST_ORDER, limit) if highest is None else number("highest", highest, positive=True)
     if top > limit:
         raise ValueError(f"highest is {top:g}; these samples show orders below {limit:.4g}")
-    lowest = LOWEST / min(run.turns for run in runs)
+    lowest = LEAST_PERIODS / min(run.turns for run in runs)
     if lowest >= top:
         raise ValueError(
-            f"the shortest run travels {LOWEST / lowest:.3g} turns and its samples show orders below {top:.4g}; "
+            f"the shortest run travels {LEAST_PERIODS / lowest:.3g} turns and its samples show orders below {top:.4g}; "
             "take longer runs or more samples to find orders, or give them"
         )
     search = Search(runs, lowest, top)
@@ -46,7 +46,7 @@ def placed_lines(
     base = _base([_widened(line, _resolution(line, runs)) for line in sharp])
     if base:
         multiples = [k for k in np.arange(base, top, base) if k >= lowest]
-        weak = [search.near(k, len(multiples), false_alarm) for k in multiples]
+        weak = [search.around(k, len(multiples), false_alarm) for k in multiples]
         sharp = _merged([*sharp, *(line for line in weak if line is not None)], runs)
     placed = [_whole(line, base, _resolution(line, runs)) for line in sharp]
     lines = completed(runs, placed, turning, false_alarm, (lowest, top))
@@ -54,16 +54,16 @@ def placed_lines(
     return [named(line, turning, runs) for line in wide], base
 
 
-def _merged(found: Sequence[FoundLine], runs: Sequence[Run]) -> list[FoundLine]:
+def _merged(lines: Sequence[FoundLine], runs: Sequence[Run]) -> list[FoundLine]:
     """Lines that the runs resolve: nearer ones are one, at the place of the stronger."""
     merged: list[FoundLine] = []
-    for line in found:  # the strongest first
+    for line in lines:  # the strongest first
         width = _resolution(line, runs)
         neighbours = [
             i
             for i, other in enumerate(merged)
             if (other.kind == "frequency") == (line.kind == "frequency")
-            and abs(other.place - line.place) < APART * width
+            and abs(other.place - line.place) < LINE_GAP * width
         ]
         if neighbours:
             old = merged[neighbours[0]]
@@ -80,15 +80,15 @@ def _resolution(line: FoundLine, runs: Sequence[Run]) -> float:
     return 1.0 / max(run.turns for run in runs)
 
 
-def _base(found: Sequence[FoundLine]) -> float:
+def _base(lines: Sequence[FoundLine]) -> float:
     """Largest whole number of which most lines may be multiples, three at least, and not by chance; 0 without one."""
-    over_angle = [line for line in found if line.kind != "frequency"]
+    over_angle = [line for line in lines if line.kind != "frequency"]
     for bases in (RATIOS, range(10, 501)):
         for base in sorted(bases, reverse=True):
             chance = [min(1.0, 2.0 * line.error / base) for line in over_angle]
             hits = [abs(line.place - base * max(1, round(line.place / base))) <= line.error for line in over_angle]
             many = sum(hits)
-            if many >= max(3, 0.5 * len(over_angle)) and _by_chance(chance, many) * len(bases) < RARE:
+            if many >= max(3, 0.5 * len(over_angle)) and _by_chance(chance, many) * len(bases) < CHANCE:
                 return float(base)
     return 0.0
 
@@ -107,18 +107,18 @@ def _whole(line: FoundLine, base: float, resolution: float) -> FoundLine:
         return line
     for step in (base, 1.0 if resolution < 1.0 else 0.0):
         nearest = step * round(line.place / step) if step else 0.0
-        if nearest > 0.0 and abs(line.place - nearest) <= 2.0 * line.error + AS_GOOD * resolution:
+        if nearest > 0.0 and abs(line.place - nearest) <= 2.0 * line.error + PEAK_WIDTH * resolution:
             return line._replace(place=nearest)
     return line
 
 
 def _widened(line: FoundLine, resolution: float) -> FoundLine:
     """The line with what its place may be off by: of two that are not told apart it shows their middle, or one."""
-    return line._replace(error=2.0 * line.error + max(0.5 * APART * resolution, line.reach))
+    return line._replace(error=2.0 * line.error + max(0.5 * LINE_GAP * resolution, line.reach))
 
 
-ERROR = 240.0 * ARCSEC  # rad: wind-up and error of gear and encoders that a motion may have, peak to peak
-UNCERTAIN = 0.5  # turns of the motor per turn of the output
+MOST_ERROR_RAD = 240.0 * ARCSEC  # rad: wind-up and error of gear and encoders that a motion may have, peak to peak
+RATIO_DOUBT = 0.5  # turns of the motor per turn of the output
 TURN = 2.0 * np.pi
 
 
@@ -175,8 +175,8 @@ def arrangement(motor_counts: ArrayLike, load_counts: ArrayLike, per_turn: int =
     off, travel = load - np.mean(load), float(np.ptp(load)) * TURN
     moves = travel > SMALLEST
     slope = float(off @ motor) / float(off @ off) if moves else np.inf
-    error = abs(slope) * ERROR / travel if moves else np.inf
-    if not error < UNCERTAIN:
+    error = abs(slope) * MOST_ERROR_RAD / travel if moves else np.inf
+    if not error < RATIO_DOUBT:
         raise ValueError(
             f"the output turns by {np.degrees(travel):.3g} deg: wind-up may change the ratio {abs(slope):.4g} by "
             f"{error:.2g}; give counts of a longer motion"
