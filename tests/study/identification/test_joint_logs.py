@@ -1,13 +1,17 @@
 """`identify_log` on made logs: samples of benchmarks/joint_logs.py, whose integrator is its own, and of SciPy's."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from measured_axis import GRAVITY, J_L, K1, K2, T1, B, measured
 
 import strainwave as sw
+from strainwave.files.variants.identify_log import _certain
+from strainwave.study.identification.joint.solve import scatter
 
 sys.path.append(str(Path(__file__).resolve().parents[3] / "benchmarks"))
 import joint_logs
@@ -76,6 +80,32 @@ def test_without_an_inertia_no_stiffness_is_given_and_that_is_said_first():
         with pytest.raises(ValueError, match="load's inertia"):
             fit.value(name)
     assert fit.value("skew") == pytest.approx(truth["skew"], abs=1e-5)
+
+
+def test_readings_that_rest_between_counts_scatter_by_their_counts():
+    joint = found(4)[0].answer.joint
+    (piece,), (left,) = joint.pieces, joint.residuals()
+    count = 2.0 * np.pi / 2**14
+    rounded = replace(piece, value=np.round((piece.value - left) / count) * count, counts=np.array([count, 0.0]))
+    assert scatter(replace(joint, pieces=(rounded,))) == pytest.approx(count / np.sqrt(12.0), rel=0.05)
+
+
+def test_a_line_of_both_turns_counts_where_it_is_as_sure_as_one_that_was_looked_for():
+    for pair, deviations, counts in (((2, 0), 4.0, True), ((2, 2), 4.0, False), ((2, 2), 7.0, True)):
+        known = SimpleNamespace(values={f"line({pair[0]}, {pair[1]})": deviations}, covariance=np.eye(1))
+        answer = SimpleNamespace(known=known, joint=SimpleNamespace(weights=np.ones(1000)))
+        assert _certain(answer, pair) is counts
+
+
+@pytest.mark.parametrize(("seed", "times"), [(2, 10.0), (23, 0.1)])
+def test_an_inertia_ten_times_off_is_said_not_to_fit(seed, times):
+    log, truth = joint_logs.made(seed)
+    fit = sw.identify_log(log, gear=truth["gear"], load_inertia=times * truth["J"])
+    assert not fit.usable
+    (cause,) = fit.causes
+    assert f"inertia given, {times * truth['J']:.3g} kg·m², does not fit" in cause
+    near = float(cause.split("near ")[1].split()[0])
+    assert near == pytest.approx(truth["J"], rel=0.12)  # as far as K1 is off its datasheet
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from ...model.gears.catalogue import gear as gear_of
 from ...model.laws import BoucWen, Coulomb, LoadFriction, Parallel, PiecewiseLinear, Viscous
 from ...model.train import AngleTorque
 from ...study.identification.fitted import Fit
+from ...study.identification.joint import solve
 from ...study.identification.joint.answer import Answer, answered, residuals_of
 from ...study.identification.joint.known import Tie
 from ...study.identification.joint.model import line_names
@@ -103,7 +104,8 @@ class IdentifiedLog(Fit):
     def headline(self) -> str:
         """Sentence on the share of the motion that the model explains."""
         share = f"{100.0 * max(self.explained, 0.0):.{1 if self.explained < 0.99 else 2}f} % of the motion"
-        shows = f"The log shows {listed(self.causes)}, which the model lacks" if self.causes else ""
+        lacks = "" if self.causes and self.causes[0].startswith("that") else ", which the model lacks"
+        shows = f"The log shows {listed(self.causes)}{lacks}" if self.causes else ""
         if self.explained < EXPLAINED_SHARE:
             several = len({piece.log for piece in self.answer.joint.pieces}) > 1
             hints = f"{shows}." * bool(shows), "The logs may be of different joints: fit each alone." * several
@@ -337,9 +339,9 @@ def _wave(values: dict[str, float], names: Sequence[str]) -> tuple[float, float]
 
 
 def _certain(answer: Answer, pair: tuple[int, int]) -> bool:
-    """True for a line that stands out of its scatter."""
-    name = f"line({pair[0]}, {pair[1]})"
-    if name not in answer.known.values:
+    """True for a line that stands out of its scatter: other than order 2, which every gear has, as those looked for."""
+    name, known = f"line({pair[0]}, {pair[1]})", answer.known
+    if name not in known.values:
         return False
-    index = list(answer.known.values).index(name)
-    return bool(answer.known.values[name] > SURE * np.sqrt(answer.known.covariance[index, index]))
+    index, least = list(known.values).index(name), max(solve.SURE, solve.POWER_OF_TERM * len(answer.joint.weights))
+    return bool(known.values[name] ** 2 > known.covariance[index, index] * (SURE**2 if pair == (2, 0) else least))

@@ -78,8 +78,8 @@ def whitener(residual: Floats, parts: Sequence[slice]) -> Floats:
 
 
 def whitened(residual: Floats, a: Floats, parts: Sequence[slice]) -> Floats:
-    """Innovations e (n,) of the residual (n,), each record from rest."""
-    return np.concatenate([lfilter(np.append(1.0, -a), [1.0], residual[part]) for part in parts])
+    """Innovations e (n, ...) of a residual, or of columns (n, p), each record from rest."""
+    return np.concatenate([lfilter(np.append(1.0, -a), [1.0], residual[part], axis=0) for part in parts])
 
 
 def backwards(columns: Floats, a: Floats, parts: Sequence[slice]) -> Floats:
@@ -204,7 +204,7 @@ def spread(jacobian: Floats, residual: Floats, records: Any = None) -> Spread:
     """
     jacobian, residual = fitting(jacobian, residual)
     parts, rows = slices(records, len(residual)), len(residual)
-    basis, back = _basis(jacobian)
+    basis, back = basis_of(jacobian)
     a = whitener(residual, parts)
     innovation = whitened(residual, a, parts)
     leverage = np.minimum(np.vecdot(basis, basis), HIGHEST_LEVERAGE)
@@ -230,7 +230,7 @@ def fitting(jacobian: Any, residual: Any) -> tuple[Floats, Floats]:
     return jacobian, residual
 
 
-def _basis(jacobian: Floats) -> tuple[Floats, Floats]:
+def basis_of(jacobian: Floats) -> tuple[Floats, Floats]:
     """Orthonormal columns (n, p) of the jacobian, and the matrix (p, p) that takes their coefficients to parameters."""
     sizes = np.linalg.norm(jacobian, axis=0)
     basis, triangle = np.linalg.qr(jacobian / np.where(sizes > SMALLEST, sizes, 1.0))
@@ -263,7 +263,7 @@ def long_run(scores: Floats, records: Any = None) -> Floats:
 
 def restricted(jacobian: Floats, residual: Floats) -> Spread:
     """Scatter of least squares with the jacobian (n, p) and the residual (n,): coloured, and perhaps uneven."""
-    (n, p), (basis, back) = jacobian.shape, _basis(jacobian)
+    (n, p), (basis, back) = jacobian.shape, basis_of(jacobian)
     phi = _colour(basis, residual)
     innovation = without(_white(basis, phi), _white(residual, phi))
     # V is the covariance of the residual: basis' V basis by the filter that takes white noise to it
@@ -353,7 +353,7 @@ def bootstrap(
         parts = [slice(i, i + size) for p in parts for i in range(p.start, p.stop - size + 1)]
         if not parts:
             raise ValueError(f"block is {size} rows; the longest record has fewer")
-    basis, back = _basis(jacobian)
+    basis, back = basis_of(jacobian)
     count = len(residual) / np.mean([p.stop - p.start for p in parts])
     grams = np.array([basis[p].T @ basis[p] for p in parts])
     scores = np.array([basis[p].T @ residual[p] for p in parts])

@@ -23,6 +23,7 @@ GUESSES = (6.0, 12.0, 24.0)  # Hz, resonances that are tried where no inertia is
 LEFT = 1.2  # of the readings' scatter: a residual that needs another cause
 NEAR = 3.0  # of the readings' scatter: what a named cause leaves at most
 BETTER = 0.8  # of the residual: what a cause leaves at most
+UNLIKE = 2.0  # times: a K1 so far off the datasheet's, or an inertia off the one given
 PEAK, CLOSE, OVER = 0.3, 0.1, 8.0  # of a residual's power, how near to its place, and over what is beside: a peak
 ABOVE = 1.3  # of the joint's own resonance: the least second one
 LOWEST_ORDER, BETWEEN = 0.2, 0.1  # per turn; how far from whole an order is that no line of the model has
@@ -99,7 +100,9 @@ def answered(
         joint, by, said = _weighed(joint, logs, ratio, law, constant, progress)
         inertia = None if by is None else joint.values["inertia"]
     noise, causes = solve.scatter(joint), list[str]()
-    if solve.rms(joint) > LEFT * noise or solve.shown(joint, solve.OUTSIDE):
+    if by is None and inertia is not None:
+        causes = _misgiven(joint, logs, ratio, law, inertia)
+    if not causes and (solve.rms(joint) > LEFT * noise or solve.shown(joint, solve.OUTSIDE)):
         progress("causes", 0.8)
         joint, causes = _caused(joint, logs, ratio, law, inertia)
     progress("intervals", 0.95)
@@ -165,9 +168,7 @@ def _scaled(joint: Joint, logs: Sequence[Any], by: str | None, constant: float |
 
 def torsion_of(joint: Joint, i: int, about: float = 1.0) -> Floats:
     """Torsion about its mean (m,) in a piece, or from 0."""
-    piece = joint.pieces[i]
-    at = piece.begin + 0.5 * piece.step * np.arange(len(piece.motor))
-    torsion = np.interp(piece.time, at, piece.motor) / joint.ratio - piece.value
+    torsion = joint.pieces[i].turned / joint.ratio - joint.pieces[i].value
     return torsion - about * np.mean(torsion)
 
 
@@ -190,11 +191,29 @@ def _best(
     """The fit; without an inertia the best of several resonances, with K1 as the datasheet has it."""
     if inertia is not None:
         return solve.found(_first(logs, ratio, law, inertia, solve.BASIC), float(np.sqrt(law[0] / inertia)), progress)
-    free, fits = ("inertia", *(name for name in solve.BASIC if name != "K1")), []
-    for guess in GUESSES:
-        omega = 2.0 * np.pi * guess
-        fits.append(solve.found(_first(logs, ratio, law, law[0] / omega**2, free), omega, progress))
-    return min(fits, key=solve.rms)
+    return _of_any_inertia(logs, ratio, law, lambda joint, omega: solve.found(joint, omega, progress))
+
+
+def _of_any_inertia(
+    logs: Sequence[Any], ratio: float, law: Sequence[float], fit: Callable[[Joint, float], Joint]
+) -> Joint:  # fmt: skip
+    """The best of fits from several resonances, with K1 as the datasheet has it."""
+    free, guesses = ("inertia", *(name for name in solve.BASIC if name != "K1")), [2.0 * np.pi * f for f in GUESSES]
+    return min((fit(_first(logs, ratio, law, law[0] / w**2, free), w) for w in guesses), key=solve.rms)
+
+
+def _misgiven(joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], given: float) -> list[str]:
+    """That the inertia given does not fit, where a far other one, with K1 as the datasheet has it, leaves nothing."""
+    if solve.rms(joint) < LEFT * solve.scatter(joint) and 1.0 / UNLIKE < joint.values["K1"] / law[0] < UNLIKE:
+        return []
+    memory = "hysteresis" in joint.free
+    free = _of_any_inertia(logs, ratio, law, lambda first, w: solve.running(first, w, solve.FIRST_LINES, memory))
+    free = solve.completed(free) if solve.rms(free) < BETTER * solve.rms(joint) else free
+    found = free.values["inertia"]
+    if solve.rms(free) > LEFT * solve.scatter(free) or 1.0 / UNLIKE < found / given < UNLIKE:
+        return []
+    near = f"with the gear's K1 it is near {found:.3g} kg·m²"
+    return [f"that the load inertia given, {given:.3g} kg·m², does not fit ({near})"]
 
 
 def _caused(
@@ -228,8 +247,7 @@ def _left(joint: Joint) -> list[str]:
     """What a residual in the longest piece is, if a test supports it: a line of the motor's turn, or a resonance."""
     i = int(np.argmax([len(piece.time) for piece in joint.pieces]))
     piece, residual = joint.pieces[i], joint.residuals()[i]
-    at = piece.begin + 0.5 * piece.step * np.arange(len(piece.motor))
-    turned = np.interp(piece.time, at, piece.motor) / (2.0 * np.pi)
+    turned = piece.turned / (2.0 * np.pi)
     size = float(np.sqrt(np.mean(residual**2))) / ARCSEC
     own = np.sqrt(joint.values["K1"] / joint.values["inertia"]) / (2.0 * np.pi)
     frequency, of_time = _peak(piece.time, residual, ABOVE * own)
@@ -259,8 +277,7 @@ def _peak(places: Floats, values: Floats, lowest: float) -> tuple[float, float]:
 def residual_orders(joint: Joint) -> tuple[Floats, Floats]:
     """Orders (m,) of the motor's turn, and amplitudes (m,) [rad] of what is left at them, of all pieces."""
     left, orders = np.concatenate(joint.residuals()), np.arange(LOWEST_ORDER, solve.HIGHEST + 0.5, 0.05)
-    at = [p.begin + 0.5 * p.step * np.arange(len(p.motor)) for p in joint.pieces]
-    turned = np.concatenate([np.interp(p.time, t, p.motor) for p, t in zip(joint.pieces, at, strict=True)])
+    turned = np.concatenate([piece.turned for piece in joint.pieces])
     return orders, np.array([2.0 * abs(np.mean(left * np.exp(-1j * order * turned))) for order in orders])
 
 
@@ -268,8 +285,7 @@ def residuals_of(answer: Answer, logs: Sequence[Any]) -> list[tuple[Floats, Floa
     """Stamps and measured less predicted angles of the load in other logs, piece by piece; only starts are fitted."""
     joint = answer.joint
     pieces, _ = pieces_of(logs, joint.ratio, joint.pieces[0].step)
-    other = solve.started(replace(joint, pieces=tuple(pieces), free=(), kept={}))
-    other = solve.settled(other)
+    other = solve.settled(solve.started(replace(joint, pieces=tuple(pieces), free=(), kept={})))
     return [(piece.time, residual) for piece, residual in zip(pieces, other.residuals(), strict=True)]
 
 
@@ -277,13 +293,10 @@ def law_cloud(joint: Joint) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     """Torsions and torques (n,) of the spring at readings of the logs, as they were measured, and the law's curve."""
     p = joint.kernel_numbers(joint.values)
     twists, torques = [], []
-    for i, (piece, left) in enumerate(zip(joint.pieces, joint.residuals(), strict=True)):
-        some = np.linspace(0, len(piece.time) - 1, CLOUD // len(joint.pieces)).astype(int)
-        at = (piece.time[some] + joint.values["skew"] - piece.begin) / (0.5 * piece.step)
-        rigid = np.interp(at, np.arange(len(piece.motor)), joint.drive(i, joint.values)[0])
-        twist = rigid - (piece.value - left - joint.offset(i))[some]
-        twists.append(twist - left[some])
-        torques.append(np.array([spring_torque(float(x), p) for x in twist]))
+    for left, twist in zip(joint.residuals(), joint.twists(), strict=True):
+        some = np.linspace(0, len(left) - 1, CLOUD // len(joint.pieces)).astype(int)
+        twists.append((twist - left)[some])
+        torques.append(np.array([spring_torque(float(x), p) for x in twist[some]]))
     reach = float(np.max(np.abs(np.concatenate(twists))))
     x = np.linspace(-reach, reach, 200)
     return np.concatenate(twists), np.concatenate(torques), (x, np.array([spring_torque(float(v), p) for v in x]))

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....base.results import Floats
 from ....base.sentences import listed
-from ..intervals import derived_freedom, spread, without
+from ..intervals import basis_of, derived_freedom, orthogonal, spread
 from .model import Joint, line_names
 from .solve import reached, rms
 from .solve import scatter as scatter_of
@@ -14,14 +14,15 @@ from .solve import scatter as scatter_of
 DRAWS, READINGS = 30, 100  # of what the motor's encoder, and the load's, may misread
 SEEN = 3.0  # of the residual: what a number may add at most, by what is known before, to be seen at all
 TELL = {  # largest standard deviation of a number that is told: of the logarithm, or in units of the datasheet's T2
-    "K1": 0.07, "K2": 0.07, "K3": 0.07, "T1": 0.07, "T2": 0.07, "B": 0.25, "hysteresis": 0.4, "yield_twist": 0.4,
+    "K1": 0.07, "K2": 0.07, "K3": 0.07, "T1": 0.07, "T2": 0.07, "B": 0.1, "hysteresis": 0.4, "yield_twist": 0.4,
     "coulomb": 0.01, "viscous": 0.03, "gravity": 0.03,
 }  # fmt: skip
 TELL_SKEW, TELL_SHARE, TELL_LINE = 1e-4, 0.01, 5e-6  # s, of load friction, rad
 FAINT, CIRCLE = 3.0, 1.25  # deviations of an amplitude that may be 0; 95 % of a circle over that of a line
+FAR_OUT, CHORDS, STRAIGHT = 2.0, 4, 0.1  # deviations that a number is moved by; and how near to what is expected
 PARTNERS = 0.9  # correlation of numbers that are not parted
 BEYOND = 1.1  # of a corner: a torque that tells it
-TURNING, MOVING, ONE_SPEED = 0.02, 0.05, 0.15  # share of the time, of the largest speed, and about the usual speed
+TURNING, MOVING = 0.02, 0.05  # share of the time, and of the largest speed
 MECHANICAL = ("K1", "K2", "K3", "T1", "T2", "B", "coulomb", "viscous", "gravity", "hysteresis")
 
 Tie = tuple[tuple[str, ...], str]
@@ -52,31 +53,29 @@ def known(joint: Joint, inertia_given: bool) -> Known:
     covariance, freedom = np.diag(priors**2), np.ones(len(priors))
     few = int(np.count_nonzero(seen))
     held = np.concatenate([table[:, seen], np.diag(rms(joint) / priors[seen])])  # what is known before is a row each
-    before = np.concatenate([np.zeros((len(table), few)), rms(joint) * np.sqrt(few) * np.eye(few)])
     scatter = spread(held, np.append(residual, np.zeros(few)), [len(p.time) for p in joint.pieces] + [1] * few)
-    by_input = _of_input(joint, held) + _of_changes(held, before)
+    basis, back = basis_of(held)
+    of_readings, of_before = back @ basis[: len(table)].T, rms(joint) * back @ basis[len(table) :].T
+    by_input = _covariance(of_readings @ _of_input(joint)) + of_before @ of_before.T
     own, other = np.diag(scatter.covariance), np.diag(by_input)
-    wider = np.sqrt(np.maximum(np.diag(_of_counts(joint, held)) / own, 1.0))
+    wider = np.sqrt(np.maximum(np.diag(_covariance(of_readings @ _of_counts(joint))) / own, 1.0))
     own = own * wider**2
     covariance[np.ix_(seen, seen)] = scatter.covariance * np.outer(wider, wider) + by_input
     freedom[seen] = (own + other) ** 2 / (own**2 / scatter.freedom + other**2 / DRAWS)
     values, rates = _told(joint)
-    posterior = np.linalg.inv(table[:, :many].T @ table[:, :many] / rms(joint) ** 2 + np.diag(priors[:many] ** -2.0))
     full = rates @ covariance[:many, :many] @ rates.T
     lines = np.array([value if name.startswith("line") else np.inf for name, value in values.items()])
     wide = np.where(lines < FAINT * np.sqrt(np.diag(full)), CIRCLE, 1.0)
+    wide *= _farther(joint, basis, back, seen, rates, list(values), np.sqrt(np.diag(full)))
     full *= np.outer(wide, wide)
     deviation = np.sqrt(np.diag(full))
-    limits = np.array([_limit(joint, name, value) for name, value in values.items()])
-    lost = [name for name, sd, most in zip(values, deviation, limits, strict=True) if not sd <= most]
-    tied = _ties(joint, lost, inertia_given, rates @ posterior @ rates.T, list(values))
-    if "asymmetry" not in joint.free and not _sided(joint, held):
+    lost = [n for (n, value), sd in zip(values.items(), deviation, strict=True) if not sd <= _limit(joint, n, value)]
+    tied = _ties(joint, lost, inertia_given, full, list(values))
+    if "asymmetry" not in joint.free and not _sided(joint, basis):
         tied.append((("asymmetry",), "torques of both signs"))
-    if {"K1", "B"} <= {*lost}:  # a resonance that is not known makes any size of a line
-        seen_lines = [name for name in values if name.startswith("line") and name not in lost]
-        tied += (
-            [(("K1", "B", *seen_lines), "a motion that makes the load ring, and other speeds")] if seen_lines else []
-        )
+    seen_lines = [name for name in values if name.startswith("line") and name not in lost]
+    if seen_lines and {"K1", "B"} <= {*lost}:  # a resonance that is not known makes any size of a line
+        tied.append((("K1", "B", *seen_lines), "a motion that makes the load ring, and other speeds"))
     unidentified: dict[str, str] = {}
     for group, move in tied:
         for name in group:
@@ -91,32 +90,63 @@ def known(joint: Joint, inertia_given: bool) -> Known:
     )  # fmt: skip
 
 
-def _sided(joint: Joint, table: Floats) -> bool:
-    """Whether stiffnesses that differ by 1 % to either side would be seen beside the numbers of the table (rows, p)."""
-    column = np.concatenate(joint.columns(["asymmetry"]))[:, 0] * joint.weights
-    column = np.append(column, np.zeros(len(table) - len(column)))
-    size = np.linalg.norm(table, axis=0)
-    return bool(np.linalg.norm(without(table / size, column)) > rms(joint))
+def _sided(joint: Joint, basis: Floats) -> bool:
+    """Whether stiffnesses that differ by 1 % to either side would be seen beside the numbers of the basis (rows, p)."""
+    column = joint.columns(["asymmetry"])[:, 0] * joint.weights
+    return bool(np.linalg.norm(orthogonal(basis, np.pad(column, (0, len(basis) - len(column))))) > rms(joint))
 
 
-def _of_input(joint: Joint, table: Floats) -> Floats:
-    """Covariance (p, p) of the numbers by what the motor's encoder may misread; table (rows, p) is weighted."""
-    rng, weights = np.random.default_rng(0), joint.weights
-    drives = [joint.drive(i, joint.values) for i in range(len(joint.pieces))]
-    before = np.concatenate([joint.predicted(i, joint.values, joint.starts[i], d) for i, d in enumerate(drives)])
-    changes = []
-    for _ in range(DRAWS):
-        moved = []
-        for i, drive in enumerate(drives):
+def _farther(
+    joint: Joint, basis: Floats, back: Floats, seen: Floats, rates: Floats, names: list[str], deviation: Floats
+) -> Floats:  # fmt: skip
+    """How many times farther than its deviation (m,) each number may be: from 1 on.
+
+    A number is moved off by so much, the others to their least squares by chords, and the sum of squares rises less
+    than the derivatives say: a profile, as Bates & Watts 1988, ch. 6, have it. Lines are linear.
+    """
+    whole, found = np.zeros((len(seen), len(back))), np.ones(len(names))
+    whole[seen] = back
+
+    def left(by: Floats) -> Floats:
+        trial = joint.moved(whole @ by)
+        residual = np.concatenate(trial.residuals()) * joint.weights
+        return np.append(residual, -rms(joint) * trial.away()[0][seen])
+
+    before = left(np.zeros(len(back)))
+    for n in (n for n, name in enumerate(names) if not name.startswith("line")):
+        row = rates[n] @ whole[: rates.shape[1]]
+        if not (own := row @ row):
+            continue
+        expected = (FAR_OUT * deviation[n]) ** 2 / own
+        for way in (-FAR_OUT, FAR_OUT):
+            by, least = way * deviation[n] / own * row, np.inf
+            for _ in range(CHORDS):
+                after = left(by)
+                least = min(least, float(after @ after - before @ before) / expected)
+                if not abs(least - 1.0) > STRAIGHT:
+                    break
+                step = basis.T @ after
+                by = by + step - row * (row @ step) / own
+            found[n] = max(found[n], max(least, 1e-4) ** -0.5)
+    return found
+
+
+def _of_input(joint: Joint) -> Floats:
+    """Changes (rows, draws) of the weighted angles by what the motor's encoder may misread."""
+    rng, changes = np.random.default_rng(0), []
+    for i, piece in enumerate(joint.pieces):
+        drive, start, moved = joint.drive(i, joint.values), joint.starts[i], []
+        for errors in np.moveaxis(piece.misread(rng, DRAWS), -1, 0):
             other = drive.copy()
-            other[:2] += joint.pieces[i].misread(rng)
-            moved.append(joint.predicted(i, joint.values, joint.starts[i], other))
-        changes.append((np.concatenate(moved) - before) * weights)
-    return _of_changes(table, np.array(changes).T)
+            other[:2] += errors
+            moved.append(joint.predicted(i, joint.values, start, other))
+        before = joint.predicted(i, joint.values, start, drive)
+        changes.append((np.stack(moved, axis=1) - before[:, None]) * piece.weight[:, None])
+    return np.concatenate(changes)
 
 
-def _of_counts(joint: Joint, table: Floats) -> Floats:
-    """Covariance (p, p) of the numbers by what the counts and the noise of the load's encoder make of its angle."""
+def _of_counts(joint: Joint) -> Floats:
+    """Changes (rows, draws) of the weighted angles by the counts and the noise of the load's encoder."""
     rng, white, columns = np.random.default_rng(0), scatter_of(joint), []
     for piece, residual in zip(joint.pieces, joint.residuals(), strict=True):
         count, path = float(piece.counts[0]), (piece.value - residual)[:, None]
@@ -125,15 +155,12 @@ def _of_counts(joint: Joint, table: Floats) -> Floats:
             dithered = path + noise + count * rng.uniform(size=READINGS)
             noise = np.round(dithered / count) * count - dithered + noise
         columns.append(noise * piece.weight[:, None])
-    return _of_changes(table, np.concatenate(columns))
+    return np.concatenate(columns)
 
 
-def _of_changes(table: Floats, changes: Floats) -> Floats:
-    """Covariance (p, p) of least squares by changes (rows, draws) of their data, of the first rows at least."""
-    size = np.linalg.norm(table, axis=0)
-    changes = np.pad(changes, ((0, len(table) - len(changes)), (0, 0)))
-    found = np.linalg.lstsq(table / size, changes, rcond=None)[0] / size[:, None]
-    return np.asarray(found @ found.T / changes.shape[1])
+def _covariance(changes: Floats) -> Floats:
+    """Covariance (p, p) of numbers by draws (p, draws) of their changes."""
+    return np.asarray(changes @ changes.T / changes.shape[1])
 
 
 def _told(joint: Joint) -> tuple[dict[str, float], Floats]:
@@ -177,30 +204,18 @@ def one_way(joint: Joint) -> bool:
     return bool(min(np.mean(v > least), np.mean(v < -least)) < TURNING)
 
 
-def one_speed(joint: Joint) -> bool:
-    """Whether it turns at one speed nearly all the time that it turns."""
-    v = np.concatenate([piece.motor_rate for piece in joint.pieces])
-    v = v[np.abs(v) > MOVING * np.max(np.abs(v))]
-    usual = float(np.median(v))
-    return bool(np.mean(np.abs(v - usual) < ONE_SPEED * abs(usual)) > 0.8)
-
-
 def _ties(
     joint: Joint, lost: list[str], inertia_given: bool, covariance: Floats, told: list[str]
 ) -> list[Tie]:  # fmt: skip
     """Groups of names that are not parted, and the move that would part them."""
     found: list[Tie] = []
     if not inertia_given:
-        found.append(
-            (
-                ("load inertia", *(name for name in MECHANICAL if name in told or name == "K1")),
-                "the load's inertia, a torque measured at the load, or a motor's current with its torque constant",
-            )
-        )
+        group = ("load inertia", *(name for name in MECHANICAL if name in told or name == "K1"))
+        move = "the load's inertia, a torque measured at the load, or a motor's current with its torque constant"
+        found.append((group, move))
     if one_way(joint):
         found.append((("coulomb", "gravity mean"), "a reversal of the load: move it to and fro"))
-        many = "another speed and a reversal" if one_speed(joint) else "a reversal, and a jerk after which it rings"
-        found.append((("skew", "offset", "viscous"), many))
+        found.append((("skew", "offset", "viscous"), "a reversal, another speed, and a jerk after which it rings"))
     low, high = reached(joint)
     reach = max(-low, high)
     if one_way(joint) and min(-low, high) < BEYOND * joint.values["T1"]:  # all corners move with the torque's zero

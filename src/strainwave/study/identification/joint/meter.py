@@ -95,7 +95,7 @@ class Meter:
                 torque, way = np.interp(at, self.grids[n], self.torques[n]), np.sign(self.splines[n](at, 1))
                 rate *= np.interp(at, self.grids[n], self.turns[n])
                 rate += found.get("motor_load_friction", 0.0) * np.sign(torque) * way / self.joint.ratio
-            own = self.joint.torque_columns(part.piece)
+            own = self.joint.derivatives(part.piece, self.joint.free, start=True, torque=True)
             places = np.clip((at / self.joint.pieces[part.piece].step).astype(int), 0, len(own) - 1)
             table = averaged(rate[:, None] * own[places], part.many)
             wide = np.zeros((len(table), free + 3 * len(self.joint.pieces)))

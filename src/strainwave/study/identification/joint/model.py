@@ -193,6 +193,15 @@ class Joint:
         """Measured less predicted angles [rad] in every piece."""
         return [p.value - self.predicted(i, self.values, self.starts[i]) for i, p in enumerate(self.pieces)]
 
+    def twists(self) -> list[Floats]:
+        """Predicted torsion [rad] of the spring at the load's stamps in every piece."""
+        found = []
+        for i, piece in enumerate(self.pieces):
+            drive = self.drive(i, self.values)
+            load = self.predicted(i, self.values, self.starts[i], drive) - self.offset(i)
+            found.append(np.interp(piece.time + self.values["skew"], piece.grid, drive[0]) - load)
+        return found
+
     @property
     def weights(self) -> Floats:
         """Weights (rows,) of all angles."""
@@ -225,17 +234,9 @@ class Joint:
         values = {n: factor * v if n in TORQUES or n.startswith("gravity") else v for n, v in self.values.items()}
         return replace(self, values=values)
 
-    def columns(self, names: Sequence[str]) -> list[Floats]:
-        """Derivatives (m, names) of the predicted angles by numbers, per unit, in every piece."""
-        found = []
-        for i in range(len(self.pieces)):
-            drive, start = self.drive(i, self.values), self.starts[i]
-            base, columns = self.predicted(i, self.values, start, drive), []
-            for name in names:
-                values, other = self.varied(i, name, drive)
-                columns.append((self.predicted(i, values, start, other) - base) / DIFFERENCE)
-            found.append(np.stack(columns, axis=1) if columns else np.empty((len(base), 0)))
-        return found
+    def columns(self, names: Sequence[str]) -> Floats:
+        """Derivatives (rows, names) of all predicted angles by numbers, per unit."""
+        return np.concatenate([self.derivatives(i, names) for i in range(len(self.pieces))])
 
     def varied(self, i: int, name: str, drive: Floats) -> tuple[dict[str, float], Floats]:
         """Values with one number a little off, and the drive of a piece with them."""
@@ -246,28 +247,27 @@ class Joint:
             return values, other
         return values, self.drive(i, values) if self.gains[0] and name.startswith(("offset", "skew")) else drive
 
-    def torque_columns(self, i: int) -> Floats:
-        """Derivatives (n + 1, free + 3) of the gear's torque on the grid of a piece by free numbers and its start."""
-        drive, start, base = self.drive(i, self.values), self.starts[i], self.torque(i)
-        cases = [(*self.varied(i, name, drive), start) for name in self.free]
-        cases += [(self.values, drive, start + DIFFERENCE * unit) for unit in np.diag(START_UNITS)]
-        found = [self.marched(i, values, begun, other)[0][:, 2] for values, other, begun in cases]
-        return (np.stack(found, axis=1) - base[:, None]) / DIFFERENCE
+    def derivatives(self, i: int, names: Sequence[str], start: bool = False, torque: bool = False) -> Floats:
+        """Derivatives (m, names) of a piece's angles, or of the gear's torque on its grid, by numbers, perhaps starts.
 
-    def start_columns(self, i: int) -> Floats:
-        """Derivatives (m, 3) of a piece's angles by its start, per unit."""
-        drive, start = self.drive(i, self.values), self.starts[i]
-        base = self.predicted(i, self.values, start, drive)
-        turned = [start + DIFFERENCE * unit for unit in np.diag(START_UNITS)]
-        return np.stack([(self.predicted(i, self.values, s, drive) - base) / DIFFERENCE for s in turned], axis=1)
+        Per unit; of the start there are three columns.
+        """
+        drive, begun, found = self.drive(i, self.values), self.starts[i], list[Floats]()
+        cases = [(self.values, drive, begun), *((*self.varied(i, name, drive), begun) for name in names)]
+        if start:
+            cases += [(self.values, drive, begun + DIFFERENCE * unit) for unit in np.diag(START_UNITS)]
+        for values, other, at in cases:
+            states, read = self.marched(i, values, at, other)
+            found.append(states[:, 2] if torque else read + self.offset(i, values))
+        return (np.stack(found, axis=1)[:, 1:] - found[0][:, None]) / DIFFERENCE
 
     def jacobian(self) -> Floats:
         """Derivatives (rows, free + 3 pieces) of all predicted angles [rad] by the free numbers and the starts."""
-        table = np.concatenate(self.columns(self.free))
         if self.gains[0]:
-            return table
-        starts = block_diag(*(self.start_columns(i) for i in range(len(self.pieces))))
-        return np.concatenate([table, starts], axis=1)
+            return self.columns(self.free)
+        many, parts = len(self.free), [self.derivatives(i, self.free, start=True) for i in range(len(self.pieces))]
+        starts = block_diag(*(part[:, many:] for part in parts))
+        return np.concatenate([np.concatenate([part[:, :many] for part in parts]), starts], axis=1)
 
     def away(self) -> tuple[Floats, Floats]:
         """How far free numbers and starts are from the first ones, in priors, and one prior in units."""

@@ -21,6 +21,7 @@ PARTS = 8
 KNOTS = 0.0025  # s, between knots of the motor's angle
 MARGIN = 0.004  # s, at both ends of a piece: how far two encoders' stamps may be apart, and more is asked for
 SMOOTH, LASTS = 9, 0.5  # samples over which speeds are averaged; s that one error of a reading lasts at most
+ELSEWHERE = 64.0  # counts that a shaft turns from one place to the next
 STILL = 1e-4  # rad of the load: nothing moves
 
 
@@ -70,15 +71,26 @@ class Piece:
     def __len__(self) -> int:
         return (len(self.motor) - 1) // 2
 
-    def misread(self, rng: np.random.Generator) -> tuple[Floats, Floats]:
-        """An error [rad of the load] that the motor's counts may have, and its rate, at every half step (2 n + 1,)."""
+    @property
+    def grid(self) -> Floats:
+        """Times [s] of the half steps (2 n + 1,)."""
+        return np.asarray(self.begin + 0.5 * self.step * np.arange(len(self.motor)))
+
+    @property
+    def turned(self) -> Floats:
+        """Angles [rad] of the motor at the load's stamps (m,)."""
+        return np.interp(self.time, self.grid, self.motor)
+
+    def misread(self, rng: np.random.Generator, many: int) -> Floats:
+        """Errors [rad of the load] that the motor's counts may have, and rates (2, 2 n + 1, many), at half steps."""
         count, ratio = self.counts[1] * self.ratio, self.ratio
-        grid = self.begin + 0.5 * self.step * np.arange(len(self.motor))
         if count == 0.0:
-            return np.zeros(len(grid)), np.zeros(len(grid))
-        path = savgol_filter(self.read, SMOOTH, 3) + count * rng.uniform()
+            return np.zeros((2, len(self.motor), many))
+        gone = np.cumsum(np.abs(np.diff(self.read, prepend=self.read[0]))) // (ELSEWHERE * count)
+        place = np.cumsum(np.diff(gone, prepend=0.0) > 0.0)  # rests apart are misread apart
+        path = savgol_filter(self.read, SMOOTH, 3)[:, None] + count * rng.uniform(size=(place[-1] + 1, many))[place]
         error = through(self.read_time, (np.round(path / count) * count - path) / ratio)
-        return error(grid), error(grid, 1)
+        return np.array([error(self.grid), error(self.grid, 1)])
 
     def weighed(self, white: float) -> "Piece":
         """The piece weighed for readings that scatter so much [rad] from one to the next; noise blurs the counts."""

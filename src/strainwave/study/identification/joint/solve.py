@@ -4,10 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ....base.results import Floats
-from ..intervals import whitener
+from ..intervals import slices, whitened, whitener
 from .march import spring_torque
 from .model import Joint, Pair, line_names
 
@@ -76,6 +75,7 @@ MOST_LINES = 6  # more than the first ones
 SMALL = 1e-3  # of its first value: the hysteresis that is looked for
 INSIDE, OUTSIDE = ("hysteresis", "load_friction", "gravity_mean"), ("gap", "asymmetry", "drag")
 CLOSE, TRIED, FROM = 0.97, 0.93, 0.6  # of the largest torque: a corner that is tried, and where; of the datasheet's
+HOPELESS = 10.0  # readings' scatters of a residual that is of other causes
 FAR_OFF, MUCH = 2.0, 0.1  # readings' scatters of a residual with other causes, of which a line takes so much
 POWER_OF_TERM = 0.003  # of the residual's power, that a term must take
 
@@ -114,7 +114,7 @@ def completed(joint: Joint) -> Joint:
 
 def nudged(joint: Joint) -> Joint:
     """The joint from other starts and dry frictions too: where a load comes to rest depends on them by leaps."""
-    if plain(joint) < AT_FLOOR * scatter(joint):
+    if not AT_FLOOR < plain(joint) / scatter(joint) < HOPELESS:
         return joint
     joint = shaken(joint)
     for factor in NUDGES:
@@ -130,9 +130,10 @@ def plain(joint: Joint) -> float:
 
 
 def scatter(joint: Joint) -> float:
-    """Scatter [rad] of the readings from one to the next, by the fourth differences of the residuals."""
+    """Scatter [rad] of the readings, by the fourth differences of the residuals, and of their counts at the least."""
     parts = [np.diff(r, 4) for r in joint.residuals()]
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2) / 70.0))
+    counted = max(float(piece.counts[0]) for piece in joint.pieces) / np.sqrt(12.0)  # at rest they do not differ
+    return float(max(np.sqrt(np.mean(np.concatenate(parts) ** 2) / 70.0), counted))
 
 
 def shaken(joint: Joint) -> Joint:
@@ -184,24 +185,20 @@ class Score:
     def __init__(self, joint: Joint) -> None:
         self.joint = joint
         residuals = joint.residuals()
-        edges = np.cumsum([0, *map(len, residuals)])
-        self.parts = [slice(a, b) for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
+        self.parts = slices([len(one) for one in residuals], len(joint.weights))
         weights = joint.weights
         self.weights, residual = weights[:, None], weights * np.concatenate(residuals)
         self.filter = whitener(residual, self.parts)
-        self.residual = self._white(residual)
-        table = self._white(joint.jacobian() * self.weights)
+        self.residual = whitened(residual, self.filter, self.parts)
+        table = whitened(joint.jacobian() * self.weights, self.filter, self.parts)
         sizes = np.linalg.norm(table, axis=0)
         self.basis = np.linalg.qr(table[:, sizes > 0.0] / sizes[sizes > 0.0])[0]
         self.residual = self.residual - self.basis @ (self.basis.T @ self.residual)
         self.power = float(self.residual @ self.residual)
 
-    def _white(self, columns: Floats) -> Floats:
-        return np.concatenate([lfilter(np.append(1.0, -self.filter), [1.0], columns[p], axis=0) for p in self.parts])
-
     def gains(self, columns: Floats, each: int) -> Floats:
         """Fall of the whitened sum of squares over its mean, for each group of so many columns (rows, groups each)."""
-        own = self._white(columns * self.weights)
+        own = whitened(columns * self.weights, self.filter, self.parts)
         own = own - self.basis @ (self.basis.T @ own)
         found = []
         for i in range(0, own.shape[1], each):
@@ -218,7 +215,7 @@ def with_more_lines(joint: Joint, highest: int = HIGHEST) -> Joint:
     """The joint with the lines that its residual shows, the strongest first."""
     tried = [(j, k) for j in range(1, highest + 1) for k in range(-WIDEST, WIDEST + 1) if (j, k) not in joint.lines]
     names = [name for pair in tried for name in line_names(pair)]
-    columns = np.concatenate(joint.with_lines(*tried).columns(names))  # which a line more hardly changes
+    columns = joint.with_lines(*tried).columns(names)  # which a line more hardly changes
     for _ in range(MOST_LINES):
         score = Score(joint)
         gains = score.gains(columns, 2)
@@ -273,19 +270,14 @@ def with_corners(joint: Joint) -> Joint:
 
 def reached(joint: Joint) -> tuple[float, float]:
     """Least and largest torque [N*m] of the spring in the logs."""
-    ends, p = [0.0], joint.kernel_numbers(joint.values)
-    for i, (piece, off) in enumerate(zip(joint.pieces, joint.residuals(), strict=True)):
-        at = (piece.time + joint.values["skew"] - piece.begin) / (0.5 * piece.step)
-        rigid = np.interp(at, np.arange(len(piece.motor)), joint.drive(i, joint.values)[0])
-        twist = rigid - (piece.value - off - joint.offset(i))
-        ends += [float(spring_torque(end, p)) for end in (float(np.min(twist)), float(np.max(twist)))]
-    return min(ends), max(ends)
+    p, twists = joint.kernel_numbers(joint.values), np.concatenate([[0.0], *joint.twists()])
+    return float(spring_torque(float(np.min(twists)), p)), float(spring_torque(float(np.max(twists)), p))
 
 
 def _term_column(joint: Joint, name: str) -> Floats:
     """Derivative (rows,) of the predicted angles by a term that the joint lacks, in any unit."""
     if name != "hysteresis":
-        return np.concatenate(joint.columns([name]))[:, 0]
+        return joint.columns([name])[:, 0]
     little = replace(joint, values=joint.values | {name: SMALL * joint.scales[name].first})
     return np.concatenate([a - b for a, b in zip(joint.residuals(), little.residuals(), strict=True)]) / SMALL
 
