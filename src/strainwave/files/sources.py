@@ -52,14 +52,19 @@ def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> I
         grade = spec.excitation.accuracy
         given = (0.0 if gear is None else gear.accuracy_of(grade) or 0.0) if isinstance(grade, str) else grade
         why = f"the accuracy is assumed; {ACCURACY}" if class_assumed(spec) else ACCURACY
-        yield Source("excitation.accuracy", f"{given / ARCSEC:.4g} arcsec", ASSUMED, why)
+        measured = _word(spec) == MEASURED
+        yield Source("excitation.accuracy", f"{given / ARCSEC:.4g} arcsec", MEASURED if measured else ASSUMED, why)
 
 
 def class_assumed(spec: ProjectSpec) -> bool:
     """True where the file calls its accuracy assumed: one that no record gives."""
-    words, given = spec.sources or {}, spec.excitation.accuracy
-    named = ASSUMED in (words.get("excitation.accuracy"), words.get("excitation"))
-    return named and given is not None and given != CATALOGUE
+    return _word(spec) == ASSUMED and spec.excitation.accuracy not in (None, CATALOGUE)
+
+
+def _word(spec: ProjectSpec) -> str | None:
+    """Source of the accuracy that the file names."""
+    words = spec.sources or {}
+    return words.get("excitation.accuracy", words.get("excitation"))
 
 
 def source_facts(project: Project) -> tuple[tuple[Fact, ...], ...]:

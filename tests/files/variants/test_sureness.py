@@ -52,6 +52,11 @@ def test_nothing_is_open_where_nothing_is_assumed():
     assert (project.assumed, project.digits(), project.digits(5)) == ((), 4, 5)
     assert project.sureness.sentences(project.limit) == ()
     assert project.sureness.drives == 0
+    for word, names in (("assumed", ["excitation.accuracy"]), ("measured", [])):
+        text = AXIS.replace("RATIO", "3 %").replace("BAND", "30 Hz, damping: 0.7")
+        text = text.replace("kinematic_error: [{order: 2, amplitude: 23 arcsec}]", "accuracy: 60 arcsec")
+        found = from_text(f"{text}sources: {{excitation.accuracy: {word}}}\n", Path("axis.yaml"))
+        assert [one.name for one in found.assumed] == names
 
 
 @pytest.mark.slow
