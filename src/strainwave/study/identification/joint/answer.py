@@ -70,7 +70,7 @@ class Answer:
 
     @property
     def more(self) -> float:
-        """How many times the readings' scatter is left, where it is more than chance and of no known cause; or 0."""
+        """Residual in scatters of the readings, where it is more than chance and of no known cause; or 0."""
         return self.residual / self.scatter if self.residual > LEFT * self.scatter and not self.causes else 0.0
 
 
@@ -244,7 +244,7 @@ def _caused(
 
 
 def _left(joint: Joint) -> list[str]:
-    """What a residual in the longest piece is, if a test supports it: a line of the motor's turn, or a resonance."""
+    """Cause of the residual in the longest piece, if a test supports it: a line of the motor's turn, or a resonance."""
     i = int(np.argmax([len(piece.time) for piece in joint.pieces]))
     piece, residual = joint.pieces[i], joint.residuals()[i]
     turned = piece.turned / (2.0 * np.pi)
@@ -263,7 +263,7 @@ def _left(joint: Joint) -> list[str]:
 
 
 def _peak(places: Floats, values: Floats, lowest: float) -> tuple[float, float]:
-    """Where the power of values has a peak, per unit of their places, and which share of it; 0 where it is none."""
+    """Frequency of a peak in the power of values, per unit of their places, and its share; 0 without a peak."""
     even = np.linspace(places[0], places[-1], len(places))
     power = np.abs(np.fft.rfft(np.interp(even, places, values - np.mean(values)) * np.hanning(len(even)))) ** 2
     found = np.fft.rfftfreq(len(even), even[1] - even[0])

@@ -1,4 +1,4 @@
-"""What logs tell of a joint: intervals of its numbers, and the numbers that they cannot part, with what would."""
+"""Numbers of a joint from logs: their intervals, and those that the logs cannot part, with the motion that would."""
 
 from typing import Any, NamedTuple
 
@@ -91,7 +91,7 @@ def known(joint: Joint, inertia_given: bool) -> Known:
 
 
 def _sided(joint: Joint, basis: Floats) -> bool:
-    """Whether stiffnesses that differ by 1 % to either side would be seen beside the numbers of the basis (rows, p)."""
+    """True if stiffnesses that differ by 1 % to either side would be seen beside the numbers of the basis (rows, p)."""
     column = joint.columns(["asymmetry"])[:, 0] * joint.weights
     return bool(np.linalg.norm(orthogonal(basis, np.pad(column, (0, len(basis) - len(column))))) > rms(joint))
 
@@ -99,7 +99,7 @@ def _sided(joint: Joint, basis: Floats) -> bool:
 def _farther(
     joint: Joint, basis: Floats, back: Floats, seen: Floats, rates: Floats, names: list[str], deviation: Floats
 ) -> Floats:  # fmt: skip
-    """How many times farther than its deviation (m,) each number may be: from 1 on.
+    """Factor (m,) of each number's deviation by the sum of squares: from 1 on.
 
     A number is moved off by so much, the others to their least squares by chords, and the sum of squares rises less
     than the derivatives say: a profile, as Bates & Watts 1988, ch. 6, have it. Lines are linear.
@@ -198,7 +198,7 @@ def _limit(joint: Joint, name: str, value: float) -> float:
 
 
 def one_way(joint: Joint) -> bool:
-    """Whether the load turns in one direction only."""
+    """True if the load turns in one direction only."""
     v = np.concatenate([piece.motor_rate for piece in joint.pieces])
     least = MOVING * float(np.max(np.abs(v)))
     return bool(min(np.mean(v > least), np.mean(v < -least)) < TURNING)
@@ -239,7 +239,7 @@ def _ties(
 
 
 def _move(name: str, reach: float) -> str:
-    """What a motion that tells a number would be."""
+    """Motion that would tell a number."""
     moves: dict[str, Any] = {
         "K1": "torques of both signs: accelerate harder", "B": "a motion that makes the load ring: a jerk, or a pass",
         "skew": "a jerk after which the load rings, or torques beyond T1",

@@ -89,7 +89,7 @@ def step(
 
 @kernel
 def loose(q: float, z: float, i: int, s: float, p: Floats, drive: Floats) -> float:
-    """Which way a load at rest is pushed off: 0 where it sticks."""
+    """Direction in which a load at rest is pushed off: 0 where it sticks."""
     torque, friction, _ = pushed(q, 0.0, z, i, s, p, drive)
     return 0.0 if abs(torque) <= friction else float(np.sign(torque))
 

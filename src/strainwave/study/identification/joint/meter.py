@@ -64,7 +64,7 @@ class Meter:
         return np.concatenate([averaged(self.columns(n, skew)[0], part.many) for n, part in enumerate(self.parts)])
 
     def kept(self, skew: float) -> Floats:
-        """Which windows (windows,) count."""
+        """Windows (windows,) that count."""
         found = []
         for n, part in enumerate(self.parts):
             wide = 2 * part.many + 1

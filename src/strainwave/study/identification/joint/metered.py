@@ -1,4 +1,4 @@
-"""What a channel of torque tells: its constant or the load's inertia, and the motor's inertia and friction."""
+"""Numbers of a channel of torque: its constant or the load's inertia, and the motor's inertia and friction."""
 
 import math
 from collections.abc import Sequence
@@ -63,7 +63,7 @@ class Linear(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Metered:
-    """What a channel tells: its name and unit, numbers, and curves as `Linear` has them.
+    """Result of a channel: its name and unit, numbers, and curves as `Linear` has them.
 
     `deviation` is that of the channel's scale, relative; `said` are sentences.
     """
@@ -141,7 +141,7 @@ def unit_of(channel: str) -> str:
 
 
 def metered(meter: Meter, fit: Linear, of_free: Floats, constant: float | None, weighs: bool | None) -> Metered:
-    """What a channel tells; of_free is the covariance of the joint's free numbers and starts.
+    """Numbers of a channel; of_free is the covariance of the joint's free numbers and starts.
 
     With the load's inertia (weighs is False) the constant is found. A channel that weighs the load has given that by
     its constant. Without both (None) nothing is known.
@@ -182,7 +182,7 @@ def _numbers(meter: Meter, fit: Linear, given: float | None, main: str) -> dict[
 
 
 def lacking(meter: Meter, fit: Linear, share: float) -> str:
-    """What it takes to tell the scale of a channel, of so large a deviation, relative; "" where it is told."""
+    """Motion that would tell the scale of a channel, of so large a deviation, relative; "" where it is told."""
     if fit.explained < EXPLAINED:
         return f"another model, or another channel: {100.0 * max(fit.explained, 0.0):.0f} % is explained"
     if not share <= TELL_SCALE:
@@ -208,7 +208,7 @@ def _ties(
 
 
 def _said(meter: Meter, fit: Linear, constant: float | None, weighs: bool | None) -> list[str]:
-    """What is to be known of a channel."""
+    """Sentences on a channel."""
     share, unit = 100.0 * max(fit.explained, 0.0), unit_of(meter.name)
     said = [f"The model explains {share:.1f} % of {meter.name}; {fit.left:.3g} {unit} rms are left."]
     if fit.explained < EXPLAINED:
@@ -230,7 +230,7 @@ def _said(meter: Meter, fit: Linear, constant: float | None, weighs: bool | None
 
 
 def doubt(meter: Meter, ratio: float, most: float) -> list[str]:
-    """Why a channel's torque is that many times what its readings say; none within a factor of `most`."""
+    """Sentence on a channel's torque that is many times its readings; none within a factor of `most`."""
     if 1.0 / most < ratio < most:
         return []
     N, why = meter.joint.ratio, "check its unit and the load's inertia"

@@ -96,7 +96,7 @@ class Joint:
 
     @cached_property
     def waves(self) -> list[dict[str, Floats]]:
-        """What a number adds to the drive [u, u', pull] (3, 2 n + 1) of each piece, for those that are linear in it."""
+        """Drive [u, u', pull] (3, 2 n + 1) of each piece per unit of a number, for those that are linear in it."""
         rows = []
         for i, piece in enumerate(self.pieces):
             zero = np.zeros(len(piece.motor))
@@ -216,7 +216,7 @@ class Joint:
 
     @staticmethod
     def is_log(name: str) -> bool:
-        """Whether the logarithm of a number is what is free."""
+        """True if the logarithm of a number is what is free."""
         return name in OWN[:POSITIVE]
 
     def moved(self, change: Floats) -> "Joint":
@@ -270,7 +270,7 @@ class Joint:
         return np.concatenate([np.concatenate([part[:, :many] for part in parts]), starts], axis=1)
 
     def away(self) -> tuple[Floats, Floats]:
-        """How far free numbers and starts are from the first ones, in priors, and one prior in units."""
+        """Distance of free numbers and starts from the first ones, in priors, and one prior in units."""
         far, priors = [], []
         for name in self.free:
             scale, value = self.scales[name], self.values[name]

@@ -187,7 +187,7 @@ def _sense(raw: Sequence[tuple[Floats, ...]], ratio: float) -> float:
 
 
 def _why(found: float, ratio: float) -> str:
-    """What an unlike ratio is, and the remedy."""
+    """Cause of an unlike ratio, and the remedy."""
     fact = f"and the gear's ratio is {ratio:g}"
     for factor, said in (
         (1.0 / ratio**2, "the angles are swapped: motor_angle is the load's and load_angle the motor's"),

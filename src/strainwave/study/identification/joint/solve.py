@@ -247,7 +247,7 @@ def with_terms(joint: Joint, names: Sequence[str]) -> Joint:
 
 
 def fell(joint: Joint, trial: Joint) -> bool:
-    """Whether another fit leaves so much less that it is no chance."""
+    """True if another fit leaves so much less that it is no chance."""
     return bool((rms(joint) / rms(trial)) ** 2 - 1.0 > max(POWER_OF_TERM, SURE / len(joint.weights)))
 
 
