@@ -45,7 +45,7 @@ def table(*columns, names):
     return "\n".join(rows) + "\n"
 
 
-OWN = ("app",)  # it serves until it is stopped
+OWN = ("app", "watch")  # they go on until they are stopped
 LINEAR = PROJECT.replace("CSG-40-50", "{ratio: 50, law: {type: linear, K: 5e4 N*m/rad}}")  # computed five times as fast
 COLUMNS = "time [s],motor_angle [rad],load_angle [rad],torque [N*m]"
 SPECIFICATION = """

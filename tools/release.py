@@ -74,7 +74,7 @@ def check(plain: Path, python: str, folder: Path) -> Path:
     programs, wheel = home / ("Scripts" if os.name == "nt" else "bin"), plain
     inside = programs / "python"
     pip = [inside, "-m", "pip", "install", "--quiet", "-c", ROOT / "constraints.txt"]
-    run([*pip, f"{plain}[plot,report,web]"], folder)
+    run([*pip, f"{plain}[plot,web]"], folder)
     if (sys.platform, platform.machine()) == ("linux", "x86_64"):
         run([inside, ROOT / "tools" / "kernels.py"], folder)
         wheel = build(inside, home, kernels=True)

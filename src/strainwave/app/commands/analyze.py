@@ -30,7 +30,7 @@ DRIVES = ("antenna", "robot-joint", "index-table")
 @click.option("--check", is_flag=True, help="Read the files only, and say whether they are valid.")
 @json_option
 def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, check: bool, as_json: bool) -> None:
-    """Judge drives and write a report of each."""
+    """Judge drives and their loops, and write a report of each."""
     if check:
         click.echo(_checked(projects, as_json))
         return

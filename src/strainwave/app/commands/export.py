@@ -23,7 +23,7 @@ from .options import file_type, json_option, output_option, project_argument, wr
 @click.option("--step", help='Length of a step of C and FMU, as "250 us". Default: 16 in the shortest time scale.')
 @json_option
 def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:
-    """Take motor, gear and load to another program."""
+    """Take the drive to Simulink (FMU), a controller (C) or MuJoCo."""
     drive = read_project(project)
     notes = exported(drive, output, to=form, step=None if step is None else parse(step, "s")).notes
     summary = {"title": drive.title, "format": form, "file": str(output), "notes": list(notes)}

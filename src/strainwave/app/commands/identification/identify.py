@@ -41,7 +41,7 @@ def identify(
     files: tuple[Path, ...], gear: str | None, load_inertia: str | None, torque_constant: str | None,
     output: Path | None, as_json: bool, **reading: Any,
 ) -> None:  # fmt: skip
-    """Find the numbers of a joint in logs of both encoders.
+    """Find stiffness, damping and error of a joint in its logs.
 
     FILES are logs as `strainwave read-log` reads them, with a time, motor_angle and load_angle, and perhaps a project
     file (.yaml), whose numbers are the first guess; a gear of the catalogue does as well. A current or a motor_torque
