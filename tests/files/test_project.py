@@ -249,7 +249,7 @@ def test_notes_tell_what_is_doubtful(written):
     for part in ("motor.inertia is 1 kg*cm^2, less than the 4.5 kg*cm^2 of the wave generator", "do not balance"):
         assert part in notes
     (loss,) = read_project(written(GOOD)).notes
-    assert loss.startswith("The record of CSG-40-50 gives a hysteresis loss of up to 60 arcsec, which is not in the")
+    assert loss.startswith("The record of CSG-40-50 gives a hysteresis loss of up to 60 arcsec. The results leave it")
 
 
 def test_the_hysteresis_of_the_record_is_that_of_its_loss(written):

@@ -1,6 +1,6 @@
-"""Modules above a model or a result, loaded by name when they are used: no other file imports by string.
+"""Late imports of upper layers by name, so that lower modules need not import them; no other file imports by string.
 
-Tables of contents of namespaces, too.
+Namespaces take their names from a table of contents, `__init__.pyi`, in the same way.
 """
 
 import sys

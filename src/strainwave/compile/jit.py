@@ -322,18 +322,21 @@ def _of_class(cls: type, name: str, numba_name: str, resolve: Callable[..., Any]
 
 
 def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """Body in compiled code of `borrowed`."""
+    """Body in compiled code of `borrowed`: its argument with the memory owner of every array cleared.
+
+    Numba then counts no references.
+    """
 
     def typed(context: Any, thing: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            def bare(kind: Any, old: Any) -> Any:
+            def unowned(kind: Any, old: Any) -> Any:
                 if not isinstance(kind, types.Array):
                     return old
                 array = context.make_array(kind)(context, builder, old)
                 array.meminfo = array.meminfo.type(None)
                 return array._getvalue()
 
-            return tree.rebuilt(types, context, builder, thing, arguments[0], bare)
+            return tree.rebuilt(types, context, builder, thing, arguments[0], unowned)
 
         return thing(thing), build
 

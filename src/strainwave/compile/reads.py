@@ -1,4 +1,4 @@
-"""Key of machine code: what the compiler reads of a kernel and of the model classes among its arguments.
+"""Cache key of a compiled kernel: a hash of all that Numba reads of it and of the model classes in its arguments.
 
 Numba compiles bytecode. The key holds that of the kernel, of each function and method that it may call, of those that
 these call, and the values of constants, defaults and closed-over variables among them. Comments, docstrings and lines

@@ -10,7 +10,7 @@ from ..base.above import above
 from ..base.law import depends
 from ..base.quantities import checked, number, whole
 from ..base.results import SolveError
-from ..base.sentences import listed, on_screen
+from ..base.sentences import counted, listed, on_screen
 from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
@@ -113,7 +113,8 @@ class Project:
         return on_screen(
             f"Project {self.title!r} ({self.path.name}): {gear}, ratio {self.drive.N:g}, motor: {motor}{parts}\n"
             f"  equation: J {self.J:.6g} kg*m^2, B {self.drive.B:.6g} N*m*s/rad, omega_0 {self.omega_0:.6g} rad/s\n"
-            f"  speeds {low:.6g} .. {high:.6g} rad/s of the {self.speeds.base_angle}, {len(self.notes)} notes"
+            f"  speeds {low:.6g} .. {high:.6g} rad/s of the {self.speeds.base_angle}, "
+            + counted(len(self.notes), "note")
         )
 
     __repr__ = __str__

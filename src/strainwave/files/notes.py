@@ -70,11 +70,11 @@ def of_hysteresis(project: Project) -> Iterator[str]:
     """The hysteresis loss of the gear's record, where the results are without it."""
     if (gear := project.gear) is not None and gear.hysteresis_loss is not None and not project.has_memory:
         loss = gear.hysteresis_loss / ARCSEC
-        fact = (
-            f"The record of {gear.name} gives a hysteresis loss of up to {loss:.4g} arcsec, which is not in the results"
+        yield (
+            f"The record of {gear.name} gives a hysteresis loss of up to {loss:.4g} arcsec. The results leave it out: "
+            f"up to {0.5 * loss:.4g} arcsec of lag after a reversal, and damping. To count it, write 'hysteresis: "
+            "catalogue' at the top level of the file."
         )
-        lag = f"after a reversal the load stays behind by up to half of it, {0.5 * loss:.4g} arcsec, and it damps"
-        yield f"{fact}: {lag}; 'hysteresis: catalogue' counts it."
 
 
 def of_damping(ratio: float) -> str:

@@ -13,7 +13,7 @@ import strainwave as sw
 from strainwave.app.commands.analyze import analyse
 from strainwave.app.console import number, plain
 from strainwave.app.report.report import page
-from strainwave.app.report.section import asked
+from strainwave.app.report.section import rendered_part
 from strainwave.app.report.sections.derived import parametric_resonances
 from strainwave.app.view import AngleUnit, View
 from strainwave.files.reading import read_project
@@ -206,7 +206,7 @@ def test_speeds_at_which_a_varying_stiffness_makes_motions_grow_are_on_the_page(
     half = math.sqrt(0.025**2 - 0.01**2)
     assert row["low_rpm"] == pytest.approx(1509.876 * (1.0 - half), rel=2e-3)
     assert row["high_rpm"] == pytest.approx(1509.876 * (1.0 + half), rel=2e-3)
-    html = page(view, [asked(parametric_resonances, view)])
+    html = page(view, [rendered_part(parametric_resonances, view)])
     assert f">{number(row['growth_per_s'])}</td>" in html
 
 

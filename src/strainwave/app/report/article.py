@@ -1,4 +1,4 @@
-"""The article's Tables 3 and 4 side by side, and their folder: a page, CSV files and figures."""
+"""Reproduction of the source article: its Tables 3 and 4 as printed, corrected and integrated; page, CSV, figures."""
 
 import math
 from collections.abc import Sequence

@@ -27,7 +27,7 @@ from ...study.analysis.verdict import Answer
 from ..console import WHAT_X_IS, number, slug, staged, to_json, write_csv
 from ..curves import curve_columns, drive_columns, speed_columns
 from ..view import View
-from .section import Part, asked, figured, html_table, paragraph
+from .section import Part, figured, html_table, paragraph, rendered_part
 from .sections import SECTIONS
 from .sections.whole_train import about_appendix
 
@@ -114,7 +114,7 @@ def write(
 
 def write_view(view: View, folder: Path | None, sections: Sequence[Any] = SECTIONS) -> Report:
     """Write the report of an analysis, if there is a folder; errors as `write`."""
-    parts = [asked(section, view) for section in sections]
+    parts = [rendered_part(section, view) for section in sections]
     files = [] if folder is None else [*write_curves(view, folder), "results.json", *PAGES]
     results = together([*(part.data for part in parts), {"files": files}])
     if folder is not None:

@@ -187,7 +187,7 @@ def _flat(value: Any, name: str) -> Iterator[tuple[str, str]]:
         yield from _flat(item, f"{name}.{key}" if name else str(key))
 
 
-def asked(section: Section, view: View) -> Part:
+def rendered_part(section: Section, view: View) -> Part:
     """Part of a report, with its data and its texts in the units of the report."""
     part = section(view)
     rendered = {name: view.rendered(getattr(part, name)) for name in ("data", "sentences", "notes", "figures", "lines")}

@@ -12,7 +12,7 @@ from functools import cache
 from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from ...base.quantities import checked, is_model
-from ...model.laws import friction, hysteresis, measured, springs
+from ...model.laws import friction, hysteresis, measured, rounded, springs
 from ...model.train import motion
 from ...model.train.filters import FILTERS
 from ..yaml_text import Located, Problem, kind_of, name, shown
@@ -20,7 +20,7 @@ from . import kinds
 from .kinds import Entry, Items, Kind, NotA, Quantity, Row, Schema, Wrong, read
 from .sentences import SENTENCES
 
-SPRINGS = (springs.__name__, measured.__name__)
+SPRINGS = (springs.__name__, rounded.__name__, measured.__name__)
 SIGN_OF = {"N*m/rad": "positive", "N*m": "positive", "rad": "not negative"}  # of numbers of a spring, by their unit
 TYPE = "Kind of the entry."
 EXAMPLE_LAW = "{type: linear, K: 7160 N*m/rad}"
@@ -145,7 +145,8 @@ def name_of(cls: type) -> str:
 @cache
 def law_types() -> dict[str, type]:
     """Laws by their name in a project file: springs, friction, memory, and what follows a shaft's own angle."""
-    classes = (c for m in (springs, measured, friction, hysteresis, motion) for c in vars(m).values())
+    modules = springs, rounded, measured, friction, hysteresis, motion
+    classes = (c for m in modules for c in vars(m).values() if getattr(c, "__module__", "") == m.__name__)
     return {name_of(c): c for c in classes if hasattr(c, "_fields") and hasattr(c, "stiffness")}
 
 

@@ -5,9 +5,9 @@ the state's size in the linear response, by alternating frequency/time. It runs 
 `rhs` and `jacobian` must take arrays, as all arithmetic without branches does. Of a system whose laws have breakpoints
 the samples end at the kinks of the motion (see `fourier`).
 
-Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
+Newton's method and the linearised problem stand here too.
 
-A balance problem linearised, and Newton's method.
+Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
 """
 
 import itertools

@@ -250,7 +250,7 @@ def solve(
 
 
 def _scale(columns: Floats, values: Floats) -> Floats:
-    """Sizes of the columns; of one that hardly tells its number as if the number told `WEAK` of the strongest."""
+    """Sizes of the columns; of one that hardly tells its number as if the number told `WEAK_SHARE` of the strongest."""
     size = np.linalg.norm(columns, axis=0)
     share = size * np.abs(values)
     least = WEAK_SHARE * np.max(share, initial=0.0) / np.where(values != 0.0, np.abs(values), np.inf)

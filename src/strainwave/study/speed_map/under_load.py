@@ -90,7 +90,7 @@ def is_searched(equation: Any) -> bool:
 
 
 def slowest(case: Case) -> float:
-    """Speed [rad/s] below which the drive follows its excitation: no harmonic up to `HIGHEST` meets its resonance."""
+    """Speed [rad/s] below which the drive follows its excitation: no harmonic that counts meets its resonance."""
     natural = sqrt(max(case.point.stiffness, 0.0) / case.equation.J)
     return natural / (HIGHEST_HARMONIC * max(equation_orders(case.equation), default=1))
 

@@ -53,7 +53,7 @@ class Search:
             return inf
         key = tuple(x.round(12).tolist())
         if key not in self.computed:
-            point = self.trial.kept(x, lambda goals: self._mean(goals) > bound and self._beaten(goals, x))
+            point = self.trial.evaluated(x, lambda goals: self._mean(goals) > bound and self._beaten(goals, x))
             if point is None:
                 return inf
             self.computed[key] = point

@@ -204,13 +204,14 @@ class Trial:
         """All that gains give, also where they break a limit; computed once."""
         key = x.tobytes(), self.full, self.moved
         if key not in self.points:
-            self.points[key] = self.kept(x) or self.linear(x)
+            self.points[key] = self.evaluated(x) or self.linear(x)
         return self.points[key]
 
-    def kept(self, x: Floats, surplus: Callable[[Floats], bool] | None = None) -> TuningPoint | None:
-        """All that gains give; for a search goals stay infinite where the linear loop breaks a limit.
+    def evaluated(self, x: Floats, surplus: Callable[[Floats], bool] | None = None) -> TuningPoint | None:
+        """Worst figures of gains over all drives and loads.
 
-        None where the first drives and loads give a `surplus`.
+        With `surplus`, a test of the goals so far, a search cuts short: goals are infinite where the linear loop breaks
+        a limit, and the result is None once a settling limit is broken or `surplus` holds.
         """
         if surplus and not self.fits(x):
             return TuningPoint(gains_of(x), (inf,) * len(self.setting.goals), UNSTABLE)
@@ -219,7 +220,7 @@ class Trial:
             return point
         if surplus and self._exceeds(point, surplus):
             return None
-        begin, limits = 3 + self.motions, self.setting.limits.settlings  # of the goals in a row; of the motions
+        begin, limits = 3 + self.motions, self.setting.limits.settlings  # column of the first goal; of the motions
         worst = np.full((len(self.drives), begin + len(self.setting.goals)), nan)
         for i in tuple(self.order):
             for left, row in self._rows(i, point):

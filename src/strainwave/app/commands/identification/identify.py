@@ -19,7 +19,7 @@ from ....files.variants.scatter import scattered
 from ....plot.fits import identified_log_rows
 from ....plot.svg import figure
 from ...console import Progress, to_json, write_all
-from ...report.section import asked
+from ...report.section import rendered_part
 from ...report.sections import SECTIONS
 from ...view import View
 from ..options import file_type, json_option, output_option, reading_options
@@ -84,7 +84,7 @@ def verdict(project: Project) -> list[str]:
     text, kind = list[str](), "verdict"
     try:
         with Progress(project.title) as progress:
-            text += asked(SECTIONS[0], View.of(project, project.analyze(progress.show, advice=False))).lines
+            text += rendered_part(SECTIONS[0], View.of(project, project.analyze(progress.show, advice=False))).lines
         if project.has_memory:  # each of its responses is an integration
             return [*text, "No range by the intervals: the gear has memory, and each response would be an integration."]
         kind = "range by the intervals"

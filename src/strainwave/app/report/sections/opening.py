@@ -7,7 +7,7 @@ from typing import Any
 from ....base.archive import version
 from ....base.facts import data as told_once
 from ....base.law import spring_stiffness
-from ....base.sentences import Sentence, Speed, counted
+from ....base.sentences import Sentence, Speed
 from ....base.units import RPM
 from ....drive.asked import MotorLimits
 from ....files.notes import unsaid
@@ -168,7 +168,8 @@ def _largest_torque(view: View) -> dict[str, Any]:
 def cautions(view: View) -> Part:
     """Warnings of the analysis, exceeded limits of the gear, and doubts about the file."""
     sentences = warnings(view)
-    lines = [f"{counted(len(sentences), 'warning')} in the report"] if sentences else []
+    more = f" ({len(sentences) - 1} more in the report)" * (len(sentences) > 1)
+    lines = ["warning: " + sentences[0] + more] if sentences else []
     return Part(data={"warnings": sentences}, sentences=sentences, lines=lines, kind="warn")
 
 

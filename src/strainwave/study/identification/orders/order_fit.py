@@ -104,10 +104,11 @@ class Floor:
         return 0.25 * self.samples * float(self._means(order, lambda x: x)[0][0])
 
     def _means(self, sought: Any, axis: Callable[[Floats], Floats]) -> tuple[Floats, Floats]:
-        """`estimates` by straight lines through the logarithms of P at the neighbours, over a `place` of the order.
+        """Mean of P at each sought order, and the number of exponential values that it is worth.
 
-        Noise falls with the order more often than not, and low orders have neighbours on one side alone; lines that
-        were not fitted are cut down first.
+        A straight line through log P of the nearest orders, over `axis(order)`: noise falls with the order more often
+        than not, and low orders have neighbours on one side alone. Log P is cut off above its median, as lines that
+        were not fitted stand out of it. With too few neighbours there is one mean for all.
         """
         sought = np.atleast_1d(np.asarray(sought, float))
         count = min(NEIGHBOURS, len(self.orders))

@@ -1,4 +1,4 @@
-"""Orders of the lines that were found: those not told apart, whole orders, multiples of a ratio.
+"""Search for the orders of lines in runs, each put on a whole order or a multiple of the ratio where it may be one.
 
 Ratio and arrangement of a gear from the counts of encoders on both sides.
 """
