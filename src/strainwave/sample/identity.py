@@ -36,8 +36,8 @@ def installed(*things: Any) -> list[str]:
     walk = Identity()
     walk.text(things)
     names = {name.partition(".")[0] for name in walk.packages} - sys.stdlib_module_names - {PACKAGE}
-    own = [f"Python {sys.version_info.major}.{sys.version_info.minor}"] if walk.has_code else []
-    return [*own, *(f"{name} {_version(name)}" for name in sorted(names))]
+    python = [f"Python {sys.version_info.major}.{sys.version_info.minor}"] if walk.has_code else []
+    return [*python, *(f"{name} {_version(name)}" for name in sorted(names))]
 
 
 def readable(measure: Any) -> str:
@@ -72,9 +72,9 @@ def check_spec(path: Path, attributes: Mapping[str, Any]) -> None:
     )
 
 
-def check_versions(path: Path, begun: Mapping[str, Any], own: Mapping[str, Any]) -> None:
+def check_versions(path: Path, begun: Mapping[str, Any], current: Mapping[str, Any]) -> None:
     """Refuse to go on with a sweep that other versions of what is installed have begun (ValueError)."""
-    versions = ([f"strainwave {of.get('strainwave')}", *of.get("installed", ())] for of in (begun, own))
+    versions = ([f"strainwave {of.get('strainwave')}", *of.get("installed", ())] for of in (begun, current))
     for before, now in zip(*versions, strict=False):
         if before != now:
             raise ValueError(

@@ -28,7 +28,7 @@ Array: TypeAlias = NDArray[Any]
 MOST_CALLS = 64  # of a measure that fails on a whole chunk, to find the points where it does
 LONGEST_MESSAGE = 400
 ESTIMATE = "error_estimate"  # attribute of a variable of a chunk: the sweep keeps the largest
-OWN_NAMES = ("done", "message", "point_status", "chunk", "letter", "variable", ESTIMATE)
+SWEEP_NAMES = ("done", "message", "point_status", "chunk", "letter", "variable", ESTIMATE)
 
 
 class PointStatus(IntEnum):
@@ -114,7 +114,7 @@ def compute(job: Job, first: int, values: Mapping[str, Floats]) -> Part:
     load()  # no last bit depends on what this process did before
     count = len(next(iter(values.values())))
     apart = by_path(job.system, values)
-    pieces = _whole(job, first, apart) if job.whole_chunks else _one_by_one(job, first, apart)
+    pieces = _by_halves(job, first, apart) if job.whole_chunks else _one_by_one(job, first, apart)
     variables, message = job.variables, ""
     status = np.zeros(count, np.uint8)
     arrays: dict[str, Array] = {}
@@ -164,7 +164,7 @@ def _one_by_one(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
             yield [i], error
 
 
-def _whole(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
+def _by_halves(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
     """Measure a stretch at once; where that raises, its halves, until the points are found or it costs too much.
 
     Points that are known to be impossible are left out of it.
@@ -204,9 +204,9 @@ def _random(job: Job, point: int, wanted: bool) -> dict[str, Any]:
     return {"rng": np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(point,)))}
 
 
-def _as_arrays(returned: Any, count: int, whole: bool) -> dict[str, tuple[Array, tuple[str, ...], dict[str, Any]]]:
+def _as_arrays(returned: Any, count: int, chunked: bool) -> dict[str, tuple[Array, tuple[str, ...], dict[str, Any]]]:
     """Arrays (count, ...), further dimensions and attributes, by name, of whatever a measure returned."""
-    if not whole:
+    if not chunked:
         if isinstance(returned, Mapping):
             return {str(name): (np.array([_real(name, value)]), (), {}) for name, value in returned.items()}
         return {"value": (np.array([_real("the value", returned)]), (), {})}
@@ -256,7 +256,7 @@ def _plain(value: Any) -> Any:
 
 
 def _check_names(variables: tuple[Variable, ...], returned: Mapping[str, Any]) -> None:
-    if taken := sorted(set(OWN_NAMES) & set(returned)):
+    if taken := sorted(set(SWEEP_NAMES) & set(returned)):
         raise _AnotherShape(f"the measure returned a variable {taken[0]!r}, a name that the sweep uses; choose another")
     if strange := [name for name in returned if not name or name[0] == "." or not set(name).isdisjoint("/\\\0")]:
         raise _AnotherShape(f"the measure returned a variable {strange[0]!r}, which names no file; choose another name")
@@ -274,20 +274,20 @@ def _fitting(variable: Variable, array: Array) -> Array:
     return array
 
 
-def _sentence(point: int, place: str, error: BaseException) -> str:
+def _sentence(point: int, parameters: str, error: BaseException) -> str:
     text = ""
     with contextlib.suppress(Exception):  # of the user's own class, whose text may fail, too
         text = error.reason if isinstance(error, LaneError) else " ".join(str(error).split())
     kind = "" if isinstance(error, _AnotherShape | LaneError) else f"{type(error).__name__}: "
-    return f"point {point} ({place}): {kind}{text or 'no reason given'}"[:LONGEST_MESSAGE]
+    return f"point {point} ({parameters}): {kind}{text or 'no reason given'}"[:LONGEST_MESSAGE]
 
 
 MOST_CHUNKS = 4096  # that a sweep point by point is cut into: each costs a few files and milliseconds
 SMALLEST, LARGEST = 32, 1 << 17
 SHARES = 64  # chunks that whole-chunk measures get at least, if these are not too small
-MOST_KEPT = 10_000_000  # chunks: a few files each
-MOST_UNKEPT = 100_000_000  # points of a sweep without a store: hours
-MOST_HELD = 1 << 28  # points of a chunk: 2 GiB of every parameter
+STORE_CHUNKS = 10_000_000  # chunks: a few files each
+LOOSE_POINTS = 100_000_000  # points of a sweep without a store: hours
+CHUNK_POINTS = 1 << 28  # points of a chunk: 2 GiB of every parameter
 SPARE = 1.1  # times as many lanes as with the best size are taken for smaller chunks
 
 
@@ -325,13 +325,13 @@ class Layout:
         """Number of chunks."""
         return math.prod(self.counts)
 
-    def place(self, chunk: int) -> tuple[int, ...]:
-        """Place of a chunk along every dimension."""
+    def indices(self, chunk: int) -> tuple[int, ...]:
+        """Index of a chunk along every dimension."""
         return tuple(int(i) for i in np.unravel_index(chunk, self.counts))
 
     def stretch(self, chunk: int) -> Stretch:
         """Points of a chunk."""
-        starts = [i * b for i, b in zip(self.place(chunk), self.block, strict=True)]
+        starts = [i * b for i, b in zip(self.indices(chunk), self.block, strict=True)]
         stops = [min(s + b, n) for s, b, n in zip(starts, self.block, self.shape, strict=True)]
         first = int(np.ravel_multi_index(starts, self.shape))
         region = tuple(slice(s, e) for s, e in zip(starts, stops, strict=True))
@@ -380,15 +380,15 @@ def _lanes(layout: Layout) -> int:
 def check_size(layout: Layout, stored: bool) -> None:
     """Refuse a sweep of more chunks than can be kept, or of chunks too large to be held (ValueError)."""
     points, block = layout.points, math.prod(layout.block)
-    if block > MOST_HELD:
-        raise ValueError(f"chunk is {block:.4g} points; at most {MOST_HELD} fit into memory at a time")
-    if layout.chunks > MOST_KEPT:
+    if block > CHUNK_POINTS:
+        raise ValueError(f"chunk is {block:.4g} points; at most {CHUNK_POINTS} fit into memory at a time")
+    if layout.chunks > STORE_CHUNKS:
         raise ValueError(
             f"the sweep has {points:.4g} points, that is {layout.chunks:.4g} chunks of up to {block} points, and at "
-            f"most {MOST_KEPT} can be kept; take fewer values, a Sobol or LatinHypercube sample, or a larger chunk"
+            f"most {STORE_CHUNKS} can be kept; take fewer values, a Sobol or LatinHypercube sample, or a larger chunk"
         )
-    if not stored and points > MOST_UNKEPT:
-        raise ValueError(f"{points:,} points are more than {MOST_UNKEPT:,}; give the sweep a store, it keeps its work")
+    if not stored and points > LOOSE_POINTS:
+        raise ValueError(f"{points:,} points are more than {LOOSE_POINTS:,}; give the sweep a store, it keeps its work")
 
 
 def described(values: Mapping[str, Any], i: int) -> str:

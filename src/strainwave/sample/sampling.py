@@ -192,8 +192,8 @@ class GridPoints:
 
     def values(self, first: int, count: int) -> dict[str, Floats]:
         """Values (count,) of every parameter from point `first` on."""
-        places = np.unravel_index(np.arange(first, first + count), self.shape)
-        return {path: axis[place] for (path, axis), place in zip(self.axes.items(), places, strict=True)}
+        indices = np.unravel_index(np.arange(first, first + count), self.shape)
+        return {path: axis[index] for (path, axis), index in zip(self.axes.items(), indices, strict=True)}
 
 
 class TablePoints:
@@ -216,8 +216,8 @@ class SamplePoints:
         sobol = isinstance(sample, Sobol)
         count = positive_count(f"{kind}.count", sample.count, 2**SOBOL_BITS if sobol else LARGEST_SAMPLE)
         if sobol and count & (count - 1):
-            near = 1 << count.bit_length()
-            raise ValueError(f"Sobol.count is {count}; it must be a power of two, such as {near // 2} or {near}")
+            power = 1 << count.bit_length()
+            raise ValueError(f"Sobol.count is {count}; it must be a power of two, such as {power // 2} or {power}")
         if not sample.distributions:
             raise ValueError(f"{kind}.distributions is empty; give a distribution by path")
         for law in sample.distributions.values():

@@ -85,7 +85,7 @@ class SweepStore:
         self.memory = MemoryStore()
         self.arrays: dict[str, Any] = {}
         self.failed: dict[int, int] = {}
-        with self.told("opened"):
+        with self.one_error("opened"):
             if path is None:
                 self._create(self.memory, axes, attributes)
                 self.group = zarr.open_group(self.memory, mode="r+", zarr_format=3)
@@ -130,7 +130,7 @@ class SweepStore:
             return
         self._check_arrays()
         self._restore(axes)
-        self.done = self._found()
+        self.done = self._finished()
         if not self.done.all():
             check_versions(path, self.group.attrs.asdict(), attributes)
 
@@ -138,7 +138,7 @@ class SweepStore:
         self.group = zarr.open_group(store, mode="w", zarr_format=3, attributes=attributes | {"format": FORMAT})
         for path, values in axes.items():
             self._array(path, values.shape, values.shape, "float64", np.nan, (path,), {"units": self.units[path]})
-            self._at(path)[:] = values
+            self._opened(path)[:] = values
         for path in () if axes else self.units:  # of a sample: every point has its own
             self._over_points(path, (), (), "float64", np.nan, {"units": self.units[path]})
         self._over_points(STATUS, (), (), "uint8", int(PointStatus.NOT_COMPUTED), STATUS_ATTRIBUTES)
@@ -170,7 +170,7 @@ class SweepStore:
     def declare(self, variables: tuple[Variable, ...]) -> None:
         """Make the arrays of the variables, once it is known what the measure returns."""
         self._check_room(variables)
-        with self.told("written"):
+        with self.one_error("written"):
             for variable in variables:
                 self._over_points(
                     variable.name, variable.dims, variable.shape, variable.dtype, variable.fill, variable.attributes
@@ -199,7 +199,7 @@ class SweepStore:
         """Write what was found in a chunk; points whose worker was lost are tried again by the next run."""
         region = self.layout.stretch(chunk).region
         shape = tuple(s.stop - s.start for s in region)
-        with self.told("written"):
+        with self.one_error("written"):
             if self.dims == ("point",):
                 for path, numbers in values.items():
                     self._write(path, region, numbers)
@@ -217,9 +217,9 @@ class SweepStore:
                 self.done[chunk] = True
 
     def _write(self, name: str, region: Any, values: Any) -> None:
-        self._at(name)[region] = values
+        self._opened(name)[region] = values
 
-    def _at(self, name: str) -> Any:
+    def _opened(self, name: str) -> Any:
         if name not in self.arrays:
             # A chunk of NaN, the fill value, is a file too: else it would look like one that is missing.
             with zarr.config.set({"array.write_empty_chunks": True}):
@@ -229,30 +229,30 @@ class SweepStore:
     def _restore(self, axes: Mapping[str, Floats]) -> None:
         """Write the values along the axes again where they are missing or damaged."""
         for path, values in axes.items():
-            whole = False
+            intact = False
             with contextlib.suppress(Exception):
-                whole = bool(np.array_equal(self._at(path)[:], values))
-            if not whole:
+                intact = bool(np.array_equal(self._opened(path)[:], values))
+            if not intact:
                 log.warning("the values of %s in %s are damaged; they are written again", path, self.path)
-                self._at(path)[:] = values
+                self._opened(path)[:] = values
 
     def _check_arrays(self) -> None:
         """Raise a ValueError if the description of an array cannot be read."""
         for name in [STATUS, MESSAGE, DONE, *self.units, *(v.name for v in self.variables or ())]:
             try:
-                self._at(name)
+                self._opened(name)
             except Exception as error:
                 raise ValueError(
                     f"{self.path}/{name}/zarr.json is damaged ({type(error).__name__}); restore it, or delete "
                     "the store and run the sweep again"
                 ) from error
 
-    def _found(self) -> Array:
+    def _finished(self) -> Array:
         """Chunks that are done: those that say so and whose files are whole."""
         finished = np.zeros(self.layout.chunks, bool)
         for chunk in range(len(finished)):
             with contextlib.suppress(Exception):
-                finished[chunk] = self._at(DONE)[chunk] == 1
+                finished[chunk] = self._opened(DONE)[chunk] == 1
             if finished[chunk] and (wrong := self._damage(chunk)):
                 log.warning("chunk %d of %s is damaged (%s); it is computed again", chunk, self.path, wrong)
                 finished[chunk] = False
@@ -261,27 +261,27 @@ class SweepStore:
     def _damage(self, chunk: int) -> str:
         """Return what is wrong with the files of a chunk, "" if nothing is."""
         region = self.layout.stretch(chunk).region
-        place = "c/" + "/".join(map(str, self.layout.place(chunk)))
+        file = "c/" + "/".join(map(str, self.layout.indices(chunk)))
         try:
-            status = self._at(STATUS)[region]
+            status = self._opened(STATUS)[region]
             self.failed[chunk] = int(np.count_nonzero(status))
             if np.any(status == PointStatus.NOT_COMPUTED):
                 return f"{STATUS} is missing"
             names = [v.name for v in self.variables or ()] if np.any(status == PointStatus.OK) else []
             names += self.units if self.dims == ("point",) else ()
             for name in names:
-                behind = "/0" * (len(self._at(name).shape) - len(region))
-                if not (Path(str(self.path)) / name / (place + behind)).exists():
+                behind = "/0" * (len(self._opened(name).shape) - len(region))
+                if not (Path(str(self.path)) / name / (file + behind)).exists():
                     return f"{name} is missing"
-                self._at(name)[region]
+                self._opened(name)[region]
             for name in (MESSAGE, *([ESTIMATE] if ESTIMATE in self.group else [])):
-                self._at(name)[chunk]
+                self._opened(name)[chunk]
         except Exception as error:
             return " ".join(str(error).split())[:100] or type(error).__name__
         return ""
 
     @contextlib.contextmanager
-    def told(self, verb: str) -> Iterator[None]:
+    def one_error(self, verb: str) -> Iterator[None]:
         """Turn what a file system says into one sentence."""
         try:
             yield
@@ -299,8 +299,8 @@ class SweepStore:
         if self.path is not None and self.lock is None:  # it is read only: they are there already
             return
         wrong = [chunk for chunk, points in sorted(self.failed.items()) if points]
-        with self.told("written"):
-            letters = [np.asarray(self._at(MESSAGE)[chunk]).tobytes() for chunk in wrong[:SHOWN]]
+        with self.one_error("written"):
+            letters = [np.asarray(self._opened(MESSAGE)[chunk]).tobytes() for chunk in wrong[:SHOWN]]
             errors = [text.rstrip(b"\0").decode(errors="replace") for text in letters]
             self.group.attrs.update({"failed_points": sum(self.failed.values()), "errors": errors})
 

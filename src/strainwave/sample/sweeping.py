@@ -30,7 +30,7 @@ from ..numerics.ensemble.measures import Peak, Rms
 from ..numerics.ensemble.request import LaneError, lanes_of, measures_and_method, method_of, spans
 from ..numerics.ensemble.stepping import stepping_of
 from .identity import digest, installed, readable
-from .points import OWN_NAMES, Job, Layout, Part, Variable, check_size, chunk_size, layout_of, lost
+from .points import SWEEP_NAMES, Job, Layout, Part, Variable, check_size, chunk_size, layout_of, lost
 from .sampling import Grid, GridPoints, Points, check_names, points_of
 from .store import SweepStore
 from .workers import Workers
@@ -84,12 +84,12 @@ class EnsembleMeasure:
 
     def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
         """Measure the variants of `system` with these values (n,) by path; a dataset over the dimension "lane"."""
-        found = ensemble(
+        dataset = ensemble(
             system, dict(values), self.y0, periods=self.periods, settle=self.settle, measures=self.measures,
             threads=1, **{} if self.method is None else {"method": self.method},
         )  # fmt: skip
         small = {"status": "int8", "period": "int8", "steps": "int32"}  # of many points, each byte counts
-        return found.assign({name: found[name].astype(kind) for name, kind in small.items() if name in found})
+        return dataset.assign({name: dataset[name].astype(kind) for name, kind in small.items() if name in dataset})
 
 
 def sweep(
@@ -225,9 +225,9 @@ class _Run:
         """Write what was found in a chunk, and learn from the first one what the measure returns."""
         if self.job.variables is None and part.variables:
             self._check_units(part.variables)
-            known = tuple(v._replace(attributes=self._named(v.name) | v.attributes) for v in part.variables)
-            self.kept.declare(known)
-            self.job = Job(self.job.measure, self.job.system, self.job.seed, known)
+            variables = tuple(v._replace(attributes=self._named(v.name) | v.attributes) for v in part.variables)
+            self.kept.declare(variables)
+            self.job = Job(self.job.measure, self.job.system, self.job.seed, variables)
         self.kept.write(chunk, part, values)
         self.computed += 1
         self.progress(self.computed / self.left)
@@ -263,8 +263,8 @@ def _fill(run: _Run, start: Callable[[], Any]) -> None:
             raise Interrupted(run.stopped("interrupted"), run.kept.dataset()) from None
         raise KeyboardInterrupt(run.stopped("interrupted")) from None
     except MemoryError as error:
-        most = f"a chunk has up to {math.prod(run.layout.block)} points, too many for the memory; give a smaller chunk"
-        raise RuntimeError(run.stopped(most)) from error
+        fault = f"a chunk has up to {math.prod(run.layout.block)} points, too many for the memory; give a smaller chunk"
+        raise RuntimeError(run.stopped(fault)) from error
     except ConnectionError as error:
         raise RuntimeError(run.stopped(" ".join(str(error).split()))) from error
     finally:
@@ -288,11 +288,11 @@ def _compute_all(run: _Run, pool: Any) -> None:
             run.keep(chunk, part, values)
 
 
-def _finish(run: _Run, pool: Any, chunks: Any, most: int | None) -> list[int]:
+def _finish(run: _Run, pool: Any, chunks: Any, limit: int | None) -> list[int]:
     """Compute chunks and keep their results, also those that Ctrl-C finds complete; return those whose worker died."""
     waiting: dict[Any, tuple[int, dict[str, Floats]]] = {}
     try:
-        return _kept_as_finished(run, pool, chunks, most, waiting)
+        return _kept_as_finished(run, pool, chunks, limit, waiting)
     except KeyboardInterrupt:
         for future, (chunk, values) in waiting.items():
             if future.done():
@@ -302,12 +302,12 @@ def _finish(run: _Run, pool: Any, chunks: Any, most: int | None) -> list[int]:
 
 
 def _kept_as_finished(
-    run: _Run, pool: Any, chunks: Any, most: int | None, waiting: dict[Any, tuple[int, dict[str, Floats]]]
+    run: _Run, pool: Any, chunks: Any, limit: int | None, waiting: dict[Any, tuple[int, dict[str, Floats]]]
 ) -> list[int]:
     finished: SimpleQueue[Any] = SimpleQueue()
     suspects: list[int] = []
     chunks = iter(chunks)
-    room = most or pool.room
+    room = limit or pool.room
     while True:
         while len(waiting) < room and (chunk := next(chunks, None)) is not None:
             first, values = run.values(chunk)
@@ -320,7 +320,7 @@ def _kept_as_finished(
             future = finished.get(timeout=1.0)
         except Empty:
             pool.check()
-            room = most or pool.room
+            room = limit or pool.room
             continue
         chunk, values = waiting[future]
         try:
@@ -339,7 +339,7 @@ def _kept_as_finished(
 def _check(system: Any, points: Points) -> dict[str, str]:
     """Refuse what cannot be swept; return the units of the parameters."""
     parameter_units = check_names(system, points.paths)
-    if taken := sorted(set(OWN_NAMES) & set(points.paths)):
+    if taken := sorted(set(SWEEP_NAMES) & set(points.paths)):
         raise ValueError(f"a parameter named {taken[0]!r} cannot be swept: the store uses that name")
     return parameter_units
 

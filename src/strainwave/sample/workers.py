@@ -150,11 +150,11 @@ class Threads(ThreadPoolExecutor):
         """Stop the threads."""
         self.stop = True
         super().shutdown(wait=False, cancel_futures=True)
-        since, said = time.monotonic(), False
+        since, logged = time.monotonic(), False
         while self._interrupted():
             time.sleep(0.05)
-            if not said and time.monotonic() - since > 1.0:
-                said = True
+            if not logged and time.monotonic() - since > 1.0:
+                logged = True
                 log.info("stopping as soon as the blocks of trajectories under way have come to their end")
         super().shutdown(wait=True)
 
@@ -233,14 +233,14 @@ class StoreLock:
             try:
                 if not _locked(descriptor):
                     raise RuntimeError(self._refusal(_owner(descriptor)))
-                if self._still_there(descriptor):
+                if self._same_file(descriptor):
                     self._take(descriptor)
                     self.descriptor = descriptor
             finally:
                 if self.descriptor < 0:
                     os.close(descriptor)
 
-    def _still_there(self, descriptor: int) -> bool:
+    def _same_file(self, descriptor: int) -> bool:
         """True if the locked file is the one of that name: its last owner may have removed it meanwhile."""
         with contextlib.suppress(FileNotFoundError):
             return os.path.samestat(os.fstat(descriptor), os.stat(self.path))

@@ -39,8 +39,8 @@ def told(name, values, constant=None, weighs=False):
     meter, said = meters(answer.joint, [made()[0] | {name: values}], OF_MOTOR + OF_GEAR)
     if meter is None:
         return None, said
-    fit = metered(meter, linear(meter), answer.known.of_free, constant, weighs)
-    return fit, said + fit.said
+    fit = metered(meter, linear(meter), answer.estimates.of_free, constant, weighs)
+    return fit, said + fit.notes
 
 
 def covers(fit, truth, name, level=0.9999):
@@ -133,8 +133,8 @@ def test_a_current_of_known_constant_weighs_the_load_and_one_of_unknown_does_not
 def test_a_current_that_cannot_be_is_said(change, said):
     fit, sentences = told("current", change(made()[0]["current"]))
     assert any(said in line for line in sentences)
-    if fit is not None and "motor_inertia" in fit.known.values:  # neither a sign nor a unit changes the motor
-        assert fit.known.values["motor_inertia"] == pytest.approx(made()[1]["motor_inertia"], rel=0.05)
+    if fit is not None and "motor_inertia" in fit.estimates.values:  # neither a sign nor a unit changes the motor
+        assert fit.estimates.values["motor_inertia"] == pytest.approx(made()[1]["motor_inertia"], rel=0.05)
 
 
 def test_torques_that_contradict_what_is_known_are_said():
@@ -149,8 +149,8 @@ def test_torques_that_contradict_what_is_known_are_said():
 def test_a_current_of_another_motor_gives_no_number():
     noise = np.random.default_rng(0).standard_normal(len(made()[0]["current"]))
     fit, _ = told("current", noise)
-    assert not {*SHAFT[:5]} & set(fit.known.values)
-    assert all("another channel" in fit.known.unidentified[name] for name in SHAFT[:5])
+    assert not {*SHAFT[:5]} & set(fit.estimates.values)
+    assert all("another channel" in fit.estimates.unidentified[name] for name in SHAFT[:5])
 
 
 def test_a_torque_that_has_nothing_of_the_joint_weighs_nothing():

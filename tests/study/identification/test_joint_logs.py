@@ -92,8 +92,8 @@ def test_readings_that_rest_between_counts_scatter_by_their_counts():
 
 def test_a_line_of_both_turns_counts_where_it_is_as_sure_as_one_that_was_looked_for():
     for pair, deviations, counts in (((2, 0), 4.0, True), ((2, 2), 4.0, False), ((2, 2), 7.0, True)):
-        known = SimpleNamespace(values={f"line({pair[0]}, {pair[1]})": deviations}, covariance=np.eye(1))
-        answer = SimpleNamespace(known=known, joint=SimpleNamespace(weights=np.ones(1000)))
+        estimates = SimpleNamespace(values={f"line({pair[0]}, {pair[1]})": deviations}, covariance=np.eye(1))
+        answer = SimpleNamespace(estimates=estimates, joint=SimpleNamespace(weights=np.ones(1000)))
         assert _certain(answer, pair) is counts
 
 

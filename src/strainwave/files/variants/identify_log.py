@@ -22,7 +22,7 @@ from ...model.train import AngleTorque
 from ...study.identification.fitted import Fit
 from ...study.identification.joint import solve
 from ...study.identification.joint.answer import Answer, answered, residuals_of
-from ...study.identification.joint.known import Tie
+from ...study.identification.joint.estimates import Tie
 from ...study.identification.joint.model import line_names
 from ...study.identification.log import Log
 from ..fields.groups import ASSUMED, MEASURED
@@ -126,7 +126,7 @@ class IdentifiedLog(Fit):
         """Sentences on what is left, and on what the logs do not tell."""
         left = self.answer.residual / ARCSEC, self.answer.scatter / ARCSEC
         sentences = [f"What is left is {left[0]:.3g} arcsec rms; the load's readings scatter by {left[1]:.3g} arcsec."]
-        sentences += self.answer.said
+        sentences += self.answer.notes
         return sentences + [f"The log does not part {listed(names)}: it takes {move}." for names, move in self.tied]
 
     def facts(self) -> tuple[Fact, ...]:
@@ -138,7 +138,7 @@ class IdentifiedLog(Fit):
             Fact("numbers", self.numbers()),
             Fact("", tuple(tuple(map(Fact, [""] * 5, row, heads)) for row in rows), "{}"),
             Fact("tied", [{"names": list(names), "takes": move} for names, move in self.tied]),
-            Fact("causes", list(self.causes)), Fact("said", list(self.answer.said)),
+            Fact("causes", list(self.causes)), Fact("said", list(self.answer.notes)),
             Fact("residual_rms_rad", self.answer.residual), Fact("scatter_rad", self.answer.scatter),
             Fact("", tuple(self.quality()), "{}"),
         )  # fmt: skip
@@ -213,7 +213,7 @@ def identify_log(
     records = _logs(logs)
     answer = answered(records, ratio, law, inertia, constant, progress)
     causes = (*answer.causes, *(_held(records) if answer.explained < EXPLAINED_SHARE else ()))
-    fit = answer.known
+    fit = answer.estimates
     least = SHARE_WITH_REST if answer.more else EXPLAINED_SHARE
     enough = project is not None or {"K1", "B"} & {*fit.values}  # else nothing is known beside the catalogue
     usable = bool(not causes and answer.explained >= least and answer.inertia_known and enough)
@@ -267,7 +267,7 @@ def _held(logs: Sequence[Any]) -> list[str]:
 
 def _project(answer: Answer, gear: str | None, given: Project | None) -> Project:
     """The project with the numbers found, and their scatter."""
-    joint, values = answer.joint, answer.known.values
+    joint, values = answer.joint, answer.estimates.values
     kept = {name: joint.scales[name].first for name in (*LAW, "B") if name not in values}  # what the logs do not tell
     v, speeds = joint.values | kept, np.abs(np.concatenate([piece.motor_rate for piece in joint.pieces]))
     if given is None:
@@ -324,11 +324,11 @@ def _scatter(answer: Answer, lines: Sequence[tuple[int, int]]) -> tuple[Any, Any
     names = {name: f"gear.law.{name}" for name in LAW}
     names |= {"B": "damping.B", "motor_inertia": "motor.inertia"}
     names |= {f"line({j}, {k})": f"excitation.kinematic_error.{i}.amplitude" for i, (j, k) in enumerate(lines)}
-    values = list(answer.known.values)
+    fit, values = answer.estimates, list(answer.estimates.values)
     indices = [values.index(name) for name in names if name in values]
-    part = answer.known.covariance[np.ix_(indices, indices)]
+    part = fit.covariance[np.ix_(indices, indices)]
     size = np.sqrt(np.diag(part))
-    rows = [(names[values[i]], float(sd / answer.known.values[values[i]])) for i, sd in zip(indices, size, strict=True)]
+    rows = [(names[values[i]], float(sd / fit.values[values[i]])) for i, sd in zip(indices, size, strict=True)]
     return tuple(rows), tuple(map(tuple, (part / np.outer(size, size)).tolist())) if len(indices) > 1 else None
 
 
@@ -340,8 +340,8 @@ def _wave(values: dict[str, float], names: Sequence[str]) -> tuple[float, float]
 
 def _certain(answer: Answer, pair: tuple[int, int]) -> bool:
     """True for a line that stands out of its scatter: other than order 2, which every gear has, as those looked for."""
-    name, known = f"line({pair[0]}, {pair[1]})", answer.known
-    if name not in known.values:
+    name, fit = f"line({pair[0]}, {pair[1]})", answer.estimates
+    if name not in fit.values:
         return False
-    index, least = list(known.values).index(name), max(solve.SURE, solve.POWER_OF_TERM * len(answer.joint.weights))
-    return bool(known.values[name] ** 2 > known.covariance[index, index] * (SURE**2 if pair == (2, 0) else least))
+    index, least = list(fit.values).index(name), max(solve.SURE, solve.POWER_OF_TERM * len(answer.joint.weights))
+    return bool(fit.values[name] ** 2 > fit.covariance[index, index] * (SURE**2 if pair == (2, 0) else least))

@@ -9,7 +9,7 @@ import numpy as np
 from ....base.results import Floats, SolveError
 from ....base.units import ARCSEC, RPM
 from . import solve
-from .known import Known, known, one_way
+from .estimates import Estimates, estimated, one_way
 from .march import spring_torque
 from .meter import OF_GEAR, OF_MOTOR, meters
 from .metered import LIKELY, Metered, constant_of, doubt, joined, lacking, linear, metered
@@ -21,7 +21,7 @@ CLOUD = 600  # points
 MISSED = 0.2  # of the torsion: a residual from which on the joint's own frequency is not known
 GUESSES = (6.0, 12.0, 24.0)  # Hz, resonances that are tried where no inertia is given
 LEFT = 1.2  # of the readings' scatter: a residual that needs another cause
-NEAR = 3.0  # of the readings' scatter: what a named cause leaves at most
+CAUSE_LEFT = 3.0  # of the readings' scatter: what a named cause leaves at most
 BETTER = 0.8  # of the residual: what a cause leaves at most
 UNLIKE = 2.0  # times: a K1 so far off the datasheet's, or an inertia off the one given
 PEAK, CLOSE, OVER = 0.3, 0.1, 8.0  # of a residual's power, how near to its place, and over what is beside: a peak
@@ -42,8 +42,8 @@ class Answer:
     ----------
     joint : Joint
         Its numbers.
-    known : Known
-        Which of them the logs tell.
+    estimates : Estimates
+        Those of them that the logs tell.
     explained : float
         Share of the torsion's motion that the model explains: 1 - rms of the residual / rms of the torsion.
     residual, scatter : float
@@ -54,19 +54,19 @@ class Answer:
         Whether the load's inertia was given, or a channel of torque has weighed it.
     channels : tuple of Metered
         What currents and torques tell.
-    said : tuple of str
-        What is to be known of them, a sentence each.
+    notes : tuple of str
+        Doubts and results of the channels, a sentence each.
     """
 
     joint: Joint
-    known: Known
+    estimates: Estimates
     explained: float
     residual: float
     scatter: float
     causes: tuple[str, ...]
     inertia_known: bool
     channels: tuple[Metered, ...]
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
 
     @property
     def more(self) -> float:
@@ -95,9 +95,9 @@ def answered(
             f"the motion leaves every bound; in this log the motor turns at up to {fastest:.4g} rpm: check the unit of "
             "the angles, and that gear, load inertia and log are of one joint"
         )
-    by, said = None, list[str]()
+    by, notes = None, list[str]()
     if inertia is None:
-        joint, by, said = _weighed(joint, logs, ratio, law, constant, progress)
+        joint, by, notes = _weighed(joint, logs, ratio, law, constant, progress)
         inertia = None if by is None else joint.values["inertia"]
     noise, causes = solve.scatter(joint), list[str]()
     if by is None and inertia is not None:
@@ -113,21 +113,21 @@ def answered(
     torsion = np.concatenate([torsion_of(joint, i) for i in range(len(joint.pieces))])
     explained = 1.0 - residual / max(float(np.sqrt(np.mean(torsion**2))), 1e-300)
     joint = _scaled(joint, logs, by, constant)
-    found, told = known(joint, inertia is not None), list[Metered]()
+    of_joint, channels = estimated(joint, inertia is not None), list[Metered]()
     for names in (OF_GEAR, OF_MOTOR):
         meter, why = meters(joint, logs, names)
-        said += why
+        notes += why
         if meter is None:
             continue
         if (fit := linear(meter)) is None:
-            said.append(f"{meter.name} has too few samples in which the motor turns: it is left out.")
+            notes.append(f"{meter.name} has too few samples in which the motor turns: it is left out.")
             continue
         weighs = None if inertia is None else meter.name == by
-        told.append(metered(meter, fit, found.of_free, constant_of(meter.name, constant), weighs))
-        said += told[-1].said
-    whole = joined(found, told, next((one for one in told if one.name == by), None), joint.values["inertia"])
+        channels.append(metered(meter, fit, of_joint.of_free, constant_of(meter.name, constant), weighs))
+        notes += channels[-1].notes
+    estimates = joined(of_joint, channels, next((c for c in channels if c.name == by), None), joint.values["inertia"])
     return Answer(
-        joint, whole, explained, residual, noise, tuple(causes), inertia is not None, tuple(told), tuple(said)
+        joint, estimates, explained, residual, noise, tuple(causes), inertia is not None, tuple(channels), tuple(notes)
     )  # fmt: skip
 
 
@@ -139,7 +139,7 @@ def _weighed(
 
     A motion without torques tells all inertias, stiffnesses and torques but for a common factor, which is K1's here.
     """
-    said: list[str] = []
+    notes: list[str] = []
     for names in (OF_GEAR, OF_MOTOR):
         meter, _ = meters(joint, logs, names)
         one = None if meter is None else constant_of(meter.name, constant)
@@ -148,14 +148,14 @@ def _weighed(
         scale = abs(fit.values["scale"])
         factor = scale * one
         doubts = doubt(meter, 1.0 / factor, LIKELY)
-        said += doubts
+        notes += doubts
         if doubts or lacking(meter, fit, float(np.sqrt(fit.covariance[0, 0])) / scale):
             continue
         inertia = factor * joint.values["inertia"]
         first = _first(logs, ratio, law, inertia, solve.BASIC)
-        again = solve.found(first, float(np.sqrt(law[0] / inertia)), progress)
-        return _scaled(again, logs, meter.name, constant), meter.name, said
-    return joint, None, said
+        again = solve.fitted(first, float(np.sqrt(law[0] / inertia)), progress)
+        return _scaled(again, logs, meter.name, constant), meter.name, notes
+    return joint, None, notes
 
 
 def _scaled(joint: Joint, logs: Sequence[Any], by: str | None, constant: float | None) -> Joint:
@@ -190,8 +190,8 @@ def _best(
 ) -> Joint:  # fmt: skip
     """The fit; without an inertia the best of several resonances, with K1 as the datasheet has it."""
     if inertia is not None:
-        return solve.found(_first(logs, ratio, law, inertia, solve.BASIC), float(np.sqrt(law[0] / inertia)), progress)
-    return _of_any_inertia(logs, ratio, law, lambda joint, omega: solve.found(joint, omega, progress))
+        return solve.fitted(_first(logs, ratio, law, inertia, solve.BASIC), float(np.sqrt(law[0] / inertia)), progress)
+    return _of_any_inertia(logs, ratio, law, lambda joint, omega: solve.fitted(joint, omega, progress))
 
 
 def _of_any_inertia(
@@ -209,11 +209,11 @@ def _misgiven(joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[flo
     memory = "hysteresis" in joint.free
     free = _of_any_inertia(logs, ratio, law, lambda first, w: solve.running(first, w, solve.FIRST_LINES, memory))
     free = solve.completed(free) if solve.rms(free) < BETTER * solve.rms(joint) else free
-    found = free.values["inertia"]
-    if solve.rms(free) > LEFT * solve.scatter(free) or 1.0 / UNLIKE < found / given < UNLIKE:
+    fitted = free.values["inertia"]
+    if solve.rms(free) > LEFT * solve.scatter(free) or 1.0 / UNLIKE < fitted / given < UNLIKE:
         return []
-    near = f"with the gear's K1 it is near {found:.3g} kg·m²"
-    return [f"that the load inertia given, {given:.3g} kg·m², does not fit ({near})"]
+    hint = f"with the gear's K1 it is near {fitted:.3g} kg·m²"
+    return [f"that the load inertia given, {given:.3g} kg·m², does not fit ({hint})"]
 
 
 def _caused(
@@ -221,7 +221,7 @@ def _caused(
 ) -> tuple[Joint, list[str]]:  # fmt: skip
     """The fit with what a test supports beyond the model, and the names of it."""
     given = joint.values["inertia"] if inertia is None else inertia
-    omega, most = float(np.sqrt(law[0] / given)), BETTER if solve.rms(joint) > LEFT * solve.scatter(joint) else 1.0
+    omega, part = float(np.sqrt(law[0] / given)), BETTER if solve.rms(joint) > LEFT * solve.scatter(joint) else 1.0
     for afresh in (False, True):
         trials = dict[str, Joint]()
         for cause in solve.OUTSIDE:
@@ -233,7 +233,7 @@ def _caused(
             trials[cause] = solve.running(first, omega, joint.lines, memory) if afresh else solve.settled(first)
         name = min(trials, key=lambda cause: solve.rms(trials[cause]))
         best = solve.completed(trials[name])
-        if solve.fell(joint, best) and solve.rms(best) < min(most * solve.rms(joint), NEAR * solve.scatter(best)):
+        if solve.fell(joint, best) and solve.rms(best) < min(part * solve.rms(joint), CAUSE_LEFT * solve.scatter(best)):
             best = solve.without(best, name)
             if name not in best.free:  # it has but led out of a trap
                 return best, _left(best) if solve.rms(best) > LEFT * solve.scatter(best) else []
@@ -249,8 +249,8 @@ def _left(joint: Joint) -> list[str]:
     piece, residual = joint.pieces[i], joint.residuals()[i]
     turned = piece.turned / (2.0 * np.pi)
     size = float(np.sqrt(np.mean(residual**2))) / ARCSEC
-    own = np.sqrt(joint.values["K1"] / joint.values["inertia"]) / (2.0 * np.pi)
-    frequency, of_time = _peak(piece.time, residual, ABOVE * own)
+    resonance = np.sqrt(joint.values["K1"] / joint.values["inertia"]) / (2.0 * np.pi)
+    frequency, of_time = _peak(piece.time, residual, ABOVE * resonance)
     if len(set(np.sign(np.diff(turned)).tolist())) == 1:
         torsion = torsion_of(joint, i)  # a line that the model lacks bends its fit, and the residual with it
         slow = np.polynomial.Polynomial.fit(turned, torsion, 4)(turned)
@@ -266,12 +266,12 @@ def _peak(places: Floats, values: Floats, lowest: float) -> tuple[float, float]:
     """Frequency of a peak in the power of values, per unit of their places, and its share; 0 without a peak."""
     even = np.linspace(places[0], places[-1], len(places))
     power = np.abs(np.fft.rfft(np.interp(even, places, values - np.mean(values)) * np.hanning(len(even)))) ** 2
-    found = np.fft.rfftfreq(len(even), even[1] - even[0])
-    at = float(found[np.argmax(power * (found >= lowest))])
-    off = np.abs(found / at - 1.0)
+    frequencies = np.fft.rfftfreq(len(even), even[1] - even[0])
+    frequency = float(frequencies[np.argmax(power * (frequencies >= lowest))])
+    off = np.abs(frequencies / frequency - 1.0)
     share = float(np.sum(power[off < CLOSE]) / max(np.sum(power), 1e-300))
     beside = np.mean(power[(off > CLOSE) & (off < 3.0 * CLOSE)])
-    return at, share if share > PEAK and np.mean(power[off < 0.5 * CLOSE]) > OVER * beside else 0.0
+    return frequency, share if share > PEAK and np.mean(power[off < 0.5 * CLOSE]) > OVER * beside else 0.0
 
 
 def residual_orders(joint: Joint) -> tuple[Floats, Floats]:

@@ -50,14 +50,14 @@ class Meter:
     def columns(self, n: int, skew: float) -> tuple[Floats, Floats]:
         """Columns (m, p) of a part by `COLUMNS`, and the motor's speeds (m,)."""
         part = self.parts[n]
-        at = part.time + skew - self.joint.pieces[part.piece].begin
-        torque, speed = np.interp(at, self.grids[n], self.torques[n]), self.splines[n](at, 1)
-        one = np.ones(len(at))
+        time = part.time + skew - self.joint.pieces[part.piece].begin
+        torque, speed = np.interp(time, self.grids[n], self.torques[n]), self.splines[n](time, 1)
+        one = np.ones(len(time))
         if not self.of_motor:
             return np.stack([torque, one], axis=1), speed
-        way, on_motor = np.sign(speed), np.interp(at, self.grids[n], self.turns[n]) * torque
-        loaded = np.abs(torque) / self.joint.ratio * way
-        return np.stack([on_motor, one, self.splines[n](at, 2), way, speed, loaded], axis=1), speed
+        direction, on_motor = np.sign(speed), np.interp(time, self.grids[n], self.turns[n]) * torque
+        loaded = np.abs(torque) / self.joint.ratio * direction
+        return np.stack([on_motor, one, self.splines[n](time, 2), direction, speed, loaded], axis=1), speed
 
     def table(self, skew: float) -> Floats:
         """Columns (windows, p) of all parts."""
@@ -65,14 +65,14 @@ class Meter:
 
     def kept(self, skew: float) -> Floats:
         """Windows (windows,) that count."""
-        found = []
+        windows = []
         for n, part in enumerate(self.parts):
             wide = 2 * part.many + 1
             keep = maximum_filter1d(part.clipped, wide) == 0.0
             if self.of_motor:
                 keep &= minimum_filter1d(np.abs(self.columns(n, skew)[1]), wide) > SLOW * self.fastest
-            found.append(keep[part.many :: part.many])
-        return np.concatenate(found)
+            windows.append(keep[part.many :: part.many])
+        return np.concatenate(windows)
 
     @property
     def readings(self) -> Floats:
@@ -85,19 +85,19 @@ class Meter:
         many = [len(part.value[part.many :: part.many]) for part in self.parts]
         return np.repeat(np.arange(len(many)), many)
 
-    def by_torque(self, skew: float, found: dict[str, float]) -> Floats:
+    def by_torque(self, skew: float, values: dict[str, float]) -> Floats:
         """Derivatives (windows, free + 3 pieces) of the predicted readings by the joint's numbers and starts."""
         free, rows = len(self.joint.free), []
         for n, part in enumerate(self.parts):
-            at = part.time + skew - self.joint.pieces[part.piece].begin
-            rate = np.full(len(at), found["scale"])
+            time = part.time + skew - self.joint.pieces[part.piece].begin
+            rate = np.full(len(time), values["scale"])
             if self.of_motor:
-                torque, way = np.interp(at, self.grids[n], self.torques[n]), np.sign(self.splines[n](at, 1))
-                rate *= np.interp(at, self.grids[n], self.turns[n])
-                rate += found.get("motor_load_friction", 0.0) * np.sign(torque) * way / self.joint.ratio
-            own = self.joint.derivatives(part.piece, self.joint.free, start=True, torque=True)
-            places = np.clip((at / self.joint.pieces[part.piece].step).astype(int), 0, len(own) - 1)
-            table = averaged(rate[:, None] * own[places], part.many)
+                torque, direction = np.interp(time, self.grids[n], self.torques[n]), np.sign(self.splines[n](time, 1))
+                rate *= np.interp(time, self.grids[n], self.turns[n])
+                rate += values.get("motor_load_friction", 0.0) * np.sign(torque) * direction / self.joint.ratio
+            derivatives = self.joint.derivatives(part.piece, self.joint.free, start=True, torque=True)
+            places = np.clip((time / self.joint.pieces[part.piece].step).astype(int), 0, len(derivatives) - 1)
+            table = averaged(rate[:, None] * derivatives[places], part.many)
             wide = np.zeros((len(table), free + 3 * len(self.joint.pieces)))
             wide[:, :free], wide[:, free + 3 * part.piece :][:, :3] = table[:, :free], table[:, free:]
             rows.append(wide)
@@ -111,37 +111,37 @@ def averaged(rows: Floats, many: int) -> Floats:
 
 def meters(joint: Joint, logs: Sequence[Any], names: Sequence[str]) -> tuple[Meter | None, list[str]]:
     """The first of the channels that is in the logs, and why it cannot be used, or in which part not."""
-    said: list[str] = []
+    notes: list[str] = []
     for name in names:
         parts: list[Part] = []
         for which, log in enumerate(logs):
-            if (found := channel_of(log, name)) is None:
+            if (channel := channel_of(log, name)) is None:
                 continue
-            time, value = found
+            time, value = channel
             where = f"{name} in log {which + 1}"
             if len(time) < FEWEST or not np.ptp(value) > 0.0:
                 how = f"stays at {value[0]:.4g}" if len(time) >= FEWEST else f"has {len(time)} samples"
-                said.append(f"{where} {how}: it tells nothing, and is left out.")
+                notes.append(f"{where} {how}: it tells nothing, and is left out.")
                 continue
             clipped = np.zeros(len(value))
             for level, extreme, share in saturated(value):
                 clipped[value == level] = 1.0
-                said.append(
+                notes.append(
                     f"{where} has its {extreme} value, {level:.6g}, in {100.0 * share:.2g} % of the samples: it seems "
                     "saturated, and these are left out."
                 )
             parts += _parts(joint, which, time, value, clipped)
         if parts:
-            return Meter(joint, name, parts), said
-    return None, said
+            return Meter(joint, name, parts), notes
+    return None, notes
 
 
 def _parts(joint: Joint, which: int, time: Floats, value: Floats, clipped: Floats) -> list[Part]:
-    found = []
+    parts = []
     for i, piece in enumerate(joint.pieces):
         end = piece.begin + piece.step * len(piece)
         inside = (time >= piece.begin + FARTHEST) & (time <= end - FARTHEST)
         if piece.log == which and np.count_nonzero(inside) >= FEWEST:
             many = max(round(WINDOW * piece.step / float(np.median(np.diff(time[inside])))), 1)
-            found.append(Part(i, time[inside], value[inside], clipped[inside], many))
-    return found
+            parts.append(Part(i, time[inside], value[inside], clipped[inside], many))
+    return parts

@@ -10,7 +10,7 @@ from scipy.linalg import block_diag
 
 from ....base.results import Floats
 from ..intervals import derived_freedom, spread
-from .known import MECHANICAL, Known, Tie
+from .estimates import MECHANICAL, Estimates, Tie
 from .meter import COLUMNS, FARTHEST, OF_MOTOR, Meter
 from .pieces import FEWEST
 
@@ -19,7 +19,7 @@ APART = 1e-3  # of a column's length, that those before must leave of it
 TELL_SCALE, TELL_INERTIA = 0.07, 0.1  # largest standard deviation of a number that is told, of its own size
 TELL_TORQUE, TELL_SHARE, TELL_SKEW = 0.02, 0.03, 1e-3  # of the largest torque; of load friction; s
 EXPLAINED = 0.5  # of the readings' motion: what is the least that is believed
-LEAST_CONSTANT, NEAR, ALIKE = 2e-3, 0.3, 0.1  # N·m/A of the smallest motors; shares by which constants differ
+LEAST_CONSTANT, SAME_FACTOR, ALIKE = 2e-3, 0.3, 0.1  # N·m/A of the smallest motors; shares by which constants differ
 LIKELY = 5.0  # times: a stiffness that is so far off the datasheet's is none of this gear
 MOTOR, SCALES = COLUMNS[2:], ("torque_constant", "torque_scale")
 REVERSAL = "torques of several sizes and both signs, with a reversal"
@@ -65,15 +65,15 @@ class Linear(NamedTuple):
 class Metered:
     """Result of a channel: its name and unit, numbers, and curves as `Linear` has them.
 
-    `deviation` is that of the channel's scale, relative; `said` are sentences.
+    `deviation` is that of the channel's scale, relative; `notes` are sentences.
     """
 
     name: str
     unit: str
-    known: Known
+    estimates: Estimates
     deviation: float
     curves: list[tuple[Floats, Floats, Floats]]
-    said: list[str]
+    notes: list[str]
 
 
 def linear(meter: Meter) -> Linear | None:
@@ -86,20 +86,20 @@ def linear(meter: Meter) -> Linear | None:
         table = meter.table(skew)
         late = (meter.table(skew + EARLY) - meter.table(skew - EARLY)) @ _least(table[keep], y[keep]) / (2.0 * EARLY)
         wide = np.column_stack([table, late])
-        found = _least(wide[keep], y[keep])
-        skew = float(np.clip(skew + found[-1], -FARTHEST, FARTHEST))
-    sign = -1.0 if found[0] < 0.0 else 1.0
+        solution = _least(wide[keep], y[keep])
+        skew = float(np.clip(skew + solution[-1], -FARTHEST, FARTHEST))
+    sign = -1.0 if solution[0] < 0.0 else 1.0
     wide[:, :-1] *= sign
     apart = _apart(wide[keep])
-    used, found = wide[keep][:, apart], np.zeros(len(names))
-    found[apart] = _least(used, y[keep])
-    predicted = wide @ found
+    used, solution = wide[keep][:, apart], np.zeros(len(names))
+    solution[apart] = _least(used, y[keep])
+    predicted = wide @ solution
     residual = (y - predicted)[keep]
     edges = np.flatnonzero((np.diff(meter.records[keep]) != 0) | (np.diff(np.flatnonzero(keep)) != 1)) + 1
     scatter = spread(used, residual, np.diff([0, *edges, len(residual)]).tolist())
     parts = [(part.time[part.many :: part.many], meter.records == n) for n, part in enumerate(meter.parts)]
     return Linear(
-        dict(zip(names, [*found[:-1].tolist(), skew], strict=True)), [names[i] for i in apart], scatter.covariance,
+        dict(zip(names, [*solution[:-1].tolist(), skew], strict=True)), [names[i] for i in apart], scatter.covariance,
         scatter.freedom, np.linalg.pinv(used), keep, sign, 1.0 - float(np.std(residual) / np.std(y[keep])),
         float(np.sqrt(np.mean(residual**2))),
         [(time, y[rows], np.where(keep[rows], predicted[rows], np.nan)) for time, rows in parts],
@@ -122,12 +122,12 @@ def _least(table: Floats, y: Floats) -> Floats:
 
 def _apart(table: Floats) -> list[int]:
     """Columns that those before do not give."""
-    found: list[int] = []
+    independent: list[int] = []
     for i, column in enumerate(table.T):
-        left = column - table[:, found] @ _least(table[:, found], column) if found else column
+        left = column - table[:, independent] @ _least(table[:, independent], column) if independent else column
         if np.linalg.norm(left) > APART * np.linalg.norm(column):
-            found.append(i)
-    return found
+            independent.append(i)
+    return independent
 
 
 def constant_of(channel: str, current: float | None) -> float | None:
@@ -154,31 +154,31 @@ def metered(meter: Meter, fit: Linear, of_free: Floats, constant: float | None, 
     full = rates @ covariance @ rates.T
     share = math.sqrt(covariance[0, 0]) / abs(fit.values["scale"])
     wide = {name: math.sqrt(full[i, i]) for i, name in enumerate(numbers)}
-    whole = ("load inertia" if weighs else main, *(MOTOR if meter.of_motor else ()))
-    tied = [(whole, "the load's inertia, or the channel's torque constant")]
+    all_names = ("load inertia" if weighs else main, *(MOTOR if meter.of_motor else ()))
+    tied = [(all_names, "the load's inertia, or the channel's torque constant")]
     if weighs is not None:
-        tied = _ties(meter, fit, {name: (numbers[name][0], sd) for name, sd in wide.items()}, share, whole)
+        tied = _ties(meter, fit, {name: (numbers[name][0], sd) for name, sd in wide.items()}, share, all_names)
     unidentified = {name: f"the log does not tell {name}; it takes {move}" for group, move in tied for name in group}
-    told = [i for i, name in enumerate(numbers) if name not in unidentified]
-    known = Known(
-        {name: numbers[name][0] for name in numbers if name not in unidentified}, full[np.ix_(told, told)],
-        derived_freedom(rates[told], covariance, fit.freedom), unidentified, tied, of_free,
+    kept = [i for i, name in enumerate(numbers) if name not in unidentified]
+    estimates = Estimates(
+        {name: numbers[name][0] for name in numbers if name not in unidentified}, full[np.ix_(kept, kept)],
+        derived_freedom(rates[kept], covariance, fit.freedom), unidentified, tied, of_free,
     )  # fmt: skip
-    return Metered(meter.name, unit_of(meter.name), known, share, fit.curves, _said(meter, fit, constant, weighs))
+    return Metered(meter.name, unit_of(meter.name), estimates, share, fit.curves, _notes(meter, fit, constant, weighs))
 
 
 def _numbers(meter: Meter, fit: Linear, given: float | None, main: str) -> dict[str, tuple[float, dict[str, float]]]:
     """Values by their public names, and their derivatives by the columns."""
-    c, found = fit.values, dict[str, tuple[float, dict[str, float]]]()
+    c, numbers = fit.values, dict[str, tuple[float, dict[str, float]]]()
     for name in (name for name in fit.names if name in MOTOR):
         by_scale = given is None or name == "motor_load_friction"
         unit = 1.0 / c["scale"] if by_scale else float(given or 0.0)
-        found[name] = c[name] * unit, {name: unit} | ({"scale": -c[name] * unit * unit} if by_scale else {})
+        numbers[name] = c[name] * unit, {name: unit} | ({"scale": -c[name] * unit * unit} if by_scale else {})
     if given is None:
-        found[main] = 1.0 / c["scale"], {"scale": -1.0 / c["scale"] ** 2}
+        numbers[main] = 1.0 / c["scale"], {"scale": -1.0 / c["scale"] ** 2}
     if "skew" in fit.names:
-        found[f"{meter.name}_skew"] = c["skew"], {"skew": 1.0}
-    return found
+        numbers[f"{meter.name}_skew"] = c["skew"], {"skew": 1.0}
+    return numbers
 
 
 def lacking(meter: Meter, fit: Linear, share: float) -> str:
@@ -191,11 +191,11 @@ def lacking(meter: Meter, fit: Linear, share: float) -> str:
 
 
 def _ties(
-    meter: Meter, fit: Linear, values: dict[str, tuple[float, float]], share: float, whole: tuple[str, ...]
+    meter: Meter, fit: Linear, values: dict[str, tuple[float, float]], share: float, all_names: tuple[str, ...]
 ) -> list[Tie]:  # fmt: skip
     """Groups of names that are not parted, and the move that would part them; values are with their deviations."""
     if move := lacking(meter, fit, share):
-        return [(whole, move)]
+        return [(all_names, move)]
     size = float(np.max(np.abs(meter.readings[fit.keep] - fit.values["offset"]))) / fit.values["scale"]
     inertia = values.get("motor_inertia", (0.0, 0.0))[0]
     limits = {
@@ -203,59 +203,59 @@ def _ties(
         "motor_viscous": TELL_TORQUE * size / meter.fastest, "motor_load_friction": TELL_SHARE,
     }  # fmt: skip
     limits = (limits if meter.of_motor else {}) | {f"{meter.name}_skew": TELL_SKEW}
-    lost = [name for name, most in limits.items() if not values.get(name, (0.0, math.inf))[1] <= most]
+    lost = [name for name, limit in limits.items() if not values.get(name, (0.0, math.inf))[1] <= limit]
     return [((name,), MOVES.get(name, "a jerk")) for name in lost]
 
 
-def _said(meter: Meter, fit: Linear, constant: float | None, weighs: bool | None) -> list[str]:
+def _notes(meter: Meter, fit: Linear, constant: float | None, weighs: bool | None) -> list[str]:
     """Sentences on a channel."""
     share, unit = 100.0 * max(fit.explained, 0.0), unit_of(meter.name)
-    said = [f"The model explains {share:.1f} % of {meter.name}; {fit.left:.3g} {unit} rms are left."]
+    notes = [f"The model explains {share:.1f} % of {meter.name}; {fit.left:.3g} {unit} rms are left."]
     if fit.explained < EXPLAINED:
-        return said
+        return notes
     if fit.sign < 0.0:
-        said.append(f"{meter.name} is of opposite sign to the torque that turns the shaft: it was turned.")
+        notes.append(f"{meter.name} is of opposite sign to the torque that turns the shaft: it was turned.")
     if weighs is False:
-        found = 1.0 / fit.values["scale"]
-        if constant is None and found < LEAST_CONSTANT:
-            said.append(
-                f"A torque constant of {found:.3g} N·m/A is that of no motor: {meter.name} seems to be in mA and was "
+        fitted = 1.0 / fit.values["scale"]
+        if constant is None and fitted < LEAST_CONSTANT:
+            notes.append(
+                f"A torque constant of {fitted:.3g} N·m/A is that of no motor: {meter.name} seems to be in mA and was "
                 "read in A; give its unit."
             )
         elif constant is not None:
-            said += doubt(meter, found / constant, 1.0 + ALIKE)
+            notes += doubt(meter, fitted / constant, 1.0 + ALIKE)
         if meter.of_motor:
-            said.append("The motor's numbers and the scale hang on the load's inertia: they are as many percent off.")
-    return said
+            notes.append("The motor's numbers and the scale hang on the load's inertia: they are as many percent off.")
+    return notes
 
 
-def doubt(meter: Meter, ratio: float, most: float) -> list[str]:
-    """Sentence on a channel's torque that is many times its readings; none within a factor of `most`."""
-    if 1.0 / most < ratio < most:
+def doubt(meter: Meter, ratio: float, limit: float) -> list[str]:
+    """Sentence on a channel's torque that is many times its readings; none within a factor of `limit`."""
+    if 1.0 / limit < ratio < limit:
         return []
     N, why = meter.joint.ratio, "check its unit and the load's inertia"
-    if abs(abs(math.log(ratio)) - math.log(1e3)) < NEAR:
+    if abs(abs(math.log(ratio)) - math.log(1e3)) < SAME_FACTOR:
         why = "it seems to be in another unit, a thousand times off; give its unit"
-    elif abs(math.log(ratio * N if meter.of_motor else ratio / N)) < NEAR:
+    elif abs(math.log(ratio * N if meter.of_motor else ratio / N)) < SAME_FACTOR:
         why = f"it seems to be of the other shaft; name it {'torque' if meter.of_motor else 'motor_torque'}"
     return [f"{meter.name} reads {1.0 / ratio:.4g} times the torque that is known otherwise: {why}."]
 
 
-def joined(known: Known, told: Sequence[Metered], weighs: Metered | None, inertia: float) -> Known:
+def joined(of_joint: Estimates, channels: Sequence[Metered], weighs: Metered | None, inertia: float) -> Estimates:
     """All numbers; those that hang on an inertia that a channel has weighed have its scatter too."""
-    every = [known, *(one.known for one in told)]
+    every = [of_joint, *(one.estimates for one in channels)]
     values = {name: value for one in every for name, value in one.values.items()}
     unidentified = {name: why for one in every for name, why in one.unidentified.items()}
     tied = [tie for one in every for tie in one.tied]
-    if not any(one.name in OF_MOTOR for one in told):
+    if not any(one.name in OF_MOTOR for one in channels):
         move = "a current or a torque of the motor"
         tied.append((MOTOR[:3], move))
         unidentified |= {name: f"the log does not tell {name}; it takes {move}" for name in MOTOR}
     covariance = block_diag(*(one.covariance for one in every))
-    degrees = np.concatenate([one.freedom for one in every])
-    if weighs is not None and "load inertia" not in weighs.known.unidentified:
-        alike = {*MECHANICAL, *(name for one in told if one is not weighs for name in (*MOTOR[:3], *SCALES))}
+    dof = np.concatenate([one.freedom for one in every])
+    if weighs is not None and "load inertia" not in weighs.estimates.unidentified:
+        alike = {*MECHANICAL, *(name for one in channels if one is not weighs for name in (*MOTOR[:3], *SCALES))}
         by = np.array([value if name in alike else 0.0 for name, value in values.items()] + [inertia])
         covariance = block_diag(covariance, 0.0) + weighs.deviation**2 * np.outer(by, by)
-        values, degrees = values | {"load_inertia": inertia}, np.append(degrees, max(np.min(weighs.known.freedom), 1.0))
-    return known._replace(values=values, covariance=covariance, freedom=degrees, unidentified=unidentified, tied=tied)
+        values, dof = values | {"load_inertia": inertia}, np.append(dof, max(np.min(weighs.estimates.freedom), 1.0))
+    return of_joint._replace(values=values, covariance=covariance, freedom=dof, unidentified=unidentified, tied=tied)

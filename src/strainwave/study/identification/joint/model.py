@@ -14,7 +14,7 @@ from . import march as places
 from .march import march
 from .pieces import Piece
 
-OWN = (  # numbers besides lines and starts, in the order of the kernel, then those of the loads and encoders
+NUMBERS = (  # numbers besides lines and starts, in the order of the kernel, then those of the loads and encoders
     "inertia", "K1", "K2", "K3", "T1", "T2", "B", "hysteresis", "yield_twist", "coulomb", "viscous", "load_friction",
     "gap", "asymmetry", "drag", "gravity_cos", "gravity_sin", "gravity_mean", "offset", "skew",
 )  # fmt: skip
@@ -38,7 +38,7 @@ class Scale(NamedTuple):
 def scales(inertia: float, law: Sequence[float], omega: float) -> dict[str, Scale]:
     """Scales of the numbers, from the datasheet: law is K1, K2, K3, T1, T2."""
     T2 = law[4]
-    slopes = {name: Scale(value, 1.0, 0.2) for name, value in zip(OWN[1:6], law, strict=True)}
+    slopes = {name: Scale(value, 1.0, 0.2) for name, value in zip(NUMBERS[1:6], law, strict=True)}
     return {"inertia": Scale(inertia, 1.0, 1.0), **slopes} | {
         "B": Scale(inertia * omega / 20.0, 1.0, 2.0),
         "hysteresis": Scale(0.02 * T2 / 8e-5, 1.0, 1.5),
@@ -113,8 +113,8 @@ class Joint:
 
     def turned(self, piece: Piece) -> Floats:
         """Angle of the load at the motor's stamps (2 n + 1,)."""
-        at = np.arange(len(piece.load)) * 0.5 * piece.step
-        return np.asarray(np.interp(at - self.lead, at, piece.load))
+        time = np.arange(len(piece.load)) * 0.5 * piece.step
+        return np.asarray(np.interp(time - self.lead, time, piece.load))
 
     def aligned(self) -> "Joint":
         """The joint whose gravity and lines are taken with the skew that was found."""
@@ -141,7 +141,7 @@ class Joint:
 
     def kernel_numbers(self, values: dict[str, float]) -> Floats:
         """Numbers in the order of the kernel."""
-        p = np.array([values[name] for name in OWN[:OF_KERNEL]])
+        p = np.array([values[name] for name in NUMBERS[:OF_KERNEL]])
         p[places.T2] = max(p[places.T2], APART * p[places.T1])
         return p
 
@@ -166,9 +166,9 @@ class Joint:
     def marched(self, i: int, values: dict[str, float], start: Floats, drive: Floats) -> tuple[Floats, Floats]:
         """Angle, speed and the gear's torque (n + 1, 3) on the grid of a piece; angles (m,) at the load's stamps."""
         piece = self.pieces[i]
-        at = (piece.time + values["skew"] - piece.begin) / piece.step
-        states, read = np.empty((len(piece) + 1, 3)), np.empty(len(at))
-        run(march, self.kernel_numbers(values), drive, piece.step, start, self.gains, at, states, read)
+        stamps = (piece.time + values["skew"] - piece.begin) / piece.step
+        states, read = np.empty((len(piece) + 1, 3)), np.empty(len(stamps))
+        run(march, self.kernel_numbers(values), drive, piece.step, start, self.gains, stamps, states, read)
         return states, read
 
     def torque(self, i: int) -> Floats:
@@ -195,12 +195,12 @@ class Joint:
 
     def twists(self) -> list[Floats]:
         """Predicted torsion [rad] of the spring at the load's stamps in every piece."""
-        found = []
+        torsions = []
         for i, piece in enumerate(self.pieces):
             drive = self.drive(i, self.values)
             load = self.predicted(i, self.values, self.starts[i], drive) - self.offset(i)
-            found.append(np.interp(piece.time + self.values["skew"], piece.grid, drive[0]) - load)
-        return found
+            torsions.append(np.interp(piece.time + self.values["skew"], piece.grid, drive[0]) - load)
+        return torsions
 
     @property
     def weights(self) -> Floats:
@@ -217,7 +217,7 @@ class Joint:
     @staticmethod
     def is_log(name: str) -> bool:
         """True if the logarithm of a number is what is free."""
-        return name in OWN[:POSITIVE]
+        return name in NUMBERS[:POSITIVE]
 
     def moved(self, change: Floats) -> "Joint":
         """The joint after a change (free + 3 pieces,) of its free numbers and starts, in units."""
@@ -252,14 +252,14 @@ class Joint:
 
         Per unit; of the start there are three columns.
         """
-        drive, begun, found = self.drive(i, self.values), self.starts[i], list[Floats]()
+        drive, begun, predictions = self.drive(i, self.values), self.starts[i], list[Floats]()
         cases = [(self.values, drive, begun), *((*self.varied(i, name, drive), begun) for name in names)]
         if start:
             cases += [(self.values, drive, begun + DIFFERENCE * unit) for unit in np.diag(START_UNITS)]
-        for values, other, at in cases:
-            states, read = self.marched(i, values, at, other)
-            found.append(states[:, 2] if torque else read + self.offset(i, values))
-        return (np.stack(found, axis=1)[:, 1:] - found[0][:, None]) / DIFFERENCE
+        for values, other, initial in cases:
+            states, read = self.marched(i, values, initial, other)
+            predictions.append(states[:, 2] if torque else read + self.offset(i, values))
+        return (np.stack(predictions, axis=1)[:, 1:] - predictions[0][:, None]) / DIFFERENCE
 
     def jacobian(self) -> Floats:
         """Derivatives (rows, free + 3 pieces) of all predicted angles [rad] by the free numbers and the starts."""

@@ -16,7 +16,7 @@ from ..log import Log
 GAP = 5.0  # usual steps: a longer one parts two pieces
 FEWEST = 40  # samples of a piece
 FAR = 0.05  # of a gear's ratio: what the angles may say otherwise
-MOST_STEPS = 240_000  # of the grid in all: of longer logs parts are taken
+GRID_STEPS = 240_000  # of the grid in all: of longer logs parts are taken
 PARTS = 8
 KNOTS = 0.0025  # s, between knots of the motor's angle
 MARGIN = 0.004  # s, at both ends of a piece: how far two encoders' stamps may be apart, and more is asked for
@@ -87,8 +87,8 @@ class Piece:
         if count == 0.0:
             return np.zeros((2, len(self.motor), many))
         gone = np.cumsum(np.abs(np.diff(self.read, prepend=self.read[0]))) // (ELSEWHERE * count)
-        place = np.cumsum(np.diff(gone, prepend=0.0) > 0.0)  # rests apart are misread apart
-        path = savgol_filter(self.read, SMOOTH, 3)[:, None] + count * rng.uniform(size=(place[-1] + 1, many))[place]
+        stop = np.cumsum(np.diff(gone, prepend=0.0) > 0.0)  # rests apart are misread apart
+        path = savgol_filter(self.read, SMOOTH, 3)[:, None] + count * rng.uniform(size=(stop[-1] + 1, many))[stop]
         error = through(self.read_time, (np.round(path / count) * count - path) / ratio)
         return np.array([error(self.grid), error(self.grid, 1)])
 
@@ -108,7 +108,7 @@ def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats,
     ValueError
         If an angle is missing.
     """
-    found: list[Floats] = []
+    arrays: list[Floats] = []
     for name in ("motor_angle", "load_angle"):
         channel = channel_of(log, name)
         if channel is None:
@@ -120,10 +120,10 @@ def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats,
             )
         t, values = channel
         if len(t) > 1 and np.min(steps := np.diff(t)) <= 0.0:
-            at = float(t[int(np.argmin(steps))])
-            raise ValueError(f"log {which + 1}: stamps go back or repeat at {at:.9g} s; sort it")
-        found += [t, values]
-    return found[0], found[1], found[2], found[3]
+            stamp = float(t[int(np.argmin(steps))])
+            raise ValueError(f"log {which + 1}: stamps go back or repeat at {stamp:.9g} s; sort it")
+        arrays += [t, values]
+    return arrays[0], arrays[1], arrays[2], arrays[3]
 
 
 def channel_of(log: Log | Mapping[str, Any], name: str) -> tuple[Floats, Floats] | None:
@@ -156,8 +156,8 @@ def pieces_of(logs: Sequence[Any], ratio: float, step: float) -> tuple[list[Piec
     if not stretches:
         raise ValueError(f"no stretch of the logs has {FEWEST} samples of both angles without a gap; log longer ones")
     many = sum((end - begin) / step for _, begin, end in stretches)
-    if many > MOST_STEPS:
-        stretches = _parts(stretches, MOST_STEPS * step)
+    if many > GRID_STEPS:
+        stretches = _parts(stretches, GRID_STEPS * step)
     pieces = [piece for i, a, b in stretches if (piece := _piece(raw[i], i, a, b, step, sense, ratio)) is not None]
     if not pieces:
         steps = float(np.median(np.diff(raw[0][2])))
@@ -174,22 +174,22 @@ def _sense(raw: Sequence[tuple[Floats, ...]], ratio: float) -> float:
     for i, (tm, motor, tl, load) in enumerate(raw):
         if len(tm) < FEWEST or len(tl) < FEWEST:
             raise ValueError(f"log {i + 1} has {min(len(tm), len(tl))} samples of an angle; {FEWEST} are the least")
-        at = np.interp(tl, tm, motor)
-        rows.append((at - np.mean(at), load - np.mean(load)))
+        sampled = np.interp(tl, tm, motor)
+        rows.append((sampled - np.mean(sampled), load - np.mean(load)))
     motor, load = np.concatenate([r[0] for r in rows]), np.concatenate([r[1] for r in rows])
     for name, turned in (("motor_angle", np.ptp(motor) / ratio), ("load_angle", np.ptp(load))):
         if turned < STILL:
             raise ValueError(f"{name} stays within {turned:.2g} rad of the load: nothing moves; log a motion")
-    found = float(load @ motor / (load @ load))
-    if abs(abs(found) / ratio - 1.0) > FAR:
-        raise ValueError(f"the motor turns {abs(found):.4g} times as far as the load, {_why(abs(found), ratio)}")
-    return float(np.sign(found))
+    slope = float(load @ motor / (load @ load))
+    if abs(abs(slope) / ratio - 1.0) > FAR:
+        raise ValueError(f"the motor turns {abs(slope):.4g} times as far as the load, {_why(abs(slope), ratio)}")
+    return float(np.sign(slope))
 
 
-def _why(found: float, ratio: float) -> str:
+def _why(slope: float, ratio: float) -> str:
     """Cause of an unlike ratio, and the remedy."""
     fact = f"and the gear's ratio is {ratio:g}"
-    for factor, said in (
+    for factor, cause in (
         (1.0 / ratio**2, "the angles are swapped: motor_angle is the load's and load_angle the motor's"),
         (1.0 / ratio, "both angles count on one shaft: give the motor's on its own"),
         (np.pi / 180.0, "the motor's angle is read in rad and seems to be in another unit than the load's: give units"),
@@ -197,8 +197,8 @@ def _why(found: float, ratio: float) -> str:
         (2.0 * np.pi, "the load's angle seems to be in rev and was read in rad: give units"),
         (0.5 / np.pi, "the motor's angle seems to be in rev and was read in rad: give units"),
     ):
-        if abs(found / (ratio * factor) - 1.0) < FAR:
-            return f"{fact}; {said}"
+        if abs(slope / (ratio * factor) - 1.0) < FAR:
+            return f"{fact}; {cause}"
     return f"{fact}; take the gear of the log, or give both angles on their own shafts"
 
 
@@ -208,34 +208,34 @@ def _cut(tm: Floats, _motor: Floats, tl: Floats, _load: Floats) -> list[tuple[fl
     holes: list[tuple[float, float]] = []
     for t in (tm, tl):
         steps = np.diff(t)
-        at = np.flatnonzero(steps > max(GAP * float(np.median(steps)), 1e-9))
-        holes += [(float(t[i]), float(t[i + 1])) for i in at]
-    found, begin = [], edges[0]
+        indices = np.flatnonzero(steps > max(GAP * float(np.median(steps)), 1e-9))
+        holes += [(float(t[i]), float(t[i + 1])) for i in indices]
+    stretches, begin = [], edges[0]
     for a, b in sorted(holes):
         if a > begin:
-            found.append((begin, min(a, edges[1])))
+            stretches.append((begin, min(a, edges[1])))
         begin = max(begin, b)
-    found.append((begin, edges[1]))
-    return [(a, b) for a, b in found if min(np.sum((t >= a) & (t <= b)) for t in (tm, tl)) >= FEWEST]
+    stretches.append((begin, edges[1]))
+    return [(a, b) for a, b in stretches if min(np.sum((t >= a) & (t <= b)) for t in (tm, tl)) >= FEWEST]
 
 
 def _parts(stretches: list[tuple[int, float, float]], seconds: float) -> list[tuple[int, float, float]]:
     """Parts of the longest stretches, evenly spread, so many seconds in all."""
     total = sum(b - a for _, a, b in stretches)
-    found = []
+    parts = []
     for i, a, b in stretches:
         many = max(round(PARTS * (b - a) / total), 1)
         each = seconds * (b - a) / total / many
-        found += [(i, begin, begin + each) for begin in np.linspace(a, b - each, many).tolist()]
-    return found
+        parts += [(i, begin, begin + each) for begin in np.linspace(a, b - each, many).tolist()]
+    return parts
 
 
 def _piece(
     raw: tuple[Floats, ...], log: int, begin: float, end: float, step: float, sense: float, ratio: float
 ) -> Piece | None:  # fmt: skip
     tm, motor, tl, load = raw
-    at, on = (tm >= begin) & (tm <= end), (tl >= begin) & (tl <= end)
-    tm, motor, tl, load = tm[at], motor[at], tl[on], sense * load[on]
+    of_motor, of_load = (tm >= begin) & (tm <= end), (tl >= begin) & (tl <= end)
+    tm, motor, tl, load = tm[of_motor], motor[of_motor], tl[of_load], sense * load[of_load]
     if min(len(tm), len(tl)) < FEWEST:
         return None
     n = int((tm[-1] - tm[0]) / step)
@@ -246,16 +246,16 @@ def _piece(
     if np.count_nonzero(inside) < FEWEST:
         return None
     s = grid - tm[0]
-    known = np.clip(s, tl[0] - tm[0], tl[-1] - tm[0])
-    speeds = turned(s, 1), followed(known, 1)
+    within = np.clip(s, tl[0] - tm[0], tl[-1] - tm[0])
+    speeds = turned(s, 1), followed(within, 1)
     step_of = float(np.median(np.diff(tl)))
-    at = tl[inside]
+    stamps = tl[inside]
     counts = np.array([count_of(load), count_of(motor) / ratio])
-    shafts = load[inside], np.interp(at, tm, motor) / ratio
-    lasting = np.array([_lasting(at, values, count, step_of) for values, count in zip(shafts, counts, strict=True)])
+    shafts = load[inside], np.interp(stamps, tm, motor) / ratio
+    lasting = np.array([_lasting(stamps, values, count, step_of) for values, count in zip(shafts, counts, strict=True)])
     return Piece(
-        float(tm[0]), step, turned(s), speeds[0], tm, motor, followed(known), speeds[1], at, load[inside], counts,
-        lasting, np.ones(len(at)), ratio, log,
+        float(tm[0]), step, turned(s), speeds[0], tm, motor, followed(within), speeds[1], stamps, load[inside], counts,
+        lasting, np.ones(len(stamps)), ratio, log,
     )  # fmt: skip
 
 
@@ -275,8 +275,8 @@ def count_of(values: Floats) -> float:
     if len(steps) < 2:
         return 0.0
     count = float(np.min(steps[steps > 1e-12], initial=np.inf))
-    whole = steps / count
-    return count if np.all(np.abs(whole - np.round(whole)) < 0.05) else 0.0
+    multiples = steps / count
+    return count if np.all(np.abs(multiples - np.round(multiples)) < 0.05) else 0.0
 
 
 def _lasting(time: Floats, values: Floats, count: float, step: float) -> Floats:

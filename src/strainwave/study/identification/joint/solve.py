@@ -13,8 +13,8 @@ from .model import Joint, Pair, line_names
 FIRST_LINES: tuple[Pair, ...] = ((2, 0), (4, 0), (1, 0), (2, 2))
 BASIC = ("K1", "K2", "K3", "T1", "T2", "B", "coulomb", "viscous", "gravity_cos", "gravity_sin",
          "offset", "skew")  # fmt: skip
-CONVERGED, MOST_DAMPED = 0.02, 1e12  # fall of the sum of squares that is left; damping of steps that lead nowhere
-MOST = 25
+CONVERGED, LARGEST_DAMPING = 0.02, 1e12  # fall of the sum of squares that is left; damping of steps that lead nowhere
+ROUNDS = 25
 
 
 def normal(joint: Joint, sigma: float) -> tuple[Floats, Floats, float]:
@@ -37,10 +37,10 @@ def cost(joint: Joint, sigma: float) -> float:
     return total if np.isfinite(total) else np.inf
 
 
-def solved(joint: Joint, sigma: float, most: int = MOST) -> Joint:
+def solved(joint: Joint, sigma: float, rounds: int = ROUNDS) -> Joint:
     """Least squares by Levenberg's method, damped in units of the priors, until the undamped step takes nothing."""
     damping = 1.0
-    for _ in range(most):
+    for _ in range(rounds):
         matrix, side, before = normal(joint, sigma)
         size = np.sqrt(np.diag(matrix))
         scaled, slope, prior = matrix / np.outer(size, size), side / size, joint.away()[1] * size
@@ -52,7 +52,7 @@ def solved(joint: Joint, sigma: float, most: int = MOST) -> Joint:
             if after < before:
                 break
             damping *= 8.0
-            if damping > MOST_DAMPED:
+            if damping > LARGEST_DAMPING:
                 return joint
         joint, damping = trial, damping / 10.0
     return joint
@@ -65,13 +65,13 @@ def rms(joint: Joint) -> float:
 
 
 DRAWN = np.array([0.5, 0.25])  # of omega and its square: by which a motion is drawn to the log
-BETTER, AT_FLOOR = 0.98, 1.05  # of another fit's residual, and of the readings' scatter
+BETTER, FLOOR_RATIO = 0.98, 1.05  # of another fit's residual, and of the readings' scatter
 NUDGES, SAME = (0.8, 0.92, 1.08, 1.25), 1.003  # of a dry friction, and of a residual
 SHAKEN, TRIES, RINGS = 0.3, 60, 80.0  # s that a start shows in; starts tried; speed for an angle [1/s]
 FEW, EARLY = 8, 0.025  # readings, and s, that a start is taken from
 HIGHEST, WIDEST = 8, 4  # lines looked for: so many times the motor's turn, and the load's beside it
 SURE = 40.0  # of whitened residuals: the fall of the sum of squares that a line or term must bring
-MOST_LINES = 6  # more than the first ones
+ADDED_LINES = 6  # more than the first ones
 SMALL = 1e-3  # of its first value: the hysteresis that is looked for
 INSIDE, OUTSIDE = ("hysteresis", "load_friction", "gravity_mean"), ("gap", "asymmetry", "drag")
 CLOSE, TRIED, FROM = 0.97, 0.93, 0.6  # of the largest torque: a corner that is tried, and where; of the datasheet's
@@ -80,7 +80,7 @@ FAR_OFF, MUCH = 2.0, 0.1  # readings' scatters of a residual with other causes, 
 POWER_OF_TERM = 0.003  # of the residual's power, that a term must take
 
 
-def found(joint: Joint, omega: float, progress: Callable[[str, float], None]) -> Joint:
+def fitted(joint: Joint, omega: float, progress: Callable[[str, float], None]) -> Joint:
     """The joint with its numbers, terms and lines: the best of fits that begin without and with a hysteresis."""
     fits: list[Joint] = []
     for share, hysteresis in ((0.1, False), (0.4, True)):
@@ -89,7 +89,7 @@ def found(joint: Joint, omega: float, progress: Callable[[str, float], None]) ->
         trial = without(trial, "hysteresis", "yield_twist") if hysteresis else trial  # it may but lead out of a trap
         if not fits or rms(trial) < BETTER * rms(fits[-1]):
             fits.append(trial)
-        if rms(fits[-1]) < AT_FLOOR * scatter(fits[-1]):
+        if rms(fits[-1]) < FLOOR_RATIO * scatter(fits[-1]):
             break
     return fits[-1]
 
@@ -114,7 +114,7 @@ def completed(joint: Joint) -> Joint:
 
 def nudged(joint: Joint) -> Joint:
     """The joint from other starts and dry frictions too: where a load comes to rest depends on them by leaps."""
-    if not AT_FLOOR < plain(joint) / scatter(joint) < HOPELESS:
+    if not FLOOR_RATIO < plain(joint) / scatter(joint) < HOPELESS:
         return joint
     joint = shaken(joint)
     for factor in NUDGES:
@@ -161,8 +161,8 @@ def started(joint: Joint) -> Joint:
     starts = []
     for i, piece in enumerate(joint.pieces):
         many = max(FEW, int(np.searchsorted(piece.time, piece.time[0] + EARLY)))
-        at = piece.time[:many] + joint.values["skew"] - piece.begin
-        rate, angle = np.polyfit(at, piece.value[:many] - joint.offset(i), 3)[2:]
+        time = piece.time[:many] + joint.values["skew"] - piece.begin
+        rate, angle = np.polyfit(time, piece.value[:many] - joint.offset(i), 3)[2:]
         starts.append((angle, rate, 0.0))
     return replace(joint, starts=np.array(starts))
 
@@ -198,17 +198,17 @@ class Score:
 
     def gains(self, columns: Floats, each: int) -> Floats:
         """Fall of the whitened sum of squares over its mean, for each group of so many columns (rows, groups each)."""
-        own = whitened(columns * self.weights, self.filter, self.parts)
-        own = own - self.basis @ (self.basis.T @ own)
-        found = []
-        for i in range(0, own.shape[1], each):
-            some = own[:, i : i + each]
+        white = whitened(columns * self.weights, self.filter, self.parts)
+        white = white - self.basis @ (self.basis.T @ white)
+        falls = []
+        for i in range(0, white.shape[1], each):
+            some = white[:, i : i + each]
             side, matrix = some.T @ self.residual, some.T @ some
             if not np.all(np.diag(matrix) > 0.0):
-                found.append(0.0)
+                falls.append(0.0)
                 continue
-            found.append(float(side @ np.linalg.lstsq(matrix, side, rcond=1e-9)[0]))
-        return np.array(found) * len(self.residual) / max(self.power, 1e-300)
+            falls.append(float(side @ np.linalg.lstsq(matrix, side, rcond=1e-9)[0]))
+        return np.array(falls) * len(self.residual) / max(self.power, 1e-300)
 
 
 def with_more_lines(joint: Joint, highest: int = HIGHEST) -> Joint:
@@ -216,7 +216,7 @@ def with_more_lines(joint: Joint, highest: int = HIGHEST) -> Joint:
     tried = [(j, k) for j in range(1, highest + 1) for k in range(-WIDEST, WIDEST + 1) if (j, k) not in joint.lines]
     names = [name for pair in tried for name in line_names(pair)]
     columns = joint.with_lines(*tried).columns(names)  # which a line more hardly changes
-    for _ in range(MOST_LINES):
+    for _ in range(ADDED_LINES):
         score = Score(joint)
         gains = score.gains(columns, 2)
         best, least = int(np.argmax(gains)), POWER_OF_TERM if rms(joint) < FAR_OFF * scatter(joint) else MUCH

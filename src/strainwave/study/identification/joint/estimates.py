@@ -28,7 +28,7 @@ MECHANICAL = ("K1", "K2", "K3", "T1", "T2", "B", "coulomb", "viscous", "gravity"
 Tie = tuple[tuple[str, ...], str]
 
 
-class Known(NamedTuple):
+class Estimates(NamedTuple):
     """Values by name [SI] with covariance and degrees of freedom, sentences on what is not told, and ties.
 
     `of_free` (free + 3 pieces, ...) is the covariance of the joint's free numbers and starts, in units.
@@ -42,7 +42,7 @@ class Known(NamedTuple):
     of_free: Floats
 
 
-def known(joint: Joint, inertia_given: bool) -> Known:
+def estimated(joint: Joint, inertia_given: bool) -> Estimates:
     """Numbers of a joint with their scatter, and what its logs cannot tell."""
     weights = joint.weights
     table = joint.jacobian() * weights[:, None]
@@ -57,12 +57,12 @@ def known(joint: Joint, inertia_given: bool) -> Known:
     basis, back = basis_of(held)
     of_readings, of_before = back @ basis[: len(table)].T, rms(joint) * back @ basis[len(table) :].T
     by_input = _covariance(of_readings @ _of_input(joint)) + of_before @ of_before.T
-    own, other = np.diag(scatter.covariance), np.diag(by_input)
-    wider = np.sqrt(np.maximum(np.diag(_covariance(of_readings @ _of_counts(joint))) / own, 1.0))
-    own = own * wider**2
+    variance, other = np.diag(scatter.covariance), np.diag(by_input)
+    wider = np.sqrt(np.maximum(np.diag(_covariance(of_readings @ _of_counts(joint))) / variance, 1.0))
+    variance = variance * wider**2
     covariance[np.ix_(seen, seen)] = scatter.covariance * np.outer(wider, wider) + by_input
-    freedom[seen] = (own + other) ** 2 / (own**2 / scatter.freedom + other**2 / DRAWS)
-    values, rates = _told(joint)
+    freedom[seen] = (variance + other) ** 2 / (variance**2 / scatter.freedom + other**2 / DRAWS)
+    values, rates = _named_values(joint)
     full = rates @ covariance[:many, :many] @ rates.T
     lines = np.array([value if name.startswith("line") else np.inf for name, value in values.items()])
     wide = np.where(lines < FAINT * np.sqrt(np.diag(full)), CIRCLE, 1.0)
@@ -82,10 +82,10 @@ def known(joint: Joint, inertia_given: bool) -> Known:
             others = [other for other in group if other != name]
             apart = f" apart from {listed(others)}" if others else ""
             unidentified.setdefault(name, f"the log does not tell {name}{apart}; it takes {move}")
-    told = [i for i, name in enumerate(values) if name not in unidentified]
-    return Known(
-        {name: value for name, value in values.items() if name not in unidentified}, full[np.ix_(told, told)],
-        derived_freedom(rates[told], covariance[:many, :many], freedom[:many]), unidentified, tied,
+    kept = [i for i, name in enumerate(values) if name not in unidentified]
+    return Estimates(
+        {name: value for name, value in values.items() if name not in unidentified}, full[np.ix_(kept, kept)],
+        derived_freedom(rates[kept], covariance[:many, :many], freedom[:many]), unidentified, tied,
         covariance,
     )  # fmt: skip
 
@@ -104,31 +104,31 @@ def _farther(
     A number is moved off by so much, the others to their least squares by chords, and the sum of squares rises less
     than the derivatives say: a profile, as Bates & Watts 1988, ch. 6, have it. Lines are linear.
     """
-    whole, found = np.zeros((len(seen), len(back))), np.ones(len(names))
-    whole[seen] = back
+    full_back, factors = np.zeros((len(seen), len(back))), np.ones(len(names))
+    full_back[seen] = back
 
     def left(by: Floats) -> Floats:
-        trial = joint.moved(whole @ by)
+        trial = joint.moved(full_back @ by)
         residual = np.concatenate(trial.residuals()) * joint.weights
         return np.append(residual, -rms(joint) * trial.away()[0][seen])
 
     before = left(np.zeros(len(back)))
     for n in (n for n, name in enumerate(names) if not name.startswith("line")):
-        row = rates[n] @ whole[: rates.shape[1]]
-        if not (own := row @ row):
+        row = rates[n] @ full_back[: rates.shape[1]]
+        if not (square := row @ row):
             continue
-        expected = (FAR_OUT * deviation[n]) ** 2 / own
-        for way in (-FAR_OUT, FAR_OUT):
-            by, least = way * deviation[n] / own * row, np.inf
+        expected = (FAR_OUT * deviation[n]) ** 2 / square
+        for shift in (-FAR_OUT, FAR_OUT):
+            by, least = shift * deviation[n] / square * row, np.inf
             for _ in range(CHORDS):
                 after = left(by)
                 least = min(least, float(after @ after - before @ before) / expected)
                 if not abs(least - 1.0) > STRAIGHT:
                     break
                 step = basis.T @ after
-                by = by + step - row * (row @ step) / own
-            found[n] = max(found[n], max(least, 1e-4) ** -0.5)
-    return found
+                by = by + step - row * (row @ step) / square
+            factors[n] = max(factors[n], max(least, 1e-4) ** -0.5)
+    return factors
 
 
 def _of_input(joint: Joint) -> Floats:
@@ -163,7 +163,7 @@ def _covariance(changes: Floats) -> Floats:
     return np.asarray(changes @ changes.T / changes.shape[1])
 
 
-def _told(joint: Joint) -> tuple[dict[str, float], Floats]:
+def _named_values(joint: Joint) -> tuple[dict[str, float], Floats]:
     """Values by their public names, and their derivatives by the free numbers, per unit."""
     free, values, rows = list(joint.free), dict[str, float](), list[Floats]()
 
@@ -205,37 +205,37 @@ def one_way(joint: Joint) -> bool:
 
 
 def _ties(
-    joint: Joint, lost: list[str], inertia_given: bool, covariance: Floats, told: list[str]
+    joint: Joint, lost: list[str], inertia_given: bool, covariance: Floats, names: list[str]
 ) -> list[Tie]:  # fmt: skip
     """Groups of names that are not parted, and the move that would part them."""
-    found: list[Tie] = []
+    ties: list[Tie] = []
     if not inertia_given:
-        group = ("load inertia", *(name for name in MECHANICAL if name in told or name == "K1"))
+        group = ("load inertia", *(name for name in MECHANICAL if name in names or name == "K1"))
         move = "the load's inertia, a torque measured at the load, or a motor's current with its torque constant"
-        found.append((group, move))
+        ties.append((group, move))
     if one_way(joint):
-        found.append((("coulomb", "gravity mean"), "a reversal of the load: move it to and fro"))
-        found.append((("skew", "offset", "viscous"), "a reversal, another speed, and a jerk after which it rings"))
+        ties.append((("coulomb", "gravity mean"), "a reversal of the load: move it to and fro"))
+        ties.append((("skew", "offset", "viscous"), "a reversal, another speed, and a jerk after which it rings"))
     low, high = reached(joint)
     reach = max(-low, high)
     if one_way(joint) and min(-low, high) < BEYOND * joint.values["T1"]:  # all corners move with the torque's zero
-        found.append((("T1", "T2", "gravity mean"), "torques beyond T1 to both sides"))
+        ties.append((("T1", "T2", "gravity mean"), "torques beyond T1 to both sides"))
     elif "gravity_mean" in joint.free and "T1" in lost:
-        found.append((("T1", "gravity mean"), "torques beyond T1 to both sides"))
+        ties.append((("T1", "gravity mean"), "torques beyond T1 to both sides"))
     for corner, slope in (("T1", "K2"), ("T2", "K3")):
         group = tuple(name for name in (slope, corner) if name in lost)
         if group:
             limit = joint.values[corner]
             beyond = "well beyond" if reach < 1.2 * limit else "to both sides of"
             move = f"torques {beyond} {corner} of {limit:.3g} N·m, with a reversal (this log reaches {reach:.3g} N·m)"
-            found.append((group, move))
-    done = {name for group, _ in found for name in group}
+            ties.append((group, move))
+    done = {name for group, _ in ties for name in group}
     correlation = covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))
     for name in (name for name in lost if name not in done):
-        at = told.index(name)
-        group = tuple(other for i, other in enumerate(told) if i == at or abs(correlation[at, i]) > PARTNERS)
-        found.append((tuple(dict.fromkeys((name, *group))), _move(name, reach)))
-    return found
+        index = names.index(name)
+        group = tuple(other for i, other in enumerate(names) if i == index or abs(correlation[index, i]) > PARTNERS)
+        ties.append((tuple(dict.fromkeys((name, *group))), _move(name, reach)))
+    return ties
 
 
 def _move(name: str, reach: float) -> str:
