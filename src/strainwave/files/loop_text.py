@@ -19,8 +19,8 @@ Change = tuple[tuple[int, int], str]  # a span of the text, and what comes in it
 def with_loop(text: str, control: Any) -> str | None:
     """Write a control into the loop of a project file; None where the file has no loop as a group of fields.
 
-    Gains have the author's units. Those that a file gives by a bandwidth take its place; its scatter goes with it. A
-    filter more stands behind the others.
+    Gains keep the author's units. Where the file gives bandwidth and damping, the gains replace these, and the scatter
+    of these is deleted. Further filters are appended.
     """
     from ruamel.yaml import YAML
 

@@ -201,6 +201,7 @@ def _claim(ends: tuple[float, float], everywhere: bool, asymptotic: bool, varyin
 
 
 def _reason(balance: Landscape, region: Region, everywhere: bool, point: bool, asymptotic: bool, varying: bool) -> str:
+    """Sentence of the proof: V is positive definite, its level curves close, V decreases, and x converges to a set."""
     goal = "the equilibrium" if point else "the set of rests inside the gap"
     if everywhere:
         shape = Sentence("and radially unbounded")

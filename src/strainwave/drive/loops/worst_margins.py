@@ -81,7 +81,7 @@ class WorstMargins:
 
     @property
     def sizes(self) -> dict[str, float]:
-        """The worst of each margin, infinite where there is none."""
+        """The worst over all loads: margins, infinite where there are none, gain reduction and peak sensitivity."""
         phase, gain, delay = [
             min(abs(getattr(one, name)) for one in self.margins)
             for name in ("phase_margin", "gain_margin", "delay_margin")

@@ -60,7 +60,10 @@ def working_torque(source: Any, train: DriveTrain) -> float:
 
 
 def _twist(law: Law, torque: float) -> float:
-    """Twist [rad] of the springs of a law under a torque [N*m]; 0 where they do not carry it."""
+    """Twist [rad] at which springs, and what stays of a hysteresis after it yields, carry a torque of at least 0 [N*m].
+
+    0 where they do not carry it.
+    """
 
     def carried(x: float) -> float:
         springs = (torque_of(part, x, 0.0, ()) for part in _parts(law) if not states_of(part))

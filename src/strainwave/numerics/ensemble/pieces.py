@@ -69,9 +69,10 @@ def _ends_integral(rule: Any, width: Floats, f0: Floats, slope0: Any, f1: Any, s
 
 @chosen
 def harmonic_integrals(rule: Any, piece: Any, rate: Any, c0: Any, s0: Any, c1: Any, s1: Any) -> Any:
-    """Integrals of the first state times a cosine and times a sine that turn at this rate, given at both ends.
+    """Choose, by the class of `rule`, the integrals of x cos and x sin over a piece at a rate of the angle.
 
-    Of a whole piece the straight line between its ends counts exactly, however far the cosine turns meanwhile.
+    Cosine and sine are c0, s0 at the start and c1, s1 at the end. `Whole` integrates the chord of x exactly, however
+    far the cosine turns meanwhile; `Even` and `Ends` are the trapezoidal sum and its ends.
     """
     return {Whole: _whole_harmonic, Even: _summed_harmonic, Ends: _summed_harmonic}[class_of(rule)]
 

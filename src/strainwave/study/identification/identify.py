@@ -210,7 +210,10 @@ def _finer(
 
 
 def _moves_little(finer: LeastSquares, point: Point) -> bool:
-    """True if finer steps would move the numbers by little, from the begin of every window."""
+    """True if finer steps of the integration would move the numbers by little.
+
+    It is one Gauss-Newton step with the residuals of the finer steps over the begin of every window.
+    """
     count = CHECKED_SAMPLES if len(finer.noise) == 1 else max(len(w.record) for w in finer.windows)  # outputs in turn
     windows = [Window(w.record.parted(count, 1)[0], w.first, min(w.stop, count)) for w in finer.windows]
     rows = [int(np.sum(np.isfinite(w.record.outputs[:, w.first : w.stop]))) for w in windows]

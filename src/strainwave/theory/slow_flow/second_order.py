@@ -115,7 +115,7 @@ class Samples:
         return [(speed[..., i], small[..., i]) for i in range(len(m))], back
 
     def _torque(self, s: Setting, c: Complexes, some: slice) -> Complexes:
-        """Twice the means [rad/s^2] of the torque beyond the one at rest, over J, along motions about u0."""
+        """Harmonics [rad/s^2], at the waves `some`, of (T(u0 + w) - T(u0))/J along motions w of amplitudes c."""
         law, onto = s.system.law, tuple(wave[some] for wave in self.waves)
         origin = s.u0, float(law.torque(s.u0))
         means = harmonics(torques, law, c.reshape(-1, c.shape[-1]), self.waves, onto, self.points, origin)

@@ -188,7 +188,10 @@ def _on_the_left_loops(left: Floats, s: Any, i: int, j: int, product: Floats) ->
 
 @kernel_as(_on_the_left_loops)
 def add_on_the_left(left: Floats, s: Any, i: int, j: int, product: Floats) -> None:
-    """Add `left` times the entry (i, j) of all D, as a matrix on coefficients in blocks, to `product`."""
+    """Add `left` times the matrix by which entry (i, j) of the dynamic stiffness acts on blocks of coefficients.
+
+    `s` is the dynamic stiffness (harmonics, n, n); blocks are mean, cosines, sines.
+    """
     h = len(left) // 2
     a, b = s[1 : h + 1, i, j].real, s[1 : h + 1, i, j].imag
     c, e = left[:, 1 : h + 1], left[:, h + 1 :]

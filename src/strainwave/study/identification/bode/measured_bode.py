@@ -264,7 +264,10 @@ def _period(reference: Floats) -> int:
 
 
 def _spectra(rows: Floats, step: float) -> tuple[Floats, Complexes, str]:
-    """Excited frequencies [rad/s], coefficients (rows, segments, frequencies), and how the records were cut."""
+    """Excited frequencies [rad/s], coefficients (rows, segments, frequencies), and a sentence on the cutting.
+
+    Whole periods of the reference are taken, the first left out to settle; without a period, overlapping Hann windows.
+    """
     n, size = rows.shape[1], _period(rows[0])
     starts, window = n - size * np.arange(1, n // max(size, 1) + 1)[::-1], np.ones(size)
     cut = f"{max(len(starts) - 1, 2)} periods of {size * step:.4g} s of the reference were taken"

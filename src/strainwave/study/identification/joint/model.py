@@ -36,7 +36,10 @@ class Scale(NamedTuple):
 
 
 def scales(inertia: float, law: Sequence[float], omega: float) -> dict[str, Scale]:
-    """Scales of the numbers, from the datasheet: law is K1, K2, K3, T1, T2."""
+    """First value, unit and width of the prior of each free number; law is K1, K2, K3, T1, T2 of the datasheet.
+
+    `omega` is the natural frequency of the load [rad/s]. Numbers without a datasheet begin at what such gears have.
+    """
     T2 = law[4]
     slopes = {name: Scale(value, 1.0, 0.2) for name, value in zip(NUMBERS[1:6], law, strict=True)}
     return {"inertia": Scale(inertia, 1.0, 1.0), **slopes} | {

@@ -255,7 +255,10 @@ class OrderScan(Result):
 
 
 def _refuse_far(order: float, speed: float, speeds: Floats) -> None:
-    """Refuse a speed [rad/s] that runs at these speeds, ascending, do not tell (ValueError)."""
+    """Refuse a speed [rad/s] that the measured speeds, ascending, do not bracket closely (ValueError).
+
+    The neighbours must lie within a factor of `RUNS_FACTOR` squared of each other, one of them within `RUNS_FACTOR`.
+    """
     reached = [*speeds[(speeds < speed)][-1:], speed, *speeds[speeds > speed][:1]]
     steps = [b / a for a, b in pairwise(reached)] if speed > 0.0 else [math.inf]
     if len(speeds) >= FEWEST_SPEEDS and max(steps) <= RUNS_FACTOR * RUNS_FACTOR and min(steps) <= RUNS_FACTOR:
