@@ -33,7 +33,7 @@ import numpy as np
 
 ROOMS = ("closed_forms", "motions", "studies", "measured", "files", "commands")
 LEFT_OUT = {
-    "demo": "the analyses of two of the twelve projects",
+    "demo": "the analyses of three axes",
     "draw": "pictures; `draw` of the results is called by the commands that write figures",
     "app": "serves a page; its answers are those of the verbs",
     "read_specification": "read by the command design",
