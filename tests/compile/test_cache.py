@@ -216,7 +216,7 @@ def test_key_changes_with_what_the_kernel_reads_and_with_nothing_else(tmp_path):
         ("model/laws/springs.py", '"""Hardening', '"""Any text. Hardening', set()),
         ("numerics/continuation/arc_length.py", "import numpy as np\n", "import numpy as np\n\n# moved\n", set()),
         ("numerics/continuation/arc_length.py", "= -0.5, 1.5, 5e-10", "= -0.5, 1.5, 6e-10", {0}),
-        ("compile/tree.py", "LONGEST = 60", "LONGEST = 61", set()),  # it is in the name of the folder
+        ("compile/tree.py", "LONGEST_VALUE = 60", "LONGEST_VALUE = 61", set()),  # it is in the name of the folder
     ]
     for file, old, new, changed in edits:
         text = (copy / file).read_text(encoding="utf-8")

@@ -99,7 +99,7 @@ class Standstill(Result):
         under = "" if low == high else f" under {low} to {high} N·m on the load"
         level = not dry and max(map(abs, (*self.sag, *self.error))) < LEVEL_ANGLE
         return (
-            *([] if level else [f"At standstill{under} {deviation}{dry}."]),
+            f"At standstill{under} {'the load points where its reference does' if level else deviation}{dry}.",
             *([self.hunting()] if self.integrates and self.motor_friction else []),
             *(text.format(w / HERTZ) for text, w in zip(STUCK_TEXTS, self.stuck, strict=True) if not isnan(w)),
         )
