@@ -105,7 +105,7 @@ class Sentences(click.Group):
             if files is not None and isinstance(error, files.FileError):
                 click.echo(in_options(str(error), command), err=True)
                 ctx.exit(INVALID_PROJECT)
-            click.echo(f"strainwave: {in_options(sentence_of(error), command)}", err=True)
+            click.echo(f"strainwave: {in_options(_sentence(error), command)}", err=True)
             ctx.exit(FAILED)
 
 
@@ -130,7 +130,7 @@ def _apart(command: click.Command, run: Callable[..., Any]) -> Callable[..., Any
     return checked
 
 
-def sentence_of(error: Exception) -> str:
+def _sentence(error: Exception) -> str:
     """One line about an error."""
     if isinstance(error, OSError) and error.strerror:
         from ..console import sentence
@@ -172,7 +172,7 @@ def main() -> None:
     try:
         cli(prog_name="strainwave")
     except OSError as error:  # of what `--help` and `--version` say
-        click.echo(f"strainwave: {sentence_of(error)}", err=True)
+        click.echo(f"strainwave: {_sentence(error)}", err=True)
         sys.exit(FAILED)
     except SystemExit as end:
         if not end.code:  # all is done: what is asked of the process on its way out interrupts nothing

@@ -10,7 +10,6 @@ from ...files.yaml_text import FileError, text_of
 from ...study.analysis.verdict_words import first_lines
 from ..console import Progress, in_options
 from ..view import View
-from .cli import sentence_of
 from .options import project_argument
 
 LOOK_S = 0.2  # between two looks at the file
@@ -49,8 +48,6 @@ def _verdict(path: Path, text: str, complaint: str) -> str:
         with Progress(project.title) as progress:
             analysis = project.analyze(progress.show, resonances=False)
         headline, *lines = View.of(project, analysis).rendered(list(first_lines(analysis)))
-    except FileError as error:
+    except (ValueError, TypeError, RuntimeError) as error:  # a refused file or drive: the next save may mend it
         return in_options(str(error))
-    except Exception as error:  # the file may be mended
-        return in_options(sentence_of(error))
     return "\n  ".join(filter(None, [f"{project.title}: {headline}", *lines]))
