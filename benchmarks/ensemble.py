@@ -60,7 +60,7 @@ def block_of(system, measures, settle, periods, y0=(0.0, 0.0)):
     omega = np.linspace(0.9, 1.1, LANES)
     varied = {"omega": omega}
     states = np.repeat(np.array(y0)[:, None], LANES, 1)
-    return _batch(system, varied, states, LANES, measures, settle, periods, False)
+    return _batch(system, varied, states, LANES, measures, settle, periods)
 
 
 def rate(batch, method, steps):
@@ -203,6 +203,22 @@ def peers(python):
     return theirs
 
 
+def calls(rounds):
+    """Trajectories of 50 periods per second and core in calls of few and of many lanes, with the Dataset."""
+    method, speeds = sw.Dop8(steps_per_period=16), {}
+    for lanes in (64, 256, 16_384):
+        times = []
+        for _ in range(rounds + 1):
+            start = time.thread_time()
+            sw.ensemble(
+                DUFFING, {"omega": np.linspace(0.9, 1.1, lanes)}, (0.0, 0.0), periods=50, method=method, threads=1
+            )
+            times.append(time.thread_time() - start)
+        speeds[lanes] = lanes / statistics.median(times[1:])
+        print(f"a call of {lanes} lanes: {speeds[lanes]:.3g} trajectories/s")
+    return speeds
+
+
 def many(threads):
     """Wall time of 99 840 trajectories of 200 periods with 100 Runge-Kutta steps each, against the FMA bound."""
     n = 99_840
@@ -225,6 +241,7 @@ def main(rounds=5, python=None):
     """Print the table."""
     _numba()
     figures = {"bounds": bounds(rounds), "laws": laws(rounds), "scipy": against_scipy(rounds)}
+    figures["calls"] = calls(rounds)
     if python:
         figures["peers"] = peers(python)
     figures["one"], figures["two"] = many(1), many(2)

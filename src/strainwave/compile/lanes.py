@@ -12,6 +12,7 @@ from typing import Any
 from .tree import count, leaves, mapped, rebuilt
 
 LANES = 256  # lanes of a block: their rows stay in the first-level cache, the cosines of a step cost next to nothing
+VECTOR_LANES = 32  # a block has a multiple of them: the widest vector, four at a time, leaves no lane over
 
 
 def lane(model: Any, rows: Any, first: int, j: Any) -> Any:

@@ -24,7 +24,7 @@ from ...base.protocols import System, lacking, names_of, omega_of, order_of, pre
 from ...base.quantities import parameters as parameters_of
 from ...base.quantities import positive_count, replace
 from ...base.results import Floats, SolveError
-from ...compile.lanes import LANES
+from ...compile.lanes import LANES, VECTOR_LANES
 from ...compile.tree import leaves, mapped
 from ..balance.harmonics import whole_orders
 from ..integration.methods import HOPELESS, MOST_STEPS, Method
@@ -183,9 +183,10 @@ def ensemble(
 
     units = {p.path: p.unit for p in parameters_of(system)}
     lanes = {path: (LANE, v, {"units": units[path]}) for path, v in run.varied.items()}
-    data = xr.Dataset(coords=lanes, attrs=run.attrs).assign(run.variables)  # the lanes are its first dimension
     states = list(names_of(system) or [f"y{i}" for i in range(run.states)])
-    return data.assign_coords(state=states) if "state" in data.dims else data
+    of_states = any("state" in variable.dims for variable in run.variables.values())
+    coordinates = {**lanes, "state": ("state", states)} if of_states else lanes
+    return xr.Dataset({**coordinates, **run.variables}, attrs=run.attrs).set_coords(list(coordinates))
 
 
 class Run(NamedTuple):
@@ -353,15 +354,15 @@ def _add_error_estimates(
 ) -> None:  # fmt: skip
     """Run a sample of lanes with half the step and say by how much every measure changes at most.
 
-    A block holds as many lanes as it has places for, whatever it is run for: the sample fills its blocks.
+    The sample fills vectors of lanes, which take as long with one lane.
     """
     good = np.flatnonzero(data["status"].values == 0)
     if not len(good):
         return
     kinks = bool(breakpoints_of(system))
-    seen, blocks = (good, SAMPLED_BLOCKS) if kinks else (_spread(good, SAMPLED_LANES), 1)
+    seen, size = (good, SAMPLED_BLOCKS * LANES) if kinks else (_spread(good, SAMPLED_LANES), VECTOR_LANES)
     groups = [good[steps[good] == number] for number in np.unique(steps[seen])]
-    sample = np.sort(np.concatenate([_spread(group, blocks * LANES) for group in groups]))
+    sample = np.sort(np.concatenate([_spread(group, size) for group in groups]))
     part = _some(batch, sample)
     finer = _march_all(part, 2 * steps[sample], method, threads)
     factor = 2.0 if kinks else 1.0 / (1.0 - 0.5**4)  # of the error to its change

@@ -14,7 +14,7 @@ from ...base.quantities import States
 from ...base.results import Floats
 from ...compile.elementwise import larger
 from ...compile.jit import borrowed, kernel, kernel_as
-from ...compile.lanes import LANES, lane, load, store
+from ...compile.lanes import VECTOR_LANES, lane, load, store
 from ...compile.tree import count
 from .pieces import Ends, Even, Piece, extreme_between, updated, vertex
 
@@ -22,10 +22,10 @@ BOUND = 1e100  # a state beyond it has left for infinity
 KEPT_STATES = 9  # stroboscopic states kept: enough to see motions of up to eight periods close
 
 
-@kernel_as(lambda: range(LANES), inline=True)
-def every_lane() -> Any:
-    """Lanes to loop over: one at a time, or as Python all at once."""
-    return (slice(None),)
+@kernel_as(lambda ended: range(len(ended) // VECTOR_LANES * VECTOR_LANES), inline=True)
+def every_lane(ended: Floats) -> Any:
+    """Lanes to loop over, as many as `ended` has: one at a time, or as Python all at once."""
+    return (slice(len(ended)),)
 
 
 @kernel
@@ -124,23 +124,23 @@ def march_pairs(
     turn, offset, n = 2.0 * math.pi / steps, count(system) + 1, count(y0)
     for period in range(settle + periods):
         if period == settle:
-            for j in every_lane():
+            for j in every_lane(ended):
                 remember(system, y0, sums, rows, j)
         for i in range(0, steps, 4):
             phase, later = i * turn, (i + 2) * turn
-            for j in every_lane():
+            for j in every_lane(ended):
                 pair(scheme, system, y0, sums, rows, offset, offset + n, phase, turn, j)
             if period >= settle:
-                for j in every_lane():
+                for j in every_lane(ended):
                     measure(system, y0, measures, sums, rows, offset, offset + n, phase, turn, j)
-            for j in every_lane():
+            for j in every_lane(ended):
                 pair(scheme, system, y0, sums, rows, offset + n, offset, later, turn, j)
             if period >= settle:
-                for j in every_lane():
+                for j in every_lane(ended):
                     measure(system, y0, measures, sums, rows, offset + n, offset, later, turn, j)
-        for j in every_lane():
+        for j in every_lane(ended):
             strobe(y0, rows, offset, period, last, ended, j)
-    for j in every_lane():
+    for j in every_lane(ended):
         close(system, y0, measures, sums, rows, turn, 2.0, j)
 
 
@@ -155,16 +155,16 @@ def march_steps(
     turn, offset = 2.0 * math.pi / steps, count(system) + 1
     for period in range(settle + periods):
         if period == settle:
-            for j in every_lane():
+            for j in every_lane(ended):
                 remember(system, y0, sums, rows, j)
         for i in range(steps):
             if period < settle:
-                for j in every_lane():
+                for j in every_lane(ended):
                     one_step(scheme, system, y0, sums, rows, i * turn, turn, j)
             else:
-                for j in every_lane():
+                for j in every_lane(ended):
                     measured_step(scheme, system, y0, kind, measures, sums, rows, i * turn, turn, j)
-        for j in every_lane():
+        for j in every_lane(ended):
             strobe(y0, rows, offset, period, last, ended, j)
-    for j in every_lane():
+    for j in every_lane(ended):
         close(system, y0, measures, sums, rows, turn, 1.0, j)

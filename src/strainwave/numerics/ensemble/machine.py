@@ -7,7 +7,7 @@ import numpy as np
 
 from ...base.results import Floats
 from ...compile.jit import run
-from ...compile.lanes import LANES
+from ...compile.lanes import LANES, VECTOR_LANES
 from ...compile.tree import leaves
 from ..integration.methods import Method
 from .fixed_step import KEPT_STATES
@@ -74,18 +74,19 @@ class Block:
 def march(batch: Batch, places: Any, method: Method, steps: int) -> Block:
     """Run the lanes at these places (at most a block of them) through all their periods."""
     n, states, floats = len(places), len(batch.y0), len(batch.numbers)
-    full = np.concatenate([places, np.repeat(places[-1:], LANES - n)])
+    width = -(-n // VECTOR_LANES) * VECTOR_LANES
+    full = np.concatenate([places, np.repeat(places[-1:], width - n)])
     starts = tuple(measure.start() for measure in batch.measures)
     sums = np.array(leaves(starts), float)
     first = floats + 1 + 2 * states
     rows = np.zeros((first + len(sums) + states + 3, LANES))
-    rows[:floats], rows[floats + 1 : floats + 1 + states] = batch.numbers[:, full], batch.y0[:, full]
+    rows[:floats, :width], rows[floats + 1 : floats + 1 + states, :width] = batch.numbers[:, full], batch.y0[:, full]
     rows[first : first + len(sums)] = sums[:, None]
     periods = batch.settle + batch.periods
-    last, ended = np.zeros((KEPT_STATES, states, LANES)), np.zeros(LANES)
+    last, ended = np.zeros((KEPT_STATES, states, LANES)), np.zeros(width)
     common = batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rows
-    stepping, waiting = stepping_of(method), np.zeros(LANES, np.int64)
-    rule, rows[floats] = stepping.arguments(batch.omega[full], steps)
+    stepping, waiting = stepping_of(method), np.zeros(width, np.int64)
+    rule, rows[floats, :width] = stepping.arguments(batch.omega[full], steps)
     with np.errstate(all="ignore"):
         attempts = run(stepping.kernel, *common, rule, waiting, batch.settle, batch.periods, last, ended)
     newest = (periods - 1 - np.arange(min(KEPT_STATES, periods))[::-1]) % KEPT_STATES

@@ -159,17 +159,17 @@ def march_adaptive(
     rows, waiting, last, ended = borrowed((rows, waiting, last, ended))
     base, attempts = count(system) + 1, 0
     for period in range(settle + periods):
-        for j in every_lane():
+        for j in every_lane(ended):
             begin(system, y0, measures, sums, rows, budget, period, settle, j)
         measuring, running = (1.0 if period >= settle else 0.0), 1
         while running > 0:
-            for j in every_lane():
+            for j in every_lane(ended):
                 attempt(system, y0, kind, measures, sums, rows, rtol, atol, measuring, waiting, j)
             attempts += 1
             running = total(waiting)
-        for j in every_lane():
+        for j in every_lane(ended):
             strobe(y0, rows, base, period, last, ended, j)
-    for j in every_lane():
+    for j in every_lane(ended):
         judge(system, y0, sums, rows, ended, j)
     return attempts
 
