@@ -31,6 +31,7 @@ from typing import Any, NamedTuple
 from platformdirs import user_cache_path
 
 from . import reads
+from .inner import unfound
 
 UNUSED_DAYS = 30  # after which code is removed
 DAY = 86400.0  # s
@@ -46,6 +47,7 @@ class CodeCache:
         self.function = function
         self.cache_path = str(cache_folder())
 
+    @unfound()
     def load_overload(self, kinds: Any, target: Any) -> Any:
         """Machine code for arguments of these kinds, None where there is none that fits."""
         import_module("numba.core.runtime").rtsys.initialize(target)

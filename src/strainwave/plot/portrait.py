@@ -81,7 +81,10 @@ def _bend(proof: StabilityProof, x_e: float) -> float:
 
 def _height(proof: StabilityProof, x: Floats) -> Floats:
     """V at rest at torsions x [rad]."""
-    return np.array([float(proof.V(float(torsion), 0.0)) for torsion in x])
+    try:
+        return np.asarray(proof.V(x, np.zeros_like(x)))
+    except (TypeError, ValueError):  # a law that takes numbers alone
+        return np.array([float(proof.V(torsion, 0.0)) for torsion in x.tolist()])
 
 
 def _level(proof: StabilityProof, x: Floats, level: float, square: float) -> tuple[Floats, Floats]:
