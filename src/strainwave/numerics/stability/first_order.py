@@ -35,6 +35,7 @@ EIGENVALUE_PLACES = 32  # places a period where the fastest eigenvalue is looked
 SQUARES = 5  # of a matrix: the 32nd root of the size of its 32nd power is its fastest eigenvalue, or a little more
 SLOW = 1.2 * FINEST  # angle of the fastest disturbance in a period [rad] that no steps resolve
 C = tuple(GAUSS_C.tolist())
+SLOW_PLACES, SAME_RATE = (32, 64, 256, FINEST), 1e-5  # angles of a slow turn; relative change of a mean rate
 EVEN = 16  # numbers of steps are multiples of it, so that orbits share tables
 
 
@@ -59,12 +60,22 @@ def _floquet(problem: FirstOrder, points: Floats) -> Complexes:
     values[~slow] = multipliers_of(flow[~slow])
     for i in np.flatnonzero(slow):
         point = points[i : i + 1]
-        psi = 2.0 * math.pi * np.arange(FINEST) / FINEST
-        rates = np.linalg.eigvals(_matrices(problem, point, psi)[0]).astype(complex)
-        mean = np.mean(np.take_along_axis(rates, np.lexsort((rates.imag, rates.real), axis=1), axis=1), axis=0)
+        mean = _mean_rates(problem, point)
         log = mean * 2.0 * math.pi * problem.turns / base_speed(problem, point[:, -1])[0]
         values[i] = np.exp(np.minimum(log.real, LARGEST_LOG) + 1j * log.imag)[::-1]
     return values
+
+
+def _mean_rates(problem: FirstOrder, point: Floats) -> Complexes:
+    """Means over a turn (states,) of the Jacobian's eigenvalues, ordered at each angle; more angles until they stay."""
+    mean = np.zeros(0)
+    for count in SLOW_PLACES:
+        before, psi = mean, 2.0 * math.pi * np.arange(count) / count
+        rates = np.linalg.eigvals(_matrices(problem, point, psi)[0]).astype(complex)
+        mean = np.mean(np.take_along_axis(rates, np.lexsort((rates.imag, rates.real), axis=1), axis=1), axis=0)
+        if len(before) and np.all(np.abs(mean - before) <= SAME_RATE * np.abs(mean)):
+            break
+    return np.asarray(mean)
 
 
 def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Floats]:

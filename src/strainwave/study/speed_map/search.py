@@ -37,7 +37,8 @@ from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes, st
 from .resonances import active_orders
 
 MOTION_DIFFERENCE = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
-DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 64, 3000  # transients die by exp(-20) in the longest time
+DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 8, 3000  # transients die by exp(-20) in the longest time
+LOOSE_TURNS = 256  # turns after which a motion that is not followed is measured
 STAGES = 4  # shares of that time after which those on known motions end
 ESCAPE_FACTOR = 100.0  # times the largest start or motion, beyond which a trajectory does not come back
 ROUGH_TOLERANCE = 1e-5  # tolerance of the integration: what it leads to is solved again
@@ -215,10 +216,10 @@ def _on(curves: tuple[Motions, ...], start: Start) -> bool:
 def _settle(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
     """March the starts until each is on a known motion, or its transients have died; whether they had the time.
 
-    Transients take a time, not a number of turns: only speeds of one decade are marched together.
+    Transients take a time, not a number of turns: only speeds of one octave are marched together.
     """
-    decade = np.floor(np.log10(omega / np.min(omega)))
-    groups = [np.flatnonzero(decade == k) for k in np.unique(decade)]
+    octave = np.floor(np.log2(omega / np.min(omega)))
+    groups = [np.flatnonzero(octave == k) for k in np.unique(octave)]
     results = [_settled(case, omega[group], start[:, group], curves) for group in groups]
     order = np.argsort(np.concatenate(groups))
     joined = Settled(
@@ -285,7 +286,7 @@ def _loose(system: Any, seed: Settling, size: float, curves: tuple[Motions, ...]
     """
     at_speed = system._replace(omega=seed.omega)
     count = max(PER_ORDER * highest_order(system), PER_HARMONIC * curves[0].branch.coefficients.shape[1] // 2)
-    angles = 2.0 * np.pi * np.append(0.0, LEAST_TURNS * STAGES + np.arange(SEEN * count + 1) / count)
+    angles = 2.0 * np.pi * np.append(0.0, LOOSE_TURNS + np.arange(SEEN * count + 1) / count)
     run = simulate(at_speed, seed.state, angles / seed.omega)
     if not run.status:
         return [Loose(seed.omega, size, float("inf"), seed.turns)]

@@ -22,13 +22,12 @@ from ...drive.project import Project
 from ...drive.reductions import left_out
 from ...drive.state_space import state_space
 from ...drive.steady import equation_curve, train_motions
-from ...drive.train_curve import NO_MOTION, has_curve, refuse_free, without_gravity
+from ...drive.train_curve import NO_MOTION, at_load, has_curve, refuse_free, without_gravity
 from ...drive.two_turns import A_TURN, NONE_STABLE, beat_said
 from ...model.excitation import Harmonic, NoError
 from ...model.laws.springs import Linear
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
-from ...model.train.train_forms import AtLoad
 from ...numerics.curves.backbone import backbone
 from .bands import quasi_static, searched
 from .motions import OMEGA, Motions, UnderLoad
@@ -67,9 +66,9 @@ class Case(NamedTuple):
     @property
     def system(self) -> Any:
         """Integrated system: the error equation where that is the drive, or the whole train."""
-        if self.level is None or (self.level.motor.held and not left_out(self.level)):
+        if self.train is None or (self.train.motor.held and not left_out(without_gravity(self.train))):
             return self.equation
-        return AtLoad(self.level, self.level.omega)
+        return at_load(self.train)
 
     @property
     def level(self) -> DriveTrain | None:
