@@ -22,6 +22,7 @@ from strainwave.app.web.views import response as page
 from strainwave.drive.loops.linear_control import control_parts
 from strainwave.drive.loops.worst_margins import loaded_trains
 from strainwave.drive.margins import loop_of
+from strainwave.drive.operating_point import mean_state
 from strainwave.study.compensation.bench import bench_of
 from strainwave.study.tuning.linear import OpenLoop
 
@@ -79,7 +80,7 @@ def main():
                 off.append("allowed speeds")
             project = sw.read_project(path)
             one = next(iter(loaded_trains(project)))
-            loop = loop_of(one.train, one.at, one.train.omega, project.sampling)
+            loop = loop_of(one.train, mean_state(one.train), one.train.omega, project.sampling)
             largest = max(largest, abs(np.max(np.abs(loop.poles)) - own))
             if axis.encoder == "motor" and axis.filter is None:
                 poles = bench_of(project).response(100.0).poles

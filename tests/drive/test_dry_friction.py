@@ -1,14 +1,18 @@
 """Shafts with dry friction slide and stick: closed forms, and event-located integration of equations by hand."""
 
+import json
 import random
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from dry_inertias import ARCSEC, DryInertias, Friction, drawn
 
 import strainwave as sw
+from strainwave.app.commands.cli import cli
 from strainwave.drive.friction.stick_slip import in_time
 from strainwave.files.reading import ProjectError, from_text
+from strainwave.study.speed_map.ramp import ramp_of
 
 NO_GEAR, J_M, J_L, N = sw.Linear(0.0), 2e-4, 1.5, 100.0
 
@@ -82,10 +86,19 @@ def test_a_motor_that_dry_friction_holds_is_not_told_as_settled():
 
 
 @pytest.mark.slow
-def test_while_the_motor_sticks_the_load_vibrates_on_the_gear():
+def test_while_one_shaft_sticks_the_other_vibrates_on_the_gear():
     found = sw.study.standstill(STICKY.train())
     assert found.stuck[0] == pytest.approx(np.sqrt(STICKY.K / STICKY.J_l), rel=1e-6)
     assert "While the motor sticks, the load vibrates on the gear at 7.503 Hz." in " ".join(str(found).split())
+    stiff = STICKY._replace(K=1e6)
+    found = sw.study.standstill(stiff.train())
+    # J_m d'' = -K_p (w + z/T_n) - (K d + B d')/N^2, w = d' + K_v d, z' = w
+    K_p, K_v, T_n, K, B = stiff.K_p, stiff.K_v, stiff.T_n, stiff.K / N**2, stiff.B / N**2
+    poles = np.roots([stiff.J_m, K_p + B, K_p * (K_v + 1.0 / T_n) + K, K_p * K_v / T_n])
+    (alone,) = np.abs(poles[poles.imag > 0.0])
+    assert found.stuck == pytest.approx((np.sqrt(stiff.K / stiff.J_l), alone), rel=1e-4)
+    stuck = f"While the load sticks, the motor with its loop vibrates on the gear at {alone / (2.0 * np.pi):.4g} Hz."
+    assert stuck in " ".join(str(found).split())
 
 
 STICKY = DryInertias(
@@ -140,6 +153,23 @@ def test_a_slow_range_has_its_stick_slip_and_says_so(tmp_path):
     assert found.motor_torque[np.argmax(found.omega)] == pytest.approx(0.05, abs=2e-3)
     with pytest.raises(ProjectError, match=r"motor\.drag\.width: is no field here: dry friction of a shaft sticks"):
         from_text(SLOW.replace("v_s: 0.02 rad/s", "v_s: 0.02 rad/s, width: 0.001 rad/s"), tmp_path / "wide.yaml")
+
+
+@pytest.mark.slow
+def test_an_axis_that_sticks_in_its_run_up_has_a_report(tmp_path):
+    (tmp_path / "slow.yaml").write_text(
+        SLOW.replace("T_n: 60 ms", "T_n: 60 ms, lag: 1 ms, encoder: load").replace(
+            "from: 0.1 rpm, to: 3 rpm, shaft: motor", "at: [15 arcsec/s], shaft: load"
+        )
+    )
+    run = CliRunner().invoke(cli, ["analyze", str(tmp_path / "slow.yaml"), "-o", str(tmp_path / "report"), "--json"])
+    assert run.exit_code == 0, run.output
+    assert "it hunts at rest by" in json.loads(run.stdout)["verdict"]["headline"]
+    assert (tmp_path / "report" / "report.html").exists()
+    project = sw.read_project(tmp_path / "slow.yaml")
+    ramp = ramp_of(project.train, project.system(reduced=True), project.speeds.limits)
+    assert np.max(np.abs(ramp.run.motor_speed)) > 10.0 * project.train.omega  # it slips
+    assert ramp.motor().torque == pytest.approx(0.12, rel=0.02)  # what breaks it away
 
 
 def own_move(drive, start, angle, time):

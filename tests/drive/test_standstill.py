@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import strainwave as sw
 from strainwave.app.commands.cli import cli
 from strainwave.drive.friction.standstill import standing
 from strainwave.model.train.filters import around
+from strainwave.study.analysis.verdict_words import first_lines
 
 pytestmark = pytest.mark.slow
 
@@ -181,3 +183,28 @@ def test_the_command_response_and_the_analysis_say_it(tmp_path):
     remarks = " ".join(project.analyze(advice=False).train.remarks)
     assert "At standstill the motor sags by 0 arcsec" in remarks
     assert "No hunting was found" in remarks
+
+
+HUNTING = """
+gear: SHG-32-100
+motor: {inertia: 4.5 kg*cm^2, loop: {type: cascade, K_v: 20 1/s, K_p: 0.24 N*m*s/rad, T_n: 50 ms},
+  drag: {type: stribeck, T_c: 0.05 N*m, T_s: 0.1 N*m, v_s: 0.02 rad/s}}
+load: {inertia: 5 kg*m^2}
+damping: {B: 30 N*m*s/rad}
+hysteresis: {type: bouc_wen, K: 9e3 N*m/rad, ratio: 0, yield_twist: 0.1 mrad}
+speed: {from: 40 rad/s, to: 60 rad/s, shaft: motor}
+excitation: {kinematic_error: [{order: 2, amplitude: 10 arcsec}], load_torque: {mean: -110 N*m}}
+"""
+
+
+def test_headline_response_and_move_say_that_a_drive_hunts(tmp_path):
+    (tmp_path / "elbow.yaml").write_text(HUNTING, encoding="utf-8")
+    project = sw.read_project(tmp_path / "elbow.yaml")
+    size = hunted(sw.train.CascadeLoop(20.0, 0.24, 0.05), sw.laws.Stribeck(0.05, 0.1, 0.02), 20.0)[1] / N / ARCSEC
+    headline = re.search(r"; it hunts at rest by ±([\d.]+) arcsec$", first_lines(project.analyze(advice=False))[0])
+    assert float(headline[1]) == pytest.approx(size, rel=0.02)
+    run = CliRunner().invoke(cli, ["response", str(tmp_path / "elbow.yaml"), "--json"])
+    assert json.loads(run.stdout)["standstill"]["hunting"]["size_arcsec"] == pytest.approx(size, rel=0.02)
+    remarks = " ".join(sw.move(project, sw.Trapezoid(0.1, 0.3), tail=0.1).remarks)
+    stroke = re.search(r"At rest: It hunts: the integrator makes the motor stick and slip by up to ±([\d.]+)", remarks)
+    assert float(stroke[1]) == pytest.approx(size, rel=0.02)

@@ -177,6 +177,7 @@ NO_PYTHON = (
         re.compile(
             r", drive_run a motion in time, and system\(reduced=True\) the error equation without its other parts|"
             r"; drive_run has its motion in time|"
+            r" or tail, or a method of less accuracy, such as Dopri5\(rtol=1e-6\)|"
             r", or (take find_orbit\(SteadyTrain\(train, omega\)\)|integrate with simulate)"
         ),
         "",

@@ -91,6 +91,20 @@ def test_gears_of_a_file_are_judged_beside_the_catalogue_and_a_damping_above_one
     assert first.gear.name == "MY-40-50"
 
 
+@pytest.mark.slow
+def test_a_rotor_with_another_unit_is_doubted_where_no_gear_serves_with_it(path, tmp_path):
+    text = SPECIFICATION.replace("200 arcsec", "1 arcsec").replace("[1 kg*cm^2, 5 kg*cm^2]", "[1 kg*m^2, 5 kg*cm^2]")
+    path.write_text(text)
+    run = invoke("design", path, "-o", tmp_path / "out")
+    assert run.exit_code == 1, run.output
+    (said,) = (line for line in run.stdout.splitlines() if "note: A rotor of" in line)
+    name = said.partition("wave generator of ")[2].partition(";")[0]
+    times = 1.0 / sw.catalogue.gear(name).input_inertia
+    assert (
+        said.strip() == f"note: A rotor of 1 kg*m^2 is {times:.3g} times the wave generator of {name}; check its unit."
+    )
+
+
 def test_a_wrong_specification_ends_with_its_place(path, tmp_path):
     path.write_text(SPECIFICATION.replace("200 arcsec", "200"))
     run = invoke("design", path, "-o", tmp_path / "out")

@@ -115,6 +115,7 @@ WRONG = [
             (PART, "--limited"),
             "of the motor; write 'max_torque: 3 N*m' into",
         ),
+        ("", (PART, "dwell, time: 1e9 s", PART), "of 1e+09 s; give a shorter profile\n"),
     ],
 )
 def test_remedies_name_what_the_command_and_the_file_take(drive, tmp_path, left_out, given, said):

@@ -21,6 +21,13 @@ def test_the_band_of_a_run_up_holds_a_whole_turn_at_every_speed():
         assert (at[0], at[-1]) == (speed[0], speed[-1])
 
 
+def test_a_motor_that_sticks_or_turns_back_has_the_turns_that_it_has_come_to():
+    t = np.arange(5.0)
+    assert turns(t, np.array([-1e-18, -2e-16, -7e-17, 8e-17, 0.0])).tolist() == [0]
+    # 0, 4, 8, 6, 8, 14 rad: a turn, 2 pi, is passed with the third sample and again with the fifth, two with the last
+    assert turns(np.arange(6.0), np.array([4.0, 4.0, 4.0, -8.0, 12.0, 0.0])).tolist() == [0, 2, 5]
+
+
 def test_the_band_of_a_run_of_few_samples_has_each_of_them_once():
     t, x = np.arange(5.0), np.array([1.0, -2.0, 3.0, 0.0, 1.0])
     low, high, at = envelope(t, x, _even(5, 12))

@@ -78,6 +78,7 @@ class _Search:
         self.spec, self.progress = spec, progress
         self.misses: dict[str, Check] = {}  # of each gear the constraint that it misses most
         self.lacking: dict[str, list[Check]] = {}  # of each gear numbers that no source gives
+        self.options: list[Option] = []  # of the gears that keep every rule
         self.good: list[Option] = []
         self.balances: dict[Any, tuple[Crest, float, float] | None] = {}
         self.between: dict[tuple[str, float], tuple[str, ...]] = {}  # of the best, by gear and rotor
@@ -96,11 +97,10 @@ class _Search:
                 self.misses[gear.name] = rules
             elif not lacking:
                 passed.append((gear, rules))
-        options: list[Option] = []
         for i, (gear, rules) in enumerate(passed):
             self.progress(f"averaging, {gear.name}", 0.5 * i / len(passed))
-            options += filter(self._is_stable, self._averaged(gear, rules))
-        self._decide(options)
+            self.options += self._averaged(gear, rules)
+        self._decide([*filter(self._is_stable, self.options)])
         best = self._front()
         feasible = sorted(map(self._candidate, self.good), key=lambda c: (c.oscillation, c.reflected_inertia))
         for option in self.good:
@@ -173,8 +173,7 @@ class _Search:
             return True
         for load in {min(spec.load_inertias), max(spec.load_inertias)}:
             train = self._train(option, option.cases[0]._replace(load=load, torque=0.0))
-            fault = unstable(train, option.J_m + spec.tuned(load) / ratio**2)
-            if fault:
+            if fault := unstable(train, option.J_m + spec.tuned(load) / ratio**2):
                 rotor = f"with a rotor of {option.rotor:.3g} kg*m^2 and a load of {load:g} kg*m^2"
                 check = Check(LOOP, math.inf, f"The loop of {option.gear.name} {rotor} {fault}.")
                 self.misses.setdefault(option.gear.name, check)
@@ -321,8 +320,7 @@ class _Search:
             f"above the limit of {spec.limit / ARCSEC:.{digits}g} arcsec."
         )
         check = Check(OSCILLATION, use, sentence, (*option.gear.doubts_about(*DRIVE), *rotor_doubts(option)))
-        before = self.misses.get(c.gear)
-        if before is None or before.name != OSCILLATION or check.use < before.use:
+        if not (before := self.misses.get(c.gear)) or before.name != OSCILLATION or check.use < before.use:
             self.misses[c.gear] = check
 
     def _candidate(self, option: Option) -> Candidate:
@@ -361,15 +359,16 @@ class _Search:
                 self.misses[gear.name] = check
             if best is None or check.use < best[1].use:
                 best = gear.name, check
-        loops = [check.sentence for check in self.misses.values() if check.name == LOOP]
-        if best is None and loops:
-            return f"No gear serves. {loops[0]}"
         if best is None:
-            return _lacking([check.name for some in self.lacking.values() for check in some])
+            loops = [check.sentence for check in self.misses.values() if check.name == LOOP]
+            names = [check.name for some in self.lacking.values() for check in some]
+            return f"No gear serves. {loops[0]}" if loops else _lacking(names)
         return f"No gear serves. The nearest is {best[0]}: {miss_of(best[1])}"
 
     def _remarks(self) -> Iterator[str]:
         yield from self.spec.remarks
+        heavy = max(self.options, key=lambda o: o.gear.input_inertia or 0.0, default=None)
+        yield from (text for o in self.options if heavy and o.gear is heavy.gear for text in rotor_doubts(o))
         if self.spec.accuracy is None and self.spec.kinematic_error is None:
             yield (
                 "The kinematic error is each gear's accuracy class, shared by the orders 1, 2, 4 as 1 : 4 : 1 by "
@@ -392,6 +391,7 @@ def _lacking(names: list[str]) -> str:
         return "No gear serves: none is of what the specification chooses from."
     counts = Counter(WORDS.get(name, name.replace("_", " ")) for name in names)
     numbers = listed(f"the {name} of {count} gear{'s' if count > 1 else ''}" for name, count in counts.most_common())
-    assumed = "give excitation.accuracy, or excitation.assumed for these gears"
-    remedies = ["leave out what needs it", *([assumed] if "accuracy" in names else [])]
-    return f"No gear serves: no source gives {numbers}, which the specification needs; {' or '.join(remedies)}."
+    assumed = " or give excitation.accuracy, or excitation.assumed for these gears" if "accuracy" in names else ""
+    return (
+        f"No gear serves: no source gives {numbers}, which the specification needs; leave out what needs it{assumed}."
+    )

@@ -113,7 +113,5 @@ def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float
 def rotor_doubts(option: Option) -> tuple[str, ...]:
     """Sentence on a rotor that is far heavier than the wave generator of its gear."""
     times = option.rotor / (option.gear.input_inertia or math.inf)
-    if times <= HEAVY:
-        return ()
     fact = f"A rotor of {option.rotor:.3g} kg*m^2 is {times:.3g} times the wave generator of {option.gear.name}"
-    return (f"{fact}; check its unit.",)
+    return (f"{fact}; check its unit.",) if times > HEAVY else ()

@@ -189,6 +189,7 @@ class Design(Result):
         if self.not_judged:
             serve += f", {len(self.not_judged)} are not judged, as a number is missing"
         first = (s for s in self.sensitivities if s[:2] == self.sensitivities[0][:2])
+        doubts = dict.fromkeys(text for c in self.pareto[:SHOWN] for text in c.doubts if text not in self.remarks)
         return (
             Fact("", serve, "{}"),
             Fact(
@@ -206,7 +207,7 @@ class Design(Result):
             Fact("drives", self.drives),
             Fact("balanced", self.balanced),
             Fact("remarks", self.remarks, "note: {}"),
-            Fact("", tuple(dict.fromkeys(note for c in self.pareto[:SHOWN] for note in c.doubts)), "note: {}"),
+            Fact("", tuple(doubts), "note: {}"),
         )
 
 

@@ -22,7 +22,7 @@ from .bands import Motions
 
 RUN_UP_TIME, SETTLING_TIME = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
 ONSET, CORNERS = 0.2, 9  # share of the run-up in which its acceleration begins, and points of the speed in it
-MOST_TURNS, SAMPLES = 1000.0, 40  # of the motor in a run-up, and samples per cycle of the highest order
+MOST_TURNS, SAMPLES, LEAST_SAMPLES = 1000.0, 40, 400  # of the motor in a run-up, per cycle of the highest order, in all
 METHOD = Dopri5(rtol=1e-8, atol=1e-12)
 
 
@@ -83,7 +83,7 @@ def ramp_of(train: DriveTrain, system: Any, speeds: tuple[float, float], gear: G
     profile = SpeedProfile((0.0, *corners, begin + length), (low, *first.tolist(), high))
     timed = with_mean_torques(train)._replace(omega=1.0, reference=profile)
     cycles = top * mean * (begin + length) / (2.0 * np.pi)
-    times = np.linspace(0.0, begin + length, int(SAMPLES * cycles) + 2)
+    times = np.linspace(0.0, begin + length, max(LEAST_SAMPLES, int(SAMPLES * cycles)) + 2)
     return Ramp(drive_run(timed, None, times, gear=gear, method=METHOD), begin)
 
 
@@ -121,7 +121,8 @@ def in_run(run: DriveRun, begin: float) -> Motions | None:
 
 def turns(t: Floats, speed: Floats) -> NDArray[np.int64]:
     """Numbers of the samples with which each turn of the motor begins, the last of which may not be whole."""
-    angle = np.concatenate([[0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * np.diff(t))]) / (2.0 * np.pi)
+    steps = np.append(0.0, 0.5 * (speed[1:] + speed[:-1]) * np.diff(t)) / (2.0 * np.pi)
+    angle = np.maximum.accumulate(np.cumsum(steps))  # a motor that sticks and slips turns back
     return np.searchsorted(angle, np.arange(int(angle[-1]) + 1))
 
 
