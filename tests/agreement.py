@@ -26,8 +26,8 @@ from strainwave.app.web.state import ScriptRequest, State, project_of
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.variants.names import nominal_of
 from strainwave.files.yaml_text import read
-from strainwave.study.speed_map.bands import between, merged
 from strainwave.study.speed_map.decide import decide
+from strainwave.study.speed_map.intervals import between, merged
 from strainwave.study.speed_map.rules import rules_of
 
 EXACT, SLIDER, PRINTED, MAP, MOTION = 1e-9, 2e-6, 1e-5, 2e-3, 2e-3
@@ -138,7 +138,7 @@ def analyses(path: Path, folder: Path) -> Told:
     file = json.loads((out / "results.json").read_text(encoding="utf-8"))
     page = words((out / "report.html").read_text(encoding="utf-8"))
     yield "analyzed oscillation", printed("report", page, "largest oscillation NUMBER arcsec at")
-    yield "analyzed torque", printed("report", page, "the gear reaches NUMBER N")
+    yield "analyzed torque", printed("report", page, "Gear torque up to NUMBER N")
     yield (
         "analyzed oscillation",
         printed("verdict", results["verdict"]["answers"]["largest oscillation"], "NUMBER arcsec"),

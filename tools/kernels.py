@@ -51,7 +51,7 @@ def keep(folder: Path) -> None:
 
     def made(self: Any, compile_: Any, kinds: Any, *result: Any) -> Any:
         code = make(self, compile_, kinds, *result)
-        classes, path, name = self.place(kinds, code.codegen)
+        classes, path, name = self.location(kinds, code.codegen)
         if path is not None and path.is_file():
             library = code.library.name, without_names(code.library.plain)
             cache.write(folder / name, classes, (library, *cache.parts_of(code)[1:]))

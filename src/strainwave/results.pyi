@@ -65,14 +65,14 @@ from .study.move.result import Move as Move
 from .study.move.result import Pass as Pass
 from .study.move.run_up import RunUps as RunUps
 from .study.speed_map.result import SpeedMap as SpeedMap
-from .study.speed_map.rules import VendorRule as VendorRule
 from .study.speed_map.under_load import CampbellLine as CampbellLine
+from .study.speed_map.vendor_rule import VendorRule as VendorRule
+from .study.tuning.cost import TuningLimits as TuningLimits
+from .study.tuning.cost import TuningPoint as TuningPoint
 from .study.tuning.linear import LoopFigures as LoopFigures
 from .study.tuning.result import GainSensitivity as GainSensitivity
 from .study.tuning.result import NotchAdvice as NotchAdvice
 from .study.tuning.result import TunedLoop as TunedLoop
-from .study.tuning.trial import TuningLimits as TuningLimits
-from .study.tuning.trial import TuningPoint as TuningPoint
 from .theory.derivation.cases import DerivedCase as DerivedCase
 from .theory.derivation.error_equation import Derivation as Derivation
 from .theory.parametric import ParametricResonance as ParametricResonance

@@ -51,7 +51,7 @@ def test_an_integrator_takes_the_motor_to_its_reference_and_the_gear_alone_winds
     assert found.integrates
     assert np.abs(found.sag) == pytest.approx(0.0, abs=1e-6 * ARCSEC)
     assert found.error == pytest.approx((twist(G), twist(G)), rel=1e-6)
-    assert "sags by 0 arcsec" in str(found)
+    assert "motor is 0 arcsec" in str(found)
     assert not found.hunts
 
 
@@ -90,7 +90,7 @@ def test_with_dry_friction_rest_is_the_set_between_both_signs_over_the_stiffness
     assert found.error == pytest.approx(error, rel=1e-6)
     assert not found.integrates
     ends = " to ".join(f"{end / ARCSEC:.4g}" for end in sag).replace("-", "−")
-    assert f"by anything from {ends} arcsec" in " ".join(str(found).split())
+    assert f"is {ends} arcsec (output) off its reference" in " ".join(str(found).split())
 
 
 def hunted(control, dry, end, lag=0.0):
@@ -181,7 +181,7 @@ def test_the_command_response_and_the_analysis_say_it(tmp_path):
     assert found["integrates"]
     project = sw.read_project(tmp_path / "elbow.yaml")
     remarks = " ".join(project.analyze(advice=False).train.remarks)
-    assert "At standstill the motor sags by 0 arcsec" in remarks
+    assert "At standstill the motor is 0 arcsec" in remarks
     assert "No hunting was found" in remarks
 
 

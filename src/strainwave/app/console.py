@@ -45,8 +45,8 @@ TICK = 0.25  # seconds between looks at what is compiled
 SHORT = 1.0  # seconds of a run whose time left is not shown
 # What the errors are, wherever a command or the report shows one.
 WHAT_X_IS = (
-    "the pointing error is the reference angle of the load, that of the motor over N, minus the angle of the load; "
-    "x = θ_m/N − θ_l is the error between motor and load, the same where the motor is ideally held"
+    "pointing error = reference angle of the motor/N − angle of the load; error between motor and load: "
+    "x = θ_m/N − θ_l; with an ideally held motor both are equal"
 )
 
 

@@ -31,22 +31,19 @@ def ranged(project: Project) -> bool:
 def sizes_said(
     project: Project, motions: DriveResponse, covered: bool, angle: AngleUnit | None = None
 ) -> tuple[str, ...]:  # fmt: skip
-    """The largest oscillation against its limit, and the largest error; none where no motion is stable."""
-    top, limit, speeds, digits, against = motions.largest(), project.limit, project.speeds, project.digits, ""
+    """The largest oscillation against its limit; none where no motion is stable."""
+    top, limit, speeds, against = motions.largest_oscillation(), project.limit, project.speeds, ""
     if top is None:
         return ()
-    size, largest = float(motions.oscillation[motions.top]), float(motions.peak[top])
-    angle = angle or angle_unit(largest)
+    size = float(motions.oscillation[top])
+    angle = angle or angle_unit(size)
     if limit is not None and size <= limit:  # one that is passed is among the failures
         bound, alone = angle_unit(limit).text(limit), " under this load alone" * ranged(project)
         against = f", within the limit of {bound}{alone}"
         if not covered:
             against = f", {UNCOVERED} the limit of {bound} is not known to be met"
-    at = [number(speeds.own(float(motions.omega[i])), digits(5)) for i in (motions.top, top)]
-    return (
-        f"{motions.name}, largest oscillation: {angle.text(size, digits())} at {at[0]} {speeds.own_unit}{against}",
-        f"largest error, mean included: {angle.text(largest, digits())} at {at[1]} {speeds.own_unit}",
-    )
+    at = f"{number(speeds.own(float(motions.omega[top])), project.digits(5))} {speeds.own_unit}"
+    return (f"{motions.name}, largest oscillation: {angle.text(size, project.digits())} at {at}{against}",)
 
 
 def beat_facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
@@ -64,13 +61,13 @@ def beat_facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:
 def torques_said(project: Project, judged: Any) -> str:
     """Torques of gear and motor: under a range of loads lower bounds, as vibration under the others is not known."""
     many, motor, digits = ranged(project), judged.motor, project.digits()
-    text = f"in the gear at {'least' if many else 'most'} {number(judged.used.peak_torque, digits)} N·m"
+    asked = f", motor {number(motor.torque, digits)} N·m" if motor else ""
+    text = f"gear {number(judged.used.peak_torque, digits)} N·m{asked}"
     if motor and project.motor == "free" and project.train is None:
-        text += f", of the motor {number(motor.torque, digits)} N·m beside the mean that keeps a free motor's speed"
-    elif motor:
-        text += f", of the motor {number(motor.torque, digits)} N·m"
-        text += "" if many else f", {number(motor.holding, digits)} N·m of it at steady speed"
-    return f"{text}; vibration is counted under this load alone, analyze counts it under all" if many else text
+        text += " beside the mean that keeps a free motor's speed"
+    elif motor and not many:
+        text += f" (mean {number(motor.holding, digits)} N·m)"
+    return f"{text} or more: vibration is known for this load alone; analyze computes all loads" if many else text
 
 
 def curve_data(speeds: Speeds, exact: DriveResponse) -> dict[str, Any]:

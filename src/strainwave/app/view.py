@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from ..base import units
-from ..base.sentences import Angle, Quantity, number, rounded, told
+from ..base.sentences import AT_MOTOR, Angle, Quantity, number, rounded, told
 from ..base.sentences import sign as sign
 from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
@@ -110,7 +110,7 @@ class View(NamedTuple):
 
     def write(self, quantity: Quantity) -> str:
         """Write the values of a sentence: angles in one unit, speeds of the motor in rpm."""
-        unit = f"{self.speeds.unit} at the motor" if self.speeds.by_motor else self.speeds.unit
+        unit = f"{self.speeds.unit}{AT_MOTOR}" if self.speeds.by_motor else self.speeds.unit
         return writer(self.project, self.angle, unit, self.speeds.scale)(quantity)
 
 

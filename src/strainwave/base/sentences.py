@@ -9,6 +9,7 @@ from textwrap import wrap
 from typing import Any
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+AT_MOTOR = " at the motor"  # shaft of a speed in a text
 
 
 def silent(*_: Any) -> None:
@@ -103,13 +104,18 @@ class Sentence(str):
         return Sentence("{}" * len(some), *some)
 
     def told(self, written: Callable[[Quantity], str]) -> str:
-        """Render the sentence with a function that writes a quantity; a speed in a user's unit is not called omega."""
+        """Render the sentence with a function that writes a quantity; the shaft of its speeds is named once.
+
+        A speed in a user's unit is not called omega.
+        """
         pairs = zip(self.parts, (*self.parts, "")[1:], strict=True)
-        return "".join(
+        text = "".join(
             (part.removesuffix("omega = ") if isinstance(after, Speed) else part)
             if isinstance(part, str) else written(part)
             for part, after in pairs
         )  # fmt: skip
+        first, shaft, others = text.partition(AT_MOTOR)
+        return first + shaft + others.replace(AT_MOTOR, "")
 
 
 def listed(parts: Iterable[str], between: str = " and ") -> Sentence:

@@ -20,7 +20,7 @@ from ..model.train.drive_train import DriveTrain
 from ..numerics.balance.harmonics import LARGEST_HARMONICS
 from ..numerics.continuation.trace import describe, with_crests
 from ..numerics.curves.over_a_turn import traced_turn
-from ..numerics.curves.response import with_all_said, with_others
+from ..numerics.curves.separate_motions import with_all_said, with_others
 from ..numerics.stability.first_order import with_special_points, with_stability
 from .drive_response import DriveResponse
 from .jumps import Jumps, jumps

@@ -41,7 +41,7 @@ FREQUENCY_FACTOR = 10.0  # times an excitation's frequency
 CROSSOVER = 1.0, 1000.0  # Hz, of a speed loop
 USUAL_TIME, SLOWER = 4.0, 100.0  # T_n and 1/K_v times the crossover, by the symmetric optimum; slow loops are sound
 
-OF_CURVE = "of this curve; separate motions not searched"
+OF_CURVE = "of this curve alone: motions apart from it are not searched"
 
 
 def notes(project: Project, by_bandwidth: bool) -> Iterator[str]:
@@ -71,9 +71,9 @@ def of_hysteresis(project: Project) -> Iterator[str]:
     if (gear := project.gear) is not None and gear.hysteresis_loss is not None and not project.has_memory:
         loss = gear.hysteresis_loss / ARCSEC
         yield (
-            f"The record of {gear.name} gives a hysteresis loss of up to {loss:.4g} arcsec. The results leave it out: "
-            f"up to {0.5 * loss:.4g} arcsec of lag after a reversal, and damping. To count it, write 'hysteresis: "
-            "catalogue' at the top level of the file."
+            f"The record of {gear.name} gives a hysteresis loss of up to {loss:.4g} arcsec. The results "
+            f"leave out its lag of up to {0.5 * loss:.4g} arcsec after a reversal, and its damping. To count them, "
+            "write 'hysteresis: catalogue' at the top level of the file."
         )
 
 
@@ -111,8 +111,8 @@ def posture_note(project: Project) -> Iterator[str]:
     """Note on the answers that are about the postures of a project, where it has any."""
     if project.postures:
         yield (
-            f"The {len(project.postures)} postures are those of `analyze`, speed map, `move --postures` and `tune`; "
-            "other answers are for the load of the file."
+            f"`analyze`, `speed-map`, `move --postures` and `tune` compute the {len(project.postures)} postures; every "
+            "other answer is for the load of the file alone."
         )
 
 

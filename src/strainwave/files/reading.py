@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..base.quantities import checked, convert
-from ..base.sentences import printable
+from ..base.sentences import number, printable
 from ..base.units import Speeds
 from ..drive.asked import MotorLimits, mean_of
 from ..drive.loop_margin import unstable
@@ -40,9 +40,9 @@ from .yaml_text import FileError, Keys, Located, Problem, complaint, name, read,
 
 T = TypeVar("T")
 ACCURACY_NOTE = (
-    "The kinematic error stands for an accuracy class of {:.4g} arcsec peak-to-peak{}: its orders 1, 2 and 4 share it "
-    "as 1 : 4 : 1 by assumption, with phases zero. In slow rotation the error is then 0.65 of it; with random phases "
-    "it is 0.50 to 0.65, in the median 0.56. A measured scan (strainwave order-scan) replaces the assumption."
+    "The kinematic error is made from the accuracy class, {:.4g} arcsec peak-to-peak{}: orders 1, 2 and 4 in the ratio "
+    "1 : 4 : 1, all phases zero, are an assumption. In slow rotation the error is then ±{} arcsec, 0.65 of the "
+    "class; random phases give 0.50 to 0.65 of it. A measured scan (strainwave order-scan) replaces the assumption."
 )
 FROM_REST = 0.01  # of the end of a range from 0: where it begins
 REST_NOTE = "The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {}."
@@ -90,7 +90,8 @@ def resolved(
     facts = tuple(notes(project, isinstance(spec.motor.loop, Tuning)))
     if accuracy is not None:
         itself = ", which is assumed" if class_assumed(spec) else ""
-        facts = (ACCURACY_NOTE.format(convert(accuracy, "rad", "arcsec"), itself), *facts)
+        size = convert(accuracy, "rad", "arcsec")
+        facts = (ACCURACY_NOTE.format(size, itself, number(0.65 * size, 3)), *facts)
     if spec.speed.from_ == 0.0:
         begin = f"{through.own(through.limits[0]):.4g} {through.own_unit}"
         facts = (*facts, REST_NOTE.format(begin))

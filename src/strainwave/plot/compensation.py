@@ -10,8 +10,8 @@ import numpy as np
 from ..base.results import Floats
 from ..numerics.ensemble.loops import run_loop
 from ..study.compensation.bench import Bench
-from ..study.compensation.designs import COMPENSATORS, own_rate
-from ..study.compensation.gains import times_of
+from ..study.compensation.designs import COMPENSATORS
+from ..study.compensation.gains import own_rate, times_of
 from ..study.compensation.monitoring import Monitored
 from ..study.compensation.prediction import PredictionTable
 from ..study.compensation.result import Compensation, CompensationBench, Units

@@ -10,8 +10,8 @@ from ..model.gears.gear import Gear
 from ..study.design.result import Design
 from ..study.move.result import Move
 from ..study.speed_map.result import SpeedMap
+from ..study.tuning.cost import GOALS
 from ..study.tuning.result import TunedLoop
-from ..study.tuning.trial import GOALS
 from . import panels
 from .panels import BLACK, BLUE, DOT_DASH, DOTS, GREY, ORANGE, TIME, Axis, Panel, angle, of_speeds, panels_of
 

@@ -139,7 +139,7 @@ def test_unexpected_error_is_one_sentence_and_a_traceback_only_on_demand(monkeyp
     def broken(*_):
         raise ZeroDivisionError("float division by zero")
 
-    monkeypatch.setattr("strainwave.app.commands.analyze.analyse", broken)
+    monkeypatch.setattr("strainwave.app.commands.analyze.report_of", broken)
     result = invoke("analyze", drive, "-o", tmp_path / "out")
     assert result.exit_code == 1
     assert result.stderr.count("\n") == 1
@@ -331,6 +331,6 @@ def test_json_of_a_question_needs_no_folder(drive, monkeypatch, name):
 
 def test_a_report_without_a_folder_is_written_into_one_of_the_name_of_its_file(drive, monkeypatch):
     monkeypatch.chdir(drive.parent)
-    monkeypatch.setattr("strainwave.app.commands.analyze._written", lambda *given: str(given[1:]))
+    monkeypatch.setattr("strainwave.app.commands.analyze._analyzed", lambda *given: str(given[1:]))
     assert invoke("analyze", "drive.yaml").stdout == "(PosixPath('drive-report'), False, False)\n"
     assert "'reports'" in invoke("analyze", "drive.yaml", "drive.yaml", "--compare", "--json").stdout

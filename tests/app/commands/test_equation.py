@@ -152,7 +152,7 @@ def test_single_speeds_and_doubts_about_the_file_are_named_in_text_and_figure(wr
     result = invoke("response", path, "-o", str(path.parent / "curve.svg"))
     assert result.exit_code == 0, result.stderr
     figure = " ".join(re.findall("<text[^>]*>([^<]*)</text>", (path.parent / "curve.svg").read_text(encoding="utf-8")))
-    for words in ("share it as 1 : 4 : 1 by assumption", "the curve goes from 800 to 1440 rpm at the motor"):
+    for words in ("1 : 4 : 1, all phases zero, are an assumption", "the curve goes from 800 to 1440 rpm at the motor"):
         assert words in result.stdout
         assert words in figure
 

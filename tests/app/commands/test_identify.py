@@ -108,7 +108,7 @@ def test_order_scan_tells_lines_of_two_speeds(tmp_path):
     assert found["delay_s"] == pytest.approx(1e-3, abs=3.0 * found["delay_error_s"])
     run = invoke("order-scan", *files, *options, "-o", tmp_path / "out")
     assert "{order: 2, amplitude: 41.2" in run.stdout  # 2e-4 rad
-    assert re.search(r"  17 Hz: .* it stays with the time", run.stdout.replace("\n", " "))
+    assert re.search(r"  17 Hz .* it stays with the time", run.stdout.replace("\n", " "))
     assert {f.name for f in (tmp_path / "out").iterdir()} == {"orders.csv", "orders.json", "orders.svg"}
     names = "time [s];motor_angle [rad];load_angle [rad]"
     files[1] = write(tmp_path / "grown.csv", names, *spin(33.0, 1e-3, growth=1.5))

@@ -13,7 +13,7 @@ from strainwave.app.commands import cli as command
 from strainwave.app.console import in_options
 from strainwave.drive.train_curve import NO_MOTION
 from strainwave.drive.two_turns import NONE_STABLE, REMEDY, VARIATION_TEXT
-from strainwave.numerics.curves.response import BY_HAND, FROM_STARTS
+from strainwave.numerics.curves.separate_motions import BY_HAND, FROM_STARTS
 
 JOINT = Path(__file__).parents[2] / "measured/kinova_gen3/joint_5.csv"
 

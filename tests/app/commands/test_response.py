@@ -61,7 +61,7 @@ def test_the_torque_of_a_free_motor_says_whether_the_mean_is_in_it(drive):
     free = PROJECT.replace("mode: held", "mode: free")
     ripple = "{motor_torque: {lines: [{order: 2, amplitude: 1 N*cm}]}}"
     drive.write_text(free.replace("{kinematic_error: [{order: 2, amplitude: 10 arcsec}]}", ripple))
-    assert ", of the motor 0.01 N·m beside the mean that keeps a free motor's speed\n" in invoke(drive).stdout
+    assert ", motor 0.01 N·m beside the mean that keeps a free motor's speed\n" in invoke(drive).stdout
     drive.write_text(free.replace("kg*m^2}", "kg*m^2, drag: {type: viscous, B: 5 N*m*s/rad}}"))
     assert re.search(r", of the motor 0\.\d+ N·m, 0\.\d+ N·m of it at steady speed\n", invoke(drive).stdout)
 

@@ -74,7 +74,7 @@ def test_how_sure_is_what_other_dampings_give(folder, results):
         assert end["oscillation_arcsec"] == pytest.approx(largest / ARCSEC, rel=0.01)
         assert f"{largest / ARCSEC:.3g} arcsec" in results["how_sure"]["sentence"]
         assert end["above_limit"] == (largest > 30.0 * ARCSEC)
-    begin = "The damping of 3 % is assumed, unless it was measured. From 2 to 5 %"
+    begin = "The damping of 3 % is assumed, unless it was measured; 2 to 5 %"
     assert results["how_sure"]["sentence"].startswith(begin)
     assert results["how_sure"]["rows"] == []
 

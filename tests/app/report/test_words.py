@@ -10,7 +10,8 @@ from assumed_axis import axis
 import strainwave as sw
 from strainwave.app.report.section import cell, head
 from strainwave.app.report.sections.advice import speeds_to_avoid
-from strainwave.app.report.sections.derived import certificates, facts
+from strainwave.app.report.sections.basis import certificates
+from strainwave.app.report.sections.derived import quantities
 from strainwave.app.report.sections.opening import warnings
 from strainwave.app.report.sections.resonances import peak_verdict
 from strainwave.app.view import AngleUnit, View
@@ -22,7 +23,7 @@ from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.verdict import Answer, Verdict
 from strainwave.study.analysis.verdict_words import _worst
 from strainwave.study.speed_map.avoid import Avoid
-from strainwave.study.speed_map.bands import merged
+from strainwave.study.speed_map.intervals import merged
 from strainwave.study.speed_map.resonances import operating_point
 
 ARCSECONDS = AngleUnit("arcsec", 1.0 / ARCSEC)
@@ -76,7 +77,7 @@ def test_the_facts_name_the_frequencies_before_and_after_hysteresis_yields_and_t
     system = drive.error_equation(kinematic_error=sw.KinematicError((sw.Line(2, 1e-4),)), motor="held")
     analysis = SimpleNamespace(point=operating_point(system), system=system, loop=None, train=None)
     shown = view(analysis, drive=drive, motor="held", kinematic_error=None, gear=None)
-    rows = {fact.name: fact for fact in facts(shown)}
+    rows = {fact.name: fact for fact in quantities(shown)}
     before, after = rows["Natural frequency, motor held"], rows["Natural frequency of the spring alone, motor held"]
     assert (before.value, after.value) == (pytest.approx(350.823, abs=1e-3), pytest.approx(277.350, abs=1e-3))
     assert "before the hysteresis yields" in before.note

@@ -386,7 +386,7 @@ def test_one_curve_of_a_load_that_varies_does_not_pass():
     held = of_state(views.response, State(gear="CSG-40-50", values=heaviest))
     assert held["passes"] is False
     assert held["said"].startswith("Pointing error, largest oscillation: ")
-    assert held["torque_said"].startswith("Torque in the gear at least 1000 N·m")
+    assert held["torque_said"].startswith("Largest torque: gear 1000 N·m")
 
 
 @pytest.mark.slow

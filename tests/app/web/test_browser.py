@@ -157,8 +157,10 @@ def test_the_torque_of_one_curve_says_that_the_load_is_left_out(page):
     until_drawn_again(page, before)
     names = page.evaluate("() => document.getElementById('plot-torque').data.map((one) => one.name)")
     assert "largest without the load's torque, stable" in names
-    (need,) = (text for text in page.locator("#remarks li").all_inner_texts() if text.startswith("Torque in the gear"))
-    assert re.match(r"Torque in the gear at least [\d.]+ N·m, of the motor [\d.]+ N·m; vibration is counted", need)
+    (need,) = (
+        text for text in page.locator("#remarks li").all_inner_texts() if text.startswith("Largest torque: gear")
+    )
+    assert re.match(r"Largest torque: gear [\d.]+ N·m, motor [\d.]+ N·m or more: vibration is known", need)
     assert "under this load alone. The speeds under every load follow." in page.inner_text("#answer")
 
 

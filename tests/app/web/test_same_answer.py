@@ -119,7 +119,7 @@ def test_the_range_for_assumed_numbers_comes_before_the_speeds_under_all_loads(p
     page.locator("#part-gravity").click()
     page.wait_for_function(SURE)
     said(page, "The speeds under every load follow.")
-    assert "range for assumed numbers<br>over 3 loads" in page.evaluate(NAMES, "response")
+    assert "range for assumed numbers<br>under the worst of 3 load torques" in page.evaluate(NAMES, "response")
     while not held:
         page.wait_for_timeout(50)
     held.pop().continue_()

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -74,7 +75,7 @@ def test_the_response_prints_three_digits_and_rows_and_json_has_all_digits(tmp_p
     printed = CliRunner().invoke(cli, ["response", str(path)]).stdout
     size = largest(axis()) / ARCSEC
     assert f"largest oscillation: {size:.3g} arcsec at" in printed
-    assert "how sure: Damping 3 % is assumed. From 2 % to 5 % the oscillation is" in printed
+    assert re.search(r"assumed +value +low +high +oscillation \[arcsec\] from +to\n +damping +3 % +2 % +5 %", printed)
     assert "on both sides of the limit of 60 arcsec" in printed
     assert "assumed: motor.loop.damping 0.7, motor.loop.bandwidth 30 Hz, damping.ratio 3 %; measured: load" in printed
     data = json.loads(CliRunner().invoke(cli, ["response", str(path), "--json"]).stdout)
@@ -139,7 +140,7 @@ def test_an_assumed_hysteresis_is_varied_and_leaves_three_digits():
     assert project.digits() == 3
     torque, twist = project.sureness.doubts
     assert (torque.names, twist.names) == (("hysteresis.K",), ("hysteresis.yield_twist",))
-    assert twist.sentence.startswith("Yield twist of the hysteresis 10 arcsec is assumed. From 5 arcsec to 15 arcsec")
+    assert twist.sentence.startswith("Yield twist of the hysteresis 10 arcsec is assumed; 5 arcsec to 15 arcsec")
     rows = (torque, "1.4e4", ("7e3", "1.4e4", "2.1e4")), (twist, "10 arcsec", ("5 arcsec", "10 arcsec", "15 arcsec"))
     for doubt, own, texts in rows:
         ends = [largest(from_text(text.replace(own, value), Path("axis.yaml"))) for value in texts]
@@ -163,7 +164,7 @@ def test_a_project_that_is_changed_in_python_has_the_doubts_of_its_own_drive(hel
 def test_the_load_that_the_range_is_for_is_named_where_the_file_has_a_range_of_loads():
     ranged = "excitation: {load_torque: {mean: {from: -20 N*m, to: 60 N*m}}, "
     assert "excitation: {" in HELD
-    for text, load in ((HELD, ""), (HELD.replace("excitation: {", ranged, 1), " over 3 loads")):
+    for text, load in ((HELD, ""), (HELD.replace("excitation: {", ranged, 1), " under the worst of 3 load torques")):
         together = from_text(text, Path("axis.yaml")).sureness.sentences(None)[2]
         assert together.startswith(f"assumed damping and kinematic error together{load}: ")
 
@@ -176,7 +177,7 @@ def test_the_range_is_for_the_load_of_the_verdict():
     worst = max(project.analyze(advice=False).load_cases, key=lambda case: case.avoid.largest)
     assert worst.torque == pytest.approx(70.0)
     sure = project.sureness
-    assert sure.load == " over 3 loads"
+    assert sure.load == " under the worst of 3 load torques"
     error = sure.doubts[1]
     assert error.ends[1] == "23 arcsec"  # that of the file
     assert error.sizes[1] == pytest.approx(worst.avoid.largest, rel=1e-6)
@@ -272,5 +273,5 @@ def test_every_number_that_is_varied_is_named():
     sure = how_sure(from_text(text, Path("axis.yaml")))
     error = sure.doubts[1]
     assert error.sentence.startswith(
-        "Kinematic error 23 arcsec and 8 arcsec is assumed. From 11.5 arcsec and 4 arcsec to 23 arcsec and 8 arcsec the"
+        "Kinematic error 23 arcsec and 8 arcsec is assumed; 11.5 arcsec and 4 arcsec to 23 arcsec and 8 arcsec give"
     )

@@ -15,7 +15,7 @@ from strainwave.model.train.train_forms import AtLoad
 from strainwave.numerics.balance.choice import condensed
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import floquet_of
-from strainwave.numerics.stability.panel_map import PLACES, C, _panels, tables, through_panels
+from strainwave.numerics.stability.panel_map import PLACE_SHARES, PLACES, _panels, tables, through_panels
 
 K, J_M, J_1, J_2, N, B, K_C, B_C, A, OMEGA, H = 1e5, 4.5e-4, 0.1, 1.2, 50.0, 15.0, 4e5, 5.0, 1e-4, 150.0, 21
 CUBIC = sw.Cubic(K, 5e6)
@@ -110,7 +110,7 @@ def test_the_error_of_the_panels_falls_with_the_sixteenth_power_of_their_length(
 
     def error(panels):
         h = 2.0 / panels
-        places = h * (np.arange(panels)[:, None] + C)
+        places = h * (np.arange(panels)[:, None] + PLACE_SHARES)
         feedback = (np.cos(places) - 0.5)[..., None, None] * a
         table = tables(0.5 * a, np.eye(2), np.eye(2), np.array([h]))
         flow = through_panels(table, np.zeros(panels, int), feedback, np.array([0, panels]))[0]

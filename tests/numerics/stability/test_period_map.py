@@ -12,7 +12,7 @@ from strainwave.numerics.balance.linear_part import STRENGTH
 from strainwave.numerics.balance.rates import rates_at
 from strainwave.numerics.continuation.trace import solve
 from strainwave.numerics.stability.first_order import hill_map, period_maps
-from strainwave.numerics.stability.panel_map import GAUSS_C, walked
+from strainwave.numerics.stability.gauss_steps import GAUSS_PLACES, gauss_steps
 
 K, ALPHA, J_M, J_1, J_2, N, B, K_C, B_C, K_P, K_I, A = (
     1e5, 5e6, 4.5e-4, 0.1, 1.2, 50.0, 15.0, 4e5, 5.0, 0.5, 20.0, 1e-4,
@@ -70,7 +70,7 @@ def test_the_map_of_a_constant_matrix_is_its_exponential(hill):
     a = np.random.default_rng(3).standard_normal((5, 5))
     h = np.full(10, 0.1)
     flow = np.eye(5)
-    size, decay = walked(np.broadcast_to(a, (10, 4, 5, 5)), h, hill, flow)
+    size, decay = gauss_steps(np.broadcast_to(a, (10, 4, 5, 5)), h, hill, flow)
     assert np.exp(size + decay) * flow == pytest.approx(expm(a), rel=1e-10, abs=1e-10)
     assert decay == pytest.approx(np.trace(a) / 5.0 if hill else 0.0, abs=1e-12)
 
@@ -79,10 +79,10 @@ def test_the_error_of_the_map_falls_with_the_eighth_power_of_the_step():
     # y' = cos(t) S y with S^2 = -1: the map from 0 to t is the rotation by sin(t)
     def error(steps):
         h = 2.0 / steps
-        places = h * (np.arange(steps)[:, None] + GAUSS_C)
+        places = h * (np.arange(steps)[:, None] + GAUSS_PLACES)
         turning = np.array([[0.0, 1.0], [-1.0, 0.0]])
         flow = np.eye(2)
-        walked(np.cos(places)[..., None, None] * 4.0 * turning, np.full(steps, h), False, flow)
+        gauss_steps(np.cos(places)[..., None, None] * 4.0 * turning, np.full(steps, h), False, flow)
         angle = 4.0 * np.sin(2.0)
         return np.max(np.abs(flow - [[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]))
 

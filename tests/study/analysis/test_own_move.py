@@ -42,7 +42,7 @@ def test_an_analysis_has_the_largest_torques_of_the_move_of_the_file():
     assert moved.peak_speed == pytest.approx(N * SPEED, rel=0.03)
     assert moved.peak_motor_torque > 2.0 * motor  # steady motions ask for less
     assert report.results["move"]["motor"]["peak_speed_rpm"] == pytest.approx(moved.peak_speed / RPM)
-    assert f"move of the file: It takes up to {moved.peak_motor_torque:.4g} N·m of the motor" in report.summary
+    assert f"move of the file: Motor torque up to {moved.peak_motor_torque:.4g} N·m" in report.summary
 
 
 @pytest.mark.slow

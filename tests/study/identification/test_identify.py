@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 import strainwave as sw
 from strainwave.study.identification.driven import Signal, lanes_of, pieces
 from strainwave.study.identification.experiment import Record, experiment
-from strainwave.study.identification.windows import LeastSquares, Window
+from strainwave.study.identification.window_fit import LeastSquares, Window
 
 RATE = 200.0
 J, B, K, ALPHA, D = 2.0e-4, 4.0e-3, 1.0, 0.6, 3e-5  # a resonance at 11.3 Hz, damping .14

@@ -14,10 +14,10 @@ from strainwave.drive.loops.linear_control import control_parts
 from strainwave.drive.margins import HALF_WIDTHS, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
+from strainwave.study.tuning.cost import Setting, Trial, TuningLimits
 from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
 from strainwave.study.tuning.result import GainCost
 from strainwave.study.tuning.search import PROOF, moves
-from strainwave.study.tuning.trial import Setting, Trial, TuningLimits
 from strainwave.study.tuning.tune import ASSUMED, Loop, rule
 
 SPEED = "{type: speed_loop, K_p: 0.2 N*m*s/rad, K_i: 5 N*m/rad, lag: 0.5 ms}"

@@ -36,7 +36,7 @@ def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, chec
         return
     if output is None and (compare or not as_json):
         output = Path(f"{projects[0].stem}-report" if len(projects) == 1 else "reports")
-    click.echo(_written(projects, output, compare, as_json))
+    click.echo(_analyzed(projects, output, compare, as_json))
 
 
 @click.command()
@@ -48,8 +48,8 @@ def demo(output: Path, as_json: bool) -> None:
     for name in DRIVES:
         with as_file(files("strainwave.app") / "projects" / f"{name}.yaml") as path:
             projects[name] = read_project(path)
-    reports = _finished(projects, output)
-    click.echo(_all_printed(reports, output, as_json))
+    reports = _reports(projects, output)
+    click.echo(_summaries(reports, output, as_json))
 
 
 def compile_ahead() -> None:
@@ -66,13 +66,13 @@ def compile_ahead() -> None:
     project.analyze()
 
 
-def _written(paths: Sequence[Path], folder: Path | None, compare: bool, as_json: bool) -> str:
+def _analyzed(paths: Sequence[Path], folder: Path | None, compare: bool, as_json: bool) -> str:
     """Analyse project files and return the text to print; several get a folder each, named like their files."""
     if compare and len(paths) < 2:
         raise ValueError(f"--compare needs two project files or more, and {len(paths)} is given; name the others too")
     if len(paths) == 1:
-        report = analyse(read_project(paths[0]), folder)
-        return to_json(report.results) if as_json else _printed(report, folder)
+        report = report_of(read_project(paths[0]), folder)
+        return to_json(report.results) if as_json else _summary(report, folder)
     names = [path.stem for path in paths]
     twice = next((name for name in names if names.count(name) > 1), None)
     nowhere = next((path for path, name in zip(paths, names, strict=True) if name in (".", "..", COMPARISON)), None)
@@ -80,21 +80,21 @@ def _written(paths: Sequence[Path], folder: Path | None, compare: bool, as_json:
         raise ValueError(f"a report cannot have a folder of the name of {nowhere.name!r}; rename that file")
     if twice is not None:
         raise ValueError(f"two project files are named {twice!r}, and so would be their folders; rename one of them")
-    projects = dict(zip(names, _all(paths), strict=True))
+    projects = dict(zip(names, _read_all(paths), strict=True))
     if compare and len({project.speeds.by_motor for project in projects.values()}) > 1:
         raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
-    reports = _finished(projects, folder)
+    reports = _reports(projects, folder)
     more = []
     if compare and folder is not None:
         with staged(folder) as part:
             (part / COMPARISON).write_text(verdicts_page(reports), encoding="utf-8", newline="\n")
         more.append(f"comparison: {folder / COMPARISON}")
-    return _all_printed(reports, folder, as_json, *more)
+    return _summaries(reports, folder, as_json, *more)
 
 
 def _checked(paths: Sequence[Path], as_json: bool) -> str:
     """Read project files and return the text to print: that they are valid, and notes. All complaints come together."""
-    projects = _all(paths)
+    projects = _read_all(paths)
     if as_json:
         rows = [{"valid": True, "title": project.title, "notes": project.notes} for project in projects]
         return to_json(rows[0] if len(rows) == 1 else {str(path): row for path, row in zip(paths, rows, strict=True)})
@@ -104,7 +104,7 @@ def _checked(paths: Sequence[Path], as_json: bool) -> str:
     )
 
 
-def _all(paths: Sequence[Path]) -> list[Project]:
+def _read_all(paths: Sequence[Path]) -> list[Project]:
     projects, complaints = list[Project](), list[str]()
     for path in paths:
         try:
@@ -116,33 +116,33 @@ def _all(paths: Sequence[Path]) -> list[Project]:
     return projects
 
 
-def _finished(projects: dict[str, Project], folder: Path | None) -> dict[str, Report]:
+def _reports(projects: dict[str, Project], folder: Path | None) -> dict[str, Report]:
     """Write the report of every project into a folder of its name; Ctrl-C keeps those that are finished."""
     reports: dict[str, Report] = {}
     for name, project in projects.items():
         try:
-            reports[name] = analyse(project, folder and folder / name)
+            reports[name] = report_of(project, folder and folder / name)
         except KeyboardInterrupt:
             kept = ", ".join(str(folder / done / "report.html") for done in reports if folder)
             raise KeyboardInterrupt(f"interrupted; {f'kept: {kept}' if kept else 'nothing was written'}") from None
     return reports
 
 
-def analyse(project: Project, folder: Path | None) -> Report:
+def report_of(project: Project, folder: Path | None) -> Report:
     """Write the report of a project into a folder, if there is one, with its progress on stderr."""
     with Progress(project.title) as progress:
         return write(project, folder, progress=progress.show)
 
 
-def _printed(report: Report, folder: Path | None) -> str:
+def _summary(report: Report, folder: Path | None) -> str:
     """The summary of a report with its place."""
     title, _, lines = report.summary.partition("\n")
     summary = f"{title}\n{in_options(lines)}"
     return summary if folder is None else f"{summary}\n  report: {folder / 'report.html'}"
 
 
-def _all_printed(reports: dict[str, Report], folder: Path | None, as_json: bool, *more: str) -> str:
+def _summaries(reports: dict[str, Report], folder: Path | None, as_json: bool, *more: str) -> str:
     """Several reports as JSON, or their summaries and further lines."""
     if as_json:
         return to_json({name: report.results for name, report in reports.items()})
-    return "\n\n".join([*(_printed(report, folder and folder / name) for name, report in reports.items()), *more])
+    return "\n\n".join([*(_summary(report, folder and folder / name) for name, report in reports.items()), *more])

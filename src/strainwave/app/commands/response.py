@@ -29,7 +29,6 @@ from .options import file_type, json_option, limit_option, output_option, projec
 
 FIGURES = (".svg", ".png")
 CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
-LEFT_OUT = 1e-3  # share of the motion in the harmonics that are left out, from which on it is told
 NO_JUMPS = ("no jumps",)
 
 
@@ -79,9 +78,8 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
     speeds, curve, sweep, judged = project.speeds, motions.curve, motions.sweep, project.judged(motions)
     unit, motor, folds = speeds.own_unit, judged.motor, [speeds.own(fold.omega) for fold in curve.folds]
     name = project.motor if project.train is None else motor_name(project.train.motor.control, project.loop_inertia)
-    loudest = motions.top
     resting = None if project.train is None else standing(project)
-    top, size, fast = motions.largest(), float(motions.oscillation[loudest]), speeds.own(float(curve.omega[loudest]))
+    top, size = motions.largest(), float(motions.oscillation[motions.top])
     write, peak, least = writer(project, angle_unit(size), unit, speeds.own(1.0)), None, None
     plain = told(curve_data(speeds, motions), write)
     if top is not None:
@@ -89,22 +87,19 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
     if motor is not None:
         least = {"speed": speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding}
     bands = sweep.bands if sweep else ()
-    share = f"{number(100.0 * plain['left_out_relative'], 2)} % of the motion"
-    left_out = f"{plain['harmonics']} harmonics; the rest carry {share}"
-    if curve.waves is not None:
-        left_out = f"{len(curve.waves.pairs) - 1} waves of two turns; each one left out carries at most {share}"
     return (
         Fact("failures", tuple(told(list(judged.failures), write)), "FAIL: {}"),
-        Fact("", f"{name}, {plain['message']}", "response, motor: {}"),
+        Fact("", f"{name}, {plain['message']}".replace(", reached both ends", ""), "motor: {}"),
         Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", motions.name),
         Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", ranged(project)),
-        Fact("oscillation.speed", fast), Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
+        Fact("oscillation.speed", speeds.own(float(curve.omega[motions.top]))),
+        Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
         Fact("", sizes_said(project, motions, judged.covered) or project.undamped or plain["sweep"], "{}"),
         Fact("scope", OF_CURVE, "{}"),
         *beat_facts(project, motions),
         Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),
         Fact("limits", tuple(one.data() for one in judged.findings)),
-        Fact("", torques_said(project, judged), "torque {}"),
+        Fact("", torques_said(project, judged), "largest torque: {}"),
         Fact("fold_speeds", tuple(folds)),
         Fact("", f"{_speeds(folds)} {unit}" if folds else (), "folds, where the curve turns: {}"),
         Fact("jump_up_speed", speeds.own(sweep.jump_up) if sweep else None),
@@ -112,7 +107,6 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands), "{}"),
         Fact("", NO_JUMPS if judged.whole and not bands else (), "{}"),
         *(Fact(key, value) for key, value in plain.items()),
-        Fact("", left_out if plain["left_out_relative"] > LEFT_OUT else (), "{}"),
         *(() if sure is None else sure.facts(project.limit)),
         *(project.loop.facts() if project.loop else ()),
         Fact("sources", source_facts(project)), Fact("", sources_text(project), "{}"),

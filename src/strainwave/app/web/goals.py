@@ -16,8 +16,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.variants.replaced import replaced
 from ...study.compensation.compensate import benches_of, compensate
-from ...study.compensation.designs import own_rate
-from ...study.compensation.gains import times_of
+from ...study.compensation.gains import own_rate, times_of
 from ...study.tuning.result import gain_unit
 from ...study.tuning.tune import tune
 from ..console import number, without_calls
@@ -91,7 +90,7 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
     result = tune(project, progress=progress)
     points = {"file": result.before, "rule": result.rule, "recommended": result.recommended}
     size = [number(point.pointing / ARCSEC, project.digits()) for point in (result.before, result.recommended)]
-    binds = [f"what binds: {', '.join(result.binding)}"] if result.binding else []
+    binds = [f"limited by {', '.join(result.binding)}"] if result.binding else []
     return {
         "said": sentences([f"largest oscillation of the recommended gains {' → '.join(size)} arcsec", *binds]),
         "gains": {name: sign(gain_unit(result.control, name)) for name in result.gains},
@@ -111,7 +110,7 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
         "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
         "project": yaml_of(result.applied(project)),
         "numbers": without_calls(str(result)),
-        "remarks": [*map(str, result.sensitivities), *result.remarks],
+        "remarks": result.remarks,
     }  # fmt: skip
 
 

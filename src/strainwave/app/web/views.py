@@ -17,6 +17,7 @@ from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.notes import OF_CURVE, load_remark, move_note, unsaid
 from ...study.analysis.in_time import drive_motion
+from ...study.analysis.verdict import Judged
 from ...study.analysis.verdict_words import ranges
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
@@ -53,63 +54,57 @@ def solved(project: Project, separate: bool = False) -> DriveResponse:
 
 def response(project: Project, separate: bool = False) -> dict[str, Any]:
     """Oscillation and torque over the speed, with stability, folds, jumps, bands to avoid and limits."""
-    motions, scale = solved(project, separate), project.speeds.scale
-    speeds, curve, top, sizes = project.speeds, motions.curve, motions.top, motions.oscillation / ARCSEC
-    bands = motions.sweep.bands if motions.sweep else ()
-    limit, motor_limits = project.limit, project.motor_limits or MotorLimits()
-    low, high = project.other_loads
+    motions, speeds = solved(project, separate), project.speeds
     judged = project.judged(motions)
-    motor = judged.motor
-    write = writer(project, angle_unit(motions.oscillation[top]), speeds.unit, scale)
-    out_of = [told(Sentence("avoid {}", ranges(band)), write)] if (band := judged.verdict.speeds) else []
-    said = sizes_said(project, motions, judged.covered, IN_ARCSEC)[:1]
+    write = writer(project, angle_unit(motions.oscillation[motions.top]), speeds.unit, speeds.scale)
+    avoided = [told(Sentence("avoid {}", ranges(band)), write)] if (band := judged.verdict.speeds) else []
+    sizes = sizes_said(project, motions, judged.covered, IN_ARCSEC)
     return {
-        "said": sentences([*said, *lines(beat_facts(project, motions)), *out_of]),
-        "torque_said": f"Torque {torques_said(project, judged)}.",
-        "title": project.title,
-        "speed_name": speeds.name,
-        "speed_unit": speeds.unit,
-        "error_name": motions.name,
-        "speed": scale * motions.omega,
-        "oscillation_arcsec": sizes,
-        "peak_arcsec": motions.peak / ARCSEC,
-        "torque": motions.torque,
-        "mean_torque": motions.mean_torque,
-        "stable": motions.stable,
-        "folds": [
-            {"speed": scale * omega, "oscillation_arcsec": sizes[np.argmin(np.abs(motions.omega - omega))]}
-            for omega in (fold.omega for fold in curve.folds)
-        ],
-        "jumps": [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in bands],
-        "avoid": [(low * scale, high * scale) for low, high in judged.verdict.speeds],
-        "limit_arcsec": None if limit is None else limit / ARCSEC,
-        "largest": {
-            "speed": float(scale * motions.omega[top]),
-            "oscillation_arcsec": float(sizes[top]),
-            "torque": motions.usage.peak_torque,
-        },
-        "smallest_arcsec": None if curve.beat is None or curve.envelope is None else curve.envelope[:, 1] / ARCSEC,
-        "torque_limits": _torque_limits(project),
-        "load_torques": [low, project.mean_load_torque, high],
-        "passes": judged.passes,
-        "assumed": bool(project.assumed),
-        "failures": told(list(judged.failures), write),
-        "limits": [cap.data() for cap in judged.findings],
-        "required_motor": None if motor is None else {
-            "torque": motor.torque, "holding_torque": motor.holding, "speed": scale * motor.at,
-            "largest_speed": speeds.scale * speeds.given[-1], "max_torque": motor_limits.most,
-            "max_speed": motor_limits.fastest * speeds.scale,
-        },
+        "said": sentences([*sizes, *lines(beat_facts(project, motions)), *avoided]),
+        "torque_said": f"Largest torque: {torques_said(project, judged)}.",
+        "title": project.title, "speed_name": speeds.name, "speed_unit": speeds.unit, "error_name": motions.name,
+        "passes": judged.passes, "assumed": bool(project.assumed), "failures": told(list(judged.failures), write),
         "message": without_calls(told(motions.message, write)),
         "remarks": [
             f"Everything here is {OF_CURVE}.",
             *([HELD] if project.train is None and project.motor == "held" else []),
-            *judged.remarks, *unsaid(project.notes, judged.remarks),
-            *move_note(project),
-            *load_remark(project),
+            *judged.remarks, *unsaid(project.notes, judged.remarks), *move_note(project), *load_remark(project),
         ],
-        "whole": separate,
-        "digits": project.digits(),
+        "whole": separate, "digits": project.digits(),
+    } | _curves(project, motions) | _limits(project, judged)  # fmt: skip
+
+
+def _curves(project: Project, motions: DriveResponse) -> dict[str, Any]:
+    """Points of a response, its folds and jumps, and its largest oscillation."""
+    scale, curve, top, sizes = project.speeds.scale, motions.curve, motions.top, motions.oscillation / ARCSEC
+    speed, bands = scale * motions.omega, motions.sweep.bands if motions.sweep else ()
+    folds = ((fold.omega, np.argmin(np.abs(motions.omega - fold.omega))) for fold in curve.folds)
+    return {
+        "speed": speed, "oscillation_arcsec": sizes, "peak_arcsec": motions.peak / ARCSEC, "torque": motions.torque,
+        "mean_torque": motions.mean_torque, "stable": motions.stable,
+        "smallest_arcsec": None if curve.beat is None or curve.envelope is None else curve.envelope[:, 1] / ARCSEC,
+        "folds": [{"speed": scale * omega, "oscillation_arcsec": sizes[i]} for omega, i in folds],
+        "jumps": [{"low": scale * b.low, "high": scale * b.high, "whole": b.whole} for b in bands],
+        "largest": {
+            "speed": float(speed[top]), "oscillation_arcsec": float(sizes[top]), "torque": motions.usage.peak_torque,
+        },
+    }  # fmt: skip
+
+
+def _limits(project: Project, judged: Judged) -> dict[str, Any]:
+    """Limits of oscillation, gear and motor, the demand on them, and the speeds that they forbid."""
+    speeds, motor, sheet = project.speeds, judged.motor, project.motor_limits or MotorLimits()
+    low, high = project.other_loads
+    return {
+        "avoid": [(low * speeds.scale, high * speeds.scale) for low, high in judged.verdict.speeds],
+        "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
+        "torque_limits": _torque_limits(project), "load_torques": [low, project.mean_load_torque, high],
+        "limits": [cap.data() for cap in judged.findings],
+        "required_motor": None if motor is None else {
+            "torque": motor.torque, "holding_torque": motor.holding, "speed": speeds.scale * motor.at,
+            "largest_speed": speeds.scale * speeds.given[-1], "max_torque": sheet.most,
+            "max_speed": sheet.fastest * speeds.scale,
+        },
     }  # fmt: skip
 
 

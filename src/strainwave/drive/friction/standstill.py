@@ -94,12 +94,12 @@ class Standstill(Result):
     def sentences(self) -> tuple[str, ...]:
         """Sentences on rest and hunting."""
         dry = DRY_TEXT.format(*friction) if any(friction := (self.motor_friction, self.load_friction)) else ""
-        deviation = f"the motor sags by {_range(self.sag)} (output), the load points off by {_range(self.error)}"
+        deviation = f"the motor is {_range(self.sag)} (output) off its reference, the load {_range(self.error)}"
         low, high = map(number, self.loads)
         under = "" if low == high else f" under {low} to {high} N·m on the load"
         level = not dry and max(map(abs, (*self.sag, *self.error))) < LEVEL_ANGLE
         return (
-            f"At standstill{under} {'the load points where its reference does' if level else deviation}{dry}.",
+            f"At standstill{under} {'the load is at its reference' if level else deviation}{dry}.",
             *([self.hunting()] if self.integrates and self.motor_friction else []),
             *(text.format(w / HERTZ) for text, w in zip(STUCK_TEXTS, self.stuck, strict=True) if not isnan(w)),
         )
@@ -127,7 +127,7 @@ DRY_TEXT = "; dry friction: {:.3g} N·m (motor), {:.3g} N·m (load)"
 
 def _range(ends: tuple[float, float]) -> str:
     low, high = [number(round(value / ARCSEC, 6)) for value in ends]
-    return f"{low} arcsec" if low == high else f"anything from {low} to {high} arcsec"
+    return f"{low} arcsec" if low == high else f"{low} to {high} arcsec"
 
 
 def standstill(project: Any) -> Standstill:

@@ -16,7 +16,8 @@ from ...base.quantities import joined, number, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
 from ...study.identification.run import saturated
-from .conditioning import BINARY, aligned, averaged, regular, trimmed, unwrapped
+from .binary_files import BINARY
+from .conditioning import aligned, averaged, regular, trimmed, unwrapped
 from .joints import joined_stamps, joints_named, of_joint, only_joint
 from .names import UNMEASURED, canonical, converted, epoch_unit, expected, named, si_unit, suffixed
 from .table import Column, index_of, read_table, refuse, unit_of

@@ -42,6 +42,7 @@ ENDINGS = {  # of a hysteresis: its torque is proportional to all of the first t
 INSIDE = tuple(k / 8 for k in range(1, 8))  # shares of a range at which an inner largest is looked for
 BESIDE, HALVINGS, FLAT = 1 / 16, 5, 0.01  # and beside one of another case; halvings at most, until so flat a top
 
+HEADS = "assumed", "value", "low", "high", "oscillation [arcsec] from", "to"
 Case = tuple[float | None, ...]  # of each group of numbers: at which share of its range it is, or as it is
 
 
@@ -54,12 +55,17 @@ class Doubt(NamedTuple):
     ends: tuple[str, str]
     sizes: tuple[float, float]
 
+    def row(self) -> tuple[Fact, ...]:
+        """Its row in a table."""
+        texts = self.what, self.value, *self.ends, *(number(size / ARCSEC, 3) for size in self.sizes)
+        return tuple(Fact("", sign(text), head) for text, head in zip(texts, HEADS, strict=True))
+
     @property
     def sentence(self) -> str:
-        """The row: what is assumed, its range, and what it gives."""
+        """Its assumption, its range, and what that gives."""
         sizes = " to ".join(number(size / ARCSEC, 3) for size in self.sizes)
         what = f"{self.what[:1].upper()}{self.what[1:]} {self.value}"
-        return f"{what} is assumed. From {sign(' to '.join(self.ends))} the oscillation is {sizes} arcsec"
+        return f"{what} is assumed; {sign(' to '.join(self.ends))} give an oscillation of {sizes} arcsec"
 
 
 class Sureness(NamedTuple):
@@ -113,7 +119,8 @@ class Sureness(NamedTuple):
         return (
             Fact("how_sure.rows", rows),
             *(Fact(f"how_sure.{key}", size) for key, size in zip(keys[4:], self.largest, strict=True) if self.doubts),
-            Fact("", self.sentences(limit), "how sure: {}"),
+            Fact("", tuple(doubt.row() for doubt in self.doubts), "{}"),
+            Fact("", self.sentences(limit)[len(self.doubts) :], "how sure: {}"),
         )
 
 
@@ -163,7 +170,7 @@ def how_sure(project: Project) -> Sureness:
     low, high = np.where(some, drives.low, np.nan), np.where(some, drives.high, np.nan)
     number_of = sum(size is not None for size in drives.computed.values())
     torques = drives.torques
-    load = f" over {len(torques)} loads" if len(torques) > 1 else ""
+    load = f" under the worst of {len(torques)} load torques" if len(torques) > 1 else ""
     load = sign(f" with {number(torques[0])} N·m on the load") if len(torques) == 1 else load
     return Sureness(doubts, omega, low, high, _ends(drives.sizes, drives.sizes), number_of, tuple(drives.lost), load)
 

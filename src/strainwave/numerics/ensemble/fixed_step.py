@@ -1,13 +1,12 @@
 """The kernels of ensembles: a block of lanes marches through its periods with fixed steps on one phase grid.
 
-Rows of a block: the numbers of the (prepared) systems, the time step, the states, the states after the other pairs of
-steps, the sums of the measures, the states with which these began, and the largest |x| of the whole run. All lanes
-share the phase, so that the cosines of a step belong to no lane and are computed once; a lane with twice the base
-frequency has half the time step.
+A block is a table with a column for each lane; its rows begin with the numbers of the (prepared) systems, and
+`FirstRows` says where its other parts do. All lanes share the phase, so that the cosines of a step belong to no lane
+and are computed once; a lane with twice the base frequency has half the time step.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...base.protocols import Scheme, System
 from ...base.quantities import States
@@ -22,6 +21,29 @@ BOUND = 1e100  # a state beyond it has left for infinity
 KEPT_STATES = 9  # stroboscopic states kept: enough to see motions of up to eight periods close
 
 
+class FirstRows(NamedTuple):
+    """Numbers of the first row of each part of a block.
+
+    `step` is the time step, `state` and `other` the states after every other pair of steps, `sums` those of the
+    measures, `start` the states with which these began, `reach` the largest |x| of the whole run.
+    """
+
+    step: int
+    state: int
+    other: int
+    sums: int
+    start: int
+    reach: int
+
+
+@kernel
+def first_rows(system: Any, y0: Any, sums: Any) -> FirstRows:
+    """First rows of a block of such systems, states and sums."""
+    state, states = count(system) + 1, count(y0)
+    start = state + 2 * states + count(sums)
+    return FirstRows(state - 1, state, state + states, state + 2 * states, start, start + states)
+
+
 @kernel_as(lambda ended: range(len(ended) // VECTOR_LANES * VECTOR_LANES), inline=True)
 def every_lane(ended: Floats) -> Any:
     """Lanes to loop over, as many as `ended` has: one at a time, or as Python all at once."""
@@ -33,22 +55,21 @@ def pair(
     scheme: Any, system: Any, y0: Any, sums: Any, rows: Any, source: int, target: int, phase: float, turn: float, j: Any
 ) -> None:
     """Two steps of lane j from the states in rows `source` to those in rows `target`."""
-    s, h, y = lane(system, rows, 0, j), load(rows, count(system), j), lane(y0, rows, source, j)
+    first = first_rows(system, y0, sums)
+    s, h, y = lane(system, rows, 0, j), load(rows, first.step, j), lane(y0, rows, source, j)
     y = scheme.step(s, phase + turn, turn, scheme.step(s, phase, turn, y, h), h)
     store(y, rows, target, j)
-    reach = count(system) + 1 + 3 * count(y0) + count(sums)
-    store(larger(abs(y[0]), load(rows, reach, j)), rows, reach, j)
+    store(larger(abs(y[0]), load(rows, first.reach, j)), rows, first.reach, j)
 
 
 @kernel
 def one_step(scheme: Scheme, system: Any, y0: Any, sums: Any, rows: Any, phase: float, turn: float, j: slice) -> None:
     """One step of lane j."""
-    state_row = count(system) + 1
-    s, h, y = lane(system, rows, 0, j), load(rows, state_row - 1, j), lane(y0, rows, state_row, j)
+    first = first_rows(system, y0, sums)
+    s, h, y = lane(system, rows, 0, j), load(rows, first.step, j), lane(y0, rows, first.state, j)
     y = scheme.step(s, phase, turn, y, h)
-    store(y, rows, state_row, j)
-    reach = state_row + 3 * count(y0) + count(sums)
-    store(larger(abs(y[0]), load(rows, reach, j)), rows, reach, j)
+    store(y, rows, first.state, j)
+    store(larger(abs(y[0]), load(rows, first.reach, j)), rows, first.reach, j)
 
 
 @kernel
@@ -57,13 +78,13 @@ def measure(
     j: slice,
 ) -> None:  # fmt: skip
     """Update the measures of lane j by the pair of steps from the states in rows `source` to those in rows `target`."""
-    offset = count(system) + 1 + 2 * count(y0)
-    s, h = lane(system, rows, 0, j), load(rows, count(system), j)
+    first = first_rows(system, y0, sums)
+    s, h = lane(system, rows, 0, j), load(rows, first.step, j)
     y, y1, end = lane(y0, rows, source, j), lane(y0, rows, target, j), phase + 2.0 * turn
     v, v1 = s.rhs(phase, y)[0], s.rhs(end, y1)[0]
     extreme = vertex(y[0], v, y1[0], v1, 2.0 * h)
     piece = Piece(Even(), phase, y[0], v, end, y1[0], v1, 2.0 * h, turn / h, extreme)
-    store(updated(measures, lane(sums, rows, offset, j), piece), rows, offset, j)
+    store(updated(measures, lane(sums, rows, first.sums, j), piece), rows, first.sums, j)
 
 
 @kernel
@@ -71,35 +92,33 @@ def measured_step(
     scheme: Any, system: Any, y0: Any, kind: Any, measures: Any, sums: Any, rows: Any, phase: float, turn: float, j: Any
 ) -> None:
     """One step and its measures, of lane j."""
-    offset, n = count(system) + 1, count(y0)
-    s, h, y = lane(system, rows, 0, j), load(rows, offset - 1, j), lane(y0, rows, offset, j)
-    end = phase + turn
+    first, end = first_rows(system, y0, sums), phase + turn
+    s, h, y = lane(system, rows, 0, j), load(rows, first.step, j), lane(y0, rows, first.state, j)
     y1 = scheme.step(s, phase, turn, y, h)
-    store(y1, rows, offset, j)
+    store(y1, rows, first.state, j)
     before, after = s.rhs(phase, y), s.rhs(end, y1)
     extreme = extreme_between(kind, y, before, y1, after, h)
     piece = Piece(Even(), phase, y[0], before[0], end, y1[0], after[0], h, turn / h, extreme)
-    reach = offset + 3 * n + count(sums)
-    store(larger(abs(y1[0]), load(rows, reach, j)), rows, reach, j)
-    store(updated(measures, lane(sums, rows, offset + 2 * n, j), piece), rows, offset + 2 * n, j)
+    store(larger(abs(y1[0]), load(rows, first.reach, j)), rows, first.reach, j)
+    store(updated(measures, lane(sums, rows, first.sums, j), piece), rows, first.sums, j)
 
 
 @kernel
 def remember(system: System, y0: States, sums: Any, rows: Floats, j: slice) -> None:
     """Keep the state of lane j with which the measures begin."""
-    state_row, n = count(system) + 1, count(y0)
-    store(lane(y0, rows, state_row, j), rows, state_row + 2 * n + count(sums), j)
+    first = first_rows(system, y0, sums)
+    store(lane(y0, rows, first.state, j), rows, first.start, j)
 
 
 @kernel
 def close(system: System, y0: States, measures: Any, sums: Any, rows: Any, turn: float, steps: float, j: slice) -> None:
     """Add to the measures of lane j what the even pieces, `steps` each, lack: the first state, and sums' ends."""
-    offset, n = count(system) + 1, count(y0)
-    s, h = lane(system, rows, 0, j), load(rows, offset - 1, j)
-    first, last = lane(y0, rows, offset + 2 * n + count(sums), j), lane(y0, rows, offset, j)
-    v0, v1 = s.rhs(0.0, first)[0], s.rhs(0.0, last)[0]
-    ends = Piece(Ends(), 0.0, first[0], v0, 0.0, last[0], v1, steps * h, turn / h, first[0])
-    store(updated(measures, lane(sums, rows, offset + 2 * n, j), ends), rows, offset + 2 * n, j)
+    first = first_rows(system, y0, sums)
+    s, h = lane(system, rows, 0, j), load(rows, first.step, j)
+    begin, last = lane(y0, rows, first.start, j), lane(y0, rows, first.state, j)
+    v0, v1 = s.rhs(0.0, begin)[0], s.rhs(0.0, last)[0]
+    ends = Piece(Ends(), 0.0, begin[0], v0, 0.0, last[0], v1, steps * h, turn / h, begin[0])
+    store(updated(measures, lane(sums, rows, first.sums, j), ends), rows, first.sums, j)
 
 
 @kernel
@@ -121,7 +140,7 @@ def march_pairs(
     """March a block by pairs of steps; `rule` is the scheme and the steps a period (fours). Measure pairs of steps."""
     scheme, steps = rule
     rows, last, ended = borrowed((rows, last, ended))
-    turn, offset, n = 2.0 * math.pi / steps, count(system) + 1, count(y0)
+    turn, first = 2.0 * math.pi / steps, first_rows(system, y0, sums)
     for period in range(settle + periods):
         if period == settle:
             for j in every_lane(ended):
@@ -129,17 +148,17 @@ def march_pairs(
         for i in range(0, steps, 4):
             phase, later = i * turn, (i + 2) * turn
             for j in every_lane(ended):
-                pair(scheme, system, y0, sums, rows, offset, offset + n, phase, turn, j)
+                pair(scheme, system, y0, sums, rows, first.state, first.other, phase, turn, j)
             if period >= settle:
                 for j in every_lane(ended):
-                    measure(system, y0, measures, sums, rows, offset, offset + n, phase, turn, j)
+                    measure(system, y0, measures, sums, rows, first.state, first.other, phase, turn, j)
             for j in every_lane(ended):
-                pair(scheme, system, y0, sums, rows, offset + n, offset, later, turn, j)
+                pair(scheme, system, y0, sums, rows, first.other, first.state, later, turn, j)
             if period >= settle:
                 for j in every_lane(ended):
-                    measure(system, y0, measures, sums, rows, offset + n, offset, later, turn, j)
+                    measure(system, y0, measures, sums, rows, first.other, first.state, later, turn, j)
         for j in every_lane(ended):
-            strobe(y0, rows, offset, period, last, ended, j)
+            strobe(y0, rows, first.state, period, last, ended, j)
     for j in every_lane(ended):
         close(system, y0, measures, sums, rows, turn, 2.0, j)
 
@@ -152,7 +171,7 @@ def march_steps(
     """March a block step by step; `rule` is the scheme and the steps a period. Measure after the first periods."""
     scheme, steps = rule
     rows, last, ended = borrowed((rows, last, ended))
-    turn, offset = 2.0 * math.pi / steps, count(system) + 1
+    turn, first = 2.0 * math.pi / steps, first_rows(system, y0, sums)
     for period in range(settle + periods):
         if period == settle:
             for j in every_lane(ended):
@@ -165,6 +184,6 @@ def march_steps(
                 for j in every_lane(ended):
                     measured_step(scheme, system, y0, kind, measures, sums, rows, i * turn, turn, j)
         for j in every_lane(ended):
-            strobe(y0, rows, offset, period, last, ended, j)
+            strobe(y0, rows, first.state, period, last, ended, j)
     for j in every_lane(ended):
         close(system, y0, measures, sums, rows, turn, 1.0, j)

@@ -25,7 +25,11 @@ from ...compile.lanes import lane
 from ...compile.tree import count, leaves, mapped
 from ..integration.steps import rk4_step
 
-ROWS, SUMS = 5, 14  # rows of what is seen of a lane; its sums before those of the orders: see `add`
+TIME, TORQUE, ERROR, WATCHED, ANGLE, ROWS = range(6)  # rows of what is seen of a lane, and how many they are
+(  # rows of its sums, of the error where no other is named, and how many are before those of the orders: see `add`
+    COUNT, TOTAL, SQUARES, PEAK, TORQUE_SQUARES, TORQUE_PEAK, WATCHED_PEAK, LIMITED, LOST, LATE_SQUARES, LATE_COUNT,
+    PEAK_OF_RUN, LATE_TOTAL, MOMENT, SUMS,
+) = range(15)  # fmt: skip
 BLOCK = 512  # samples of a lane that are summed at once: they stay in the first-level cache
 
 
@@ -52,7 +56,8 @@ def spread(values: Floats) -> float:
 class Sums(NamedTuple):
     """Sums over the samples from `settle` on, of so many: `out` (SUMS + 2 orders, lanes), see `add`.
 
-    The rows of `seen` are times [s], torques [N*m], the two that are watched, and reference angles [rad].
+    The rows of `seen` are times [s], torques [N*m], the two that are watched, the error first, and reference angles
+    [rad].
     """
 
     settle: int
@@ -85,27 +90,27 @@ def sums_by_address(sums: Sums) -> ByAddress:
 def _added(model: Any, j: int, first: int, samples: int, limited: float, lost: float) -> None:
     settle, end, orders, traces, totals = at(model)
     orders, traces, totals = borrowed((orders, traces, totals))
-    largest = totals[11, j]
+    largest = totals[PEAK_OF_RUN, j]
     for i in range(samples):
-        largest = larger(abs(traces[2, i]), largest)
-    totals[7, j], totals[8, j], totals[11, j] = limited, lost, largest
+        largest = larger(abs(traces[ERROR, i]), largest)
+    totals[LIMITED, j], totals[LOST, j], totals[PEAK_OF_RUN, j] = limited, lost, largest
     begin = min(max(settle - first, 0), samples)
     for i in range(begin, samples):
-        k, torque, error = first + i, traces[1, i], traces[2, i]
+        k, torque, error = first + i, traces[TORQUE, i], traces[ERROR, i]
         late = 1.0 if 2 * k >= end + settle else 0.0
-        totals[0, j] += 1.0
-        totals[1, j] += error
-        totals[2, j] += error * error
-        totals[3, j] = larger(abs(error), totals[3, j])
-        totals[4, j] += torque * torque
-        totals[5, j] = larger(abs(torque), totals[5, j])
-        totals[6, j] = larger(abs(traces[3, i]), totals[6, j])
-        totals[9, j] += late * error * error
-        totals[10, j] += late
-        totals[12, j] += late * error
-        totals[13, j] += (k - 0.5 * (end + settle - 1)) * error
+        totals[COUNT, j] += 1.0
+        totals[TOTAL, j] += error
+        totals[SQUARES, j] += error * error
+        totals[PEAK, j] = larger(abs(error), totals[PEAK, j])
+        totals[TORQUE_SQUARES, j] += torque * torque
+        totals[TORQUE_PEAK, j] = larger(abs(torque), totals[TORQUE_PEAK, j])
+        totals[WATCHED_PEAK, j] = larger(abs(traces[WATCHED, i]), totals[WATCHED_PEAK, j])
+        totals[LATE_SQUARES, j] += late * error * error
+        totals[LATE_COUNT, j] += late
+        totals[LATE_TOTAL, j] += late * error
+        totals[MOMENT, j] += (k - 0.5 * (end + settle - 1)) * error
         for row in range(len(orders)):
-            angle = orders[row] * traces[4, i]
+            angle = orders[row] * traces[ANGLE, i]
             totals[SUMS + 2 * row, j] += error * math.cos(angle)
             totals[SUMS + 2 * row + 1, j] += error * math.sin(angle)
 
@@ -162,14 +167,14 @@ def march(
                 if k == due:
                     phase = loop.plant().omega * t
                     error, torque = loop.watched(phase, y)
-                    traces[2, n] = error
+                    traces[ERROR, n] = error
                     if k >= sums.settle:
-                        traces[0, n], traces[1, n], traces[3, n] = t, memory.torques[0], torque
+                        traces[TIME, n], traces[TORQUE, n], traces[WATCHED, n] = t, memory.torques[0], torque
                         if len(states) > 0:
                             for i in range(len(y)):
                                 states[i, n] = y[i]
                         else:
-                            traces[4, n] = loop.plant().reference.value(phase)
+                            traces[ANGLE, n] = loop.plant().reference.value(phase)
                     n, due = n + 1, due + stride
                 y = between(loop, t, y, memory, steps)
             if len(states) == 0:

@@ -19,6 +19,7 @@ from ...base.units import ARCSEC
 from ...compile.jit import run
 from ...compile.lanes import LANES, lane
 from ...compile.tree import leaf_of, leaves, mapped
+from . import loop_march as row
 from .loop_march import BLOCK, NO_SUMS, ROWS, SUMS, Sums, begun, march, native_of, spread, sums_by_address
 
 FINE_STEP = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
@@ -185,7 +186,7 @@ def run_loop(
     loop, y, steps = ready(loop, y0, steps)
     samples, every = _samples(loop, duration), positive_count("every", every)
     columns = -(-samples // every)
-    states, traces = np.full((len(y), columns), np.nan), np.full((4, columns), np.nan)
+    states, traces = np.full((len(y), columns), np.nan), np.full((row.ANGLE, columns), np.nan)
     _, memory = marched(loop, y, begun(loop, y), samples, steps, states, traces, unit=unit, stride=every)
     t, torque, error, gear_torque = traces
     return LoopRun(t, error, torque, gear_torque, states, mapped(float, memory), steps)
@@ -310,27 +311,29 @@ def _table(loop: Any, varied: Any) -> Floats:
 
 def _measured(sums: Floats, orders: Floats, samples: int, steps: int, finest: float) -> LoopEnsemble:
     with np.errstate(all="ignore"):
-        n = sums[0]
-        mean = sums[1] / n
-        trend = 12.0 * sums[13] / (n * np.maximum(n * n - 1.0, 1.0))  # of a sample; the samples have (n^2 - 1)/12
-        rms = np.sqrt(np.maximum(sums[2] / n - mean * mean - trend * sums[13] / n, 0.0))
+        n, total, squares, moment = sums[row.COUNT], sums[row.TOTAL], sums[row.SQUARES], sums[row.MOMENT]
+        mean = total / n
+        trend = 12.0 * moment / (n * np.maximum(n * n - 1.0, 1.0))  # of a sample; the samples have (n^2 - 1)/12
+        rms = np.sqrt(np.maximum(squares / n - mean * mean - trend * moment / n, 0.0))
         cosine, sine = 2.0 * sums[SUMS::2] / n, 2.0 * sums[SUMS + 1 :: 2] / n
-        sizes = mean, rms, np.sqrt(sums[4] / n), np.hypot(cosine, sine)
-        first, second = n - sums[10], sums[10]
-        early = (sums[2] - sums[9]) / first - ((sums[1] - sums[12]) / first) ** 2
-        late = sums[9] / second - (sums[12] / second) ** 2
-        least = np.maximum(SMALL_ERROR * sums[11], finest)
-        stable = np.isfinite(sums[2]) & (sums[3] < LARGEST_ERROR) & ~((late > GROWTH**2 * early) & (late > least**2))
+        sizes = mean, rms, np.sqrt(sums[row.TORQUE_SQUARES] / n), np.hypot(cosine, sine)
+        second, late_total, late_squares = sums[row.LATE_COUNT], sums[row.LATE_TOTAL], sums[row.LATE_SQUARES]
+        first = n - second
+        early = (squares - late_squares) / first - ((total - late_total) / first) ** 2
+        late = late_squares / second - (late_total / second) ** 2
+        least = np.maximum(SMALL_ERROR * sums[row.PEAK_OF_RUN], finest)
+        small = np.isfinite(squares) & (sums[row.PEAK] < LARGEST_ERROR)
+        stable = small & ~((late > GROWTH**2 * early) & (late > least**2))
     mean, rms, torque_rms, amplitude = [np.where(np.isnan(size), np.inf, size) for size in sizes]
     return LoopEnsemble(
         mean=mean,
         rms=rms,
-        peak=sums[3],
+        peak=sums[row.PEAK],
         torque_rms=torque_rms,
-        torque_peak=sums[5],
-        gear_torque=sums[6],
-        limited=sums[7] / samples,
-        lost=sums[8] / samples,
+        torque_peak=sums[row.TORQUE_PEAK],
+        gear_torque=sums[row.WATCHED_PEAK],
+        limited=sums[row.LIMITED] / samples,
+        lost=sums[row.LOST] / samples,
         amplitude=amplitude,
         phase=np.nan_to_num(np.arctan2(-sine, cosine)),
         orders=orders,

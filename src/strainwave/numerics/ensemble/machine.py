@@ -10,7 +10,7 @@ from ...compile.jit import run
 from ...compile.lanes import LANES, VECTOR_LANES
 from ...compile.tree import leaves
 from ..integration.methods import Method
-from .fixed_step import KEPT_STATES
+from .fixed_step import KEPT_STATES, first_rows
 from .stepping import stepping_of
 
 
@@ -73,22 +73,21 @@ class Block:
 
 def march(batch: Batch, places: Any, method: Method, steps: int) -> Block:
     """Run the lanes at these places (at most a block of them) through all their periods."""
-    n, states, floats = len(places), len(batch.y0), len(batch.numbers)
+    n, y0 = len(places), (0.0,) * len(batch.y0)
     width = -(-n // VECTOR_LANES) * VECTOR_LANES
     full = np.concatenate([places, np.repeat(places[-1:], width - n)])
     starts = tuple(measure.start() for measure in batch.measures)
-    sums = np.array(leaves(starts), float)
-    first = floats + 1 + 2 * states
-    rows = np.zeros((first + len(sums) + states + 3, LANES))
-    rows[:floats, :width], rows[floats + 1 : floats + 1 + states, :width] = batch.numbers[:, full], batch.y0[:, full]
-    rows[first : first + len(sums)] = sums[:, None]
+    first = first_rows(batch.template, y0, starts)
+    rows = np.zeros((first.reach + 3, LANES))
+    rows[: first.step, :width], rows[first.state : first.other, :width] = batch.numbers[:, full], batch.y0[:, full]
+    rows[first.sums : first.start] = np.array(leaves(starts), float)[:, None]
     periods = batch.settle + batch.periods
-    last, ended = np.zeros((KEPT_STATES, states, LANES)), np.zeros(width)
-    common = batch.template, (0.0,) * states, batch.kind, batch.measures, starts, rows
+    last, ended = np.zeros((KEPT_STATES, len(y0), LANES)), np.zeros(width)
+    common = batch.template, y0, batch.kind, batch.measures, starts, rows
     stepping, waiting = stepping_of(method), np.zeros(width, np.int64)
-    rule, rows[floats, :width] = stepping.arguments(batch.omega[full], steps)
+    rule, rows[first.step, :width] = stepping.arguments(batch.omega[full], steps)
     with np.errstate(all="ignore"):
         attempts = run(stepping.kernel, *common, rule, waiting, batch.settle, batch.periods, last, ended)
     newest = (periods - 1 - np.arange(min(KEPT_STATES, periods))[::-1]) % KEPT_STATES
-    end = first + len(sums)
-    return Block(rows[first:end, :n], last[newest, :, :n], ended[:n], rows[end + states, :n], attempts or 0)
+    sums = rows[first.sums : first.start, :n]
+    return Block(sums, last[newest, :, :n], ended[:n], rows[first.reach, :n], attempts or 0)

@@ -25,7 +25,8 @@ from ..balance.first_order_at import pieces_of, state_at
 from ..balance.fourier import LOOKED as LOOKED_AT_KINKS
 from ..balance.fourier import Samples, pieces
 from ..balance.rates import base_speed
-from .panel_map import GAUSS_C, maps_through_panels, resolved, step_by, walked
+from .gauss_steps import GAUSS_PLACES, gauss_step, gauss_steps
+from .panel_map import maps_through_panels, resolved
 from .second_order import LARGEST_LOG, changes, inserted, root_on_chord
 
 FINEST = 4096  # steps a period
@@ -34,7 +35,7 @@ KINKED = 2.0  # the same where steps end at kinks, whose places have errors of 4
 EIGENVALUE_PLACES = 32  # places a period where the fastest eigenvalue is looked for
 SQUARES = 5  # of a matrix: the 32nd root of the size of its 32nd power is its fastest eigenvalue, or a little more
 SLOW = 1.2 * FINEST  # angle of the fastest disturbance in a period [rad] that no steps resolve
-C = tuple(GAUSS_C.tolist())
+C = tuple(GAUSS_PLACES.tolist())
 SLOW_PLACES, SAME_RATE = (32, 64, 256, FINEST), 1e-5  # angles of a slow turn; relative change of a mean rate
 EVEN = 16  # numbers of steps are multiples of it, so that orbits share tables
 
@@ -131,14 +132,14 @@ def _map_loops(problem: Any, point: Floats, hill: bool, flow: Floats) -> Any:
             psi = first[s] + width[s] * C[i]
             state_at(series, psi, state)
             problem.slopes(psi, state, w, strength, a[i])
-        more, less = step_by(a, width[s] / speed, hill, m, step, flow)
+        more, less = gauss_step(a, width[s] / speed, hill, m, step, flow)
         size, decay = size + more, decay + less
     return phase, size, decay
 
 
 @kernel_as(_map_loops)
 def map_along(problem: FirstOrder, point: Floats, hill: bool, flow: Floats) -> tuple[float, float, float]:
-    """Carry a flow (states, states) along an orbit: the angle of its fastest disturbance, and what `step_by` returns.
+    """Carry a flow (states, states) along an orbit: the angle of its fastest disturbance, and what `gauss_step` gives.
 
     Nothing is carried where the angle is above SLOW and the map is to be as it is.
     """
@@ -149,7 +150,7 @@ def map_along(problem: FirstOrder, point: Floats, hill: bool, flow: Floats) -> t
     psi, basis, width = _places(problem, point, y, phase)
     a = np.moveaxis(problem.along(problem.slopes, float(point[-1]), problem.turns * psi, y @ basis), 2, 0)
     times = width * problem.turns / base_speed(problem, point[-1:])
-    return phase, *walked(a.reshape(-1, len(GAUSS_C), n, n), times, hill, flow)
+    return phase, *gauss_steps(a.reshape(-1, len(GAUSS_PLACES), n, n), times, hill, flow)
 
 
 @routine
@@ -198,13 +199,13 @@ def _places(problem: FirstOrder, point: Floats, y: Floats, phase: float) -> tupl
     system = with_leaf(problem.system, problem.leaf, float(point[-1]))
     longest = 2.0 * math.pi / _steps(4 * h + 4, phase / KINKED)
     first, width = pieces(system, y, problem.turns, longest)
-    psi = (first[:, None] + width[:, None] * GAUSS_C).ravel()
+    psi = (first[:, None] + width[:, None] * GAUSS_PLACES).ravel()
     return psi, Samples(psi, psi).basis(h), width
 
 
 @remembered
 def _table(harmonics: int, steps: int) -> tuple[Floats, Floats]:
-    psi = 2.0 * math.pi / steps * (np.arange(steps)[:, None] + GAUSS_C).ravel()
+    psi = 2.0 * math.pi / steps * (np.arange(steps)[:, None] + GAUSS_PLACES).ravel()
     return psi, Samples(psi, psi).basis(harmonics)
 
 

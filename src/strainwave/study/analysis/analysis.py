@@ -6,7 +6,7 @@ the hysteresis loop of its gear, parametric resonances.
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from ...base.facts import Fact
@@ -263,7 +263,7 @@ class Analysis(Result):
     postures: tuple[JudgedPosture, ...] = ()
     beat: Beat | None = None
     moved: Move | None = None
-    project: Project | None = None
+    project: Project = field(kw_only=True)
 
     def facts(self) -> tuple[Fact, ...]:
         """The verdict: told once for a terminal, as JSON and for the pages of the report."""

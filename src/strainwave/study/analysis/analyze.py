@@ -30,12 +30,14 @@ from ...theory.lyapunov import lyapunov
 from ...theory.slow_flow.setting import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from ..speed_map.avoid import Avoid
-from ..speed_map.bands import HALF_POWER, merged, searched
+from ..speed_map.bands import HALF_POWER, searched
 from ..speed_map.decide import Decision, decide
+from ..speed_map.intervals import complement, merged
 from ..speed_map.motions import OMEGA, OSCILLATION
 from ..speed_map.ramp import in_run
+from ..speed_map.ratings import findings_under
 from ..speed_map.resonances import OperatingPoint, Regime, operating_point, regimes
-from ..speed_map.rules import complement, findings_under, rules_of
+from ..speed_map.rules import rules_of
 from .analysis import Analysis, GearLoop, loop_of, move_of, parametric_of
 from .in_time import RunUp, beat_of, run_up_and_down
 from .knobs import Subject
@@ -211,10 +213,12 @@ def analyze(
     if moved is not None and moved.failures:
         verdict = replace(verdict, answer=Answer.NOT)
     return Analysis(
-        system, limits, point, stability, all_regimes, exact, close, sweep, cases, drive, by_load, other_motors,
-        largest, findings, loop, parametric, study, avoid, helps, not_tried, verdict,
-        tuple(no_loop + not_searched + unmoved), tuple(implausible(project.gear, project.rated_torque, loop, largest)),
-        motor, damped, postures, beat_of(project, drive), moved, project,
+        system=system, speeds=limits, point=point, stability=stability, regimes=all_regimes, exact=exact, close=close,
+        run_up=sweep, cases=cases, drive=drive, load_cases=by_load, motors=other_motors, usage=largest, limits=findings,
+        loop=loop, parametric=parametric, train=study, avoid=avoid, remedies=helps, not_tried=not_tried,
+        verdict=verdict, remarks=tuple(no_loop + not_searched + unmoved),
+        doubts=tuple(implausible(project.gear, project.rated_torque, loop, largest)), motor=motor, other_damping=damped,
+        postures=postures, beat=beat_of(project, drive), moved=moved, project=project,
     )  # fmt: skip
 
 

@@ -8,10 +8,10 @@ import numpy as np
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ..speed_map.avoid import Avoid, avoided
-from ..speed_map.bands import Motions, Speeds, merged
+from ..speed_map.bands import Motions
 from ..speed_map.decide import Decision
+from ..speed_map.intervals import Span, complement, merged
 from ..speed_map.motions import OMEGA, OSCILLATION, UnderLoad
-from ..speed_map.rules import complement
 
 
 class AtTorque(NamedTuple):
@@ -26,17 +26,17 @@ class AtTorque(NamedTuple):
     avoid : Avoid or None
         What its motions say; None where none is stable.
     bands : tuple of (float, float)
-        Speeds to avoid [rad/s]: all of them where no motion is stable.
+        Span to avoid [rad/s]: all of them where no motion is stable.
     """
 
     torque: float
     drive: DriveResponse
     avoid: Avoid | None
-    bands: tuple[Speeds, ...]
+    bands: tuple[Span, ...]
 
     @property
-    def unstable(self) -> tuple[Speeds, ...]:
-        """Speeds at which no motion is stable."""
+    def unstable(self) -> tuple[Span, ...]:
+        """Span at which no motion is stable."""
         return self.bands if self.avoid is None else self.avoid.unstable
 
 
@@ -56,7 +56,7 @@ def load_cases(project: Project, decided: Decision) -> tuple[AtTorque, ...]:
 def over_all(
     drive: DriveResponse, decided: Decision, cases: tuple[AtTorque, ...], limit: float | None, passed: Motions | None
 ) -> Avoid | None:  # fmt: skip
-    """Speeds to avoid under every torque of the file's load, by the motions alone; None where none is stable.
+    """Span to avoid under every torque of the file's load, by the motions alone; None where none is stable.
 
     `drive` is its curve under the mean torque; largest and peaks are those of all torques. `passed` are the motions of
     a run-up that has torques which the curve has not.

@@ -22,7 +22,7 @@ from ...drive.steady import drive_curve
 from ...model.excitation import mean_torque
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
-from ..speed_map.bands import Speeds
+from ..speed_map.intervals import Span
 from ..speed_map.ramp import Ramp, ramp_of
 from ..speed_map.resonances import OperatingPoint
 from .in_time import DriveMotion, train_motion
@@ -64,7 +64,7 @@ class MotorCase:
 
 
 def motor_cases(
-    trains: Mapping[str, DriveTrain], speeds: Speeds, progress: Callable[[str], None]
+    trains: Mapping[str, DriveTrain], speeds: Span, progress: Callable[[str], None]
 ) -> Iterator[MotorCase]:  # fmt: skip
     """Follow the motions of a train with every motor through a range of motor speeds [rad/s], told before each."""
     for name, train in trains.items():
@@ -93,7 +93,7 @@ class TrainStudy:
     speed : float
         Motor speed [rad/s] of the largest error, at which it is linearised.
     bode : Bode
-        Speeds of motor and load over a torque, linear, about that state.
+        Span of motor and load over a torque, linear, about that state.
     omega, whole, reduced : (n,) arrays
         Motor speeds [rad/s] where they are compared; largest |error| [rad] of the train on a slow run-up (of a free one
         without a curve |x| across the gear), and |x| of the error equation; nan where there is no motion. Empty where
@@ -164,7 +164,7 @@ def train_study(
     exact, point : DriveResponse, OperatingPoint
         Response of the error equation over the range, and its equilibrium.
     single : tuple of float
-        Speeds [rad/s] at which the train is shown in time.
+        Span [rad/s] at which the train is shown in time.
     gear : Gear, optional
         Record whose limits the run-up is compared with.
     progress : callable

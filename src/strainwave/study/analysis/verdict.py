@@ -22,9 +22,10 @@ from ...drive.postures import titled
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
 from ..speed_map.avoid import Avoid, out_of_reach, sees_load, speeds_to_avoid
-from ..speed_map.bands import Speeds, between, merged
+from ..speed_map.intervals import Span, between, merged
+from ..speed_map.ratings import with_ratings
 from ..speed_map.resonances import operating_point
-from ..speed_map.rules import bands_of, beyond_sheet, rules_of, with_ratings
+from ..speed_map.rules import bands_of, beyond_sheet, rules_of
 from ..speed_map.under_load import of_curve
 from .knobs import Knob, Subject
 from .remedies import MARGIN, Allowance, Remedy, Trial, every_knob
@@ -49,7 +50,7 @@ class Verdict:
     answer : Answer
         `BUT` where everything that is wrong is wrong at `speeds` alone.
     speeds : tuple of (float, float)
-        Speeds of the base angle [rad/s] to keep out of: those to avoid, and those where a limit of the gear or the
+        Span of the base angle [rad/s] to keep out of: those to avoid, and those where a limit of the gear or the
         motor is passed.
     allowed : tuple of (float, float)
         The others of the range [rad/s].
@@ -62,15 +63,15 @@ class Verdict:
     """
 
     answer: Answer
-    speeds: tuple[Speeds, ...]
-    allowed: tuple[Speeds, ...]
+    speeds: tuple[Span, ...]
+    allowed: tuple[Span, ...]
     exceeded: tuple[Finding, ...]
     change: Remedy | None = None
     fault: str = ""
 
 
 def verdict_of(
-    speeds: Speeds, bands: tuple[Speeds, ...], avoid: Avoid | None, usage: Usage, limits: tuple[Finding, ...],
+    speeds: Span, bands: tuple[Span, ...], avoid: Avoid | None, usage: Usage, limits: tuple[Finding, ...],
     change: Remedy | None = None, motor: MotorUse | None = None, fault: str = "",
 ) -> Verdict:  # fmt: skip
     """Put together what is wrong with a drive and at which speeds.
@@ -80,7 +81,7 @@ def verdict_of(
     speeds : (float, float)
         Range of the base-angle speed [rad/s].
     bands : tuple of (float, float)
-        Speeds that are forbidden under any load.
+        Span that are forbidden under any load.
     avoid : Avoid or None
         Those of them that its motions forbid; None where no motion is stable.
     usage : Usage
@@ -121,7 +122,7 @@ class Judged(NamedTuple):
         Whether the drive passes; None where the project has no limit of the oscillation and fails by nothing else, and
         where other torques of its load have curves of their own.
     avoid : Avoid or None
-        Speeds to avoid for the oscillation alone.
+        Span to avoid for the oscillation alone.
     used, motor : Usage, MotorUse or None
         What gear and motor must take, and at least what every torque on the load takes at steady speed.
     findings : tuple of Finding
@@ -191,8 +192,8 @@ def judged(project: Project, response: DriveResponse) -> Judged:
     return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found, leaves, below, fails)
 
 
-def _bands(project: Project, response: DriveResponse, need: Need | None) -> tuple[Avoid | None, tuple[Speeds, ...]]:
-    """Speeds that the motions of a curve forbid, and the same with the limits of gear and motor, which has a `need`.
+def _bands(project: Project, response: DriveResponse, need: Need | None) -> tuple[Avoid | None, tuple[Span, ...]]:
+    """Span that the motions of a curve forbid, and the same with the limits of gear and motor, which has a `need`.
 
     None for a drive whose spring cannot hold its load, and where no motion is stable.
     """
@@ -217,7 +218,7 @@ def _over(avoid: Avoid) -> str:
     return Sentence(text, Angle(avoid.largest), Speed(avoid.at, digits=5), Angle(avoid.limit))
 
 
-def _left(project: Project, bands: Sequence[Speeds]) -> str:
+def _left(project: Project, bands: Sequence[Span]) -> str:
     """Sentence on the speeds at which the motion of a curve is not stable; empty without bands."""
     speeds = project.speeds
     places = listed(f"{speeds.own(low):.5g} to {speeds.own(high):.5g}" for low, high in bands)

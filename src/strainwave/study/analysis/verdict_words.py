@@ -1,32 +1,20 @@
 """The words of the verdict of an `Analysis`: pass or fail at its speeds, what helps, and the first answers."""
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...base.facts import Fact
 from ...base.sentences import Angle, Sentence, Speed, listed, number, percent
 from ...base.units import ARCSEC, RPM, Speeds
 from ...drive.asked import BRAKE, RMS, MotorLimits
 from ...model.gears.limits import Finding, gravest
-from ..speed_map.avoid import Avoid, out_of_reach
+from ..speed_map.avoid import out_of_reach
+from . import words
 from .remedies import Remedy
 from .verdict import TIE_RATIO, Answer, Verdict
-from .words import (
-    MOTOR,
-    NOTHING_STABLE,
-    PASSED_ONLY,
-    above,
-    equation_alone,
-    how_sure,
-    largest_of_all,
-    largest_text,
-    move_sentence,
-    named,
-    of_move,
-    posture_sentence,
-    postures_data,
-    under_load,
-)  # fmt: skip
+
+if TYPE_CHECKING:
+    from .analysis import Analysis
 
 ADD_LIMIT = (
     "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
@@ -43,7 +31,7 @@ LEAST_SHARE = 0.01  # share of the motor's torque from which on the steady part 
 MOST_LISTED = 6  # speeds of jumps that are listed; of more the ends
 
 
-def facts(analysis: Any) -> tuple[Fact, ...]:
+def facts(analysis: "Analysis") -> tuple[Fact, ...]:
     """The verdict on an `Analysis` for a terminal, as JSON and for a page: answer, sentences, speeds and change."""
     verdict, change, speeds = analysis.verdict, analysis.verdict.change, analysis.project.speeds
     row = None
@@ -61,10 +49,10 @@ def facts(analysis: Any) -> tuple[Fact, ...]:
         Fact("verdict.largest_over_limit", share(analysis)),
         Fact("verdict.sentence", sentence),
         Fact("verdict.what_to_do", remedy),
-        Fact("verdict.how_sure", how_sure(analysis)),
+        Fact("verdict.how_sure", words.how_sure(analysis)),
         Fact("verdict.speeds_to_keep_out_of", [band_data(speeds, *band) for band in verdict.speeds]),
         Fact("verdict.allowed_speeds", [band_data(speeds, *band) for band in verdict.allowed]),
-        Fact("verdict.postures", postures_data(analysis)),
+        Fact("verdict.postures", words.postures_data(analysis)),
         Fact("verdict.run_up_adds", [band_data(speeds, *band) for band in passed]),
         Fact("verdict.smallest_change", row),
         Fact("verdict.answers", sentences),
@@ -72,39 +60,35 @@ def facts(analysis: Any) -> tuple[Fact, ...]:
     )
 
 
-def first_lines(analysis: Any) -> tuple[str, Sentence, str]:
+def first_lines(analysis: "Analysis") -> tuple[str, Sentence, str]:
     """Headline, sentence and remedy."""
     verdict = analysis.verdict
     return _headline(analysis, verdict), _sentence(analysis, verdict), _remedy(analysis, verdict)
 
 
-def run_up_text(avoid: Avoid) -> Sentence:
-    """Speeds that a run-up adds to those to keep out of."""
-    return Sentence("a run-up adds {}", ranges(avoid.passed))
-
-
-def share(analysis: Any) -> float | None:
+def share(analysis: "Analysis") -> float | None:
     """Largest oscillation, in the worst posture where there are some, over its limit; None without a limit."""
     avoid = analysis.avoid
     limit = None if avoid is None else avoid.limit
-    return None if limit is None else largest_of_all(analysis)[0] / limit
+    return None if limit is None else words.largest_of_all(analysis)[0] / limit
 
 
-def _headline(analysis: Any, verdict: Verdict) -> str:
+def _headline(analysis: "Analysis", verdict: Verdict) -> str:
     """Pass or fail, by how much or why, and whether the drive hunts."""
     resting = None if analysis.train is None else analysis.train.resting
     hunts = f"; it hunts at rest by ±{number(resting.size / ARCSEC, 3)} arcsec" if resting and resting.hunts else ""
     return _passes(analysis, verdict) + hunts
 
 
-def _passes(analysis: Any, verdict: Verdict) -> str:
+def _passes(analysis: "Analysis", verdict: Verdict) -> str:
     """Pass or fail, by how much or why."""
     if verdict.fault:
         return f"Fail at every speed; {_begun(verdict.fault)}"
-    part, avoid, case = share(analysis), analysis.avoid, largest_of_all(analysis)[1]
+    part, avoid, case = share(analysis), analysis.avoid, words.largest_of_all(analysis)[1]
     if verdict.answer is Answer.ALL_RIGHT:
         below = "" if part is None else f"the oscillation{case} is {percent(1.0 - part, 2)} below its limit"
-        return f"Pass; {below or NO_LIMIT}" + (f"; but {run_up_text(avoid)}" if avoid and avoid.passed else "")
+        added = f"; but a run-up adds {ranges(avoid.passed)}" if avoid and avoid.passed else ""
+        return f"Pass; {below or NO_LIMIT}{added}"
     faults = []
     if part is not None and part <= 1.0 and avoid and avoid.limit and avoid.apart:
         part, case = avoid.apart[1] / avoid.limit, " of a motion apart from the curve"
@@ -112,10 +96,10 @@ def _passes(analysis: Any, verdict: Verdict) -> str:
         size = f"{number(part, 3)} times" if part > MULTIPLE else f"{percent(part - 1.0, 2)} above"
         faults.append(f"the oscillation{case} is {size} its limit")
     passed = gravest(verdict.exceeded)
-    first = [finding for finding in passed if finding.limit not in MOTOR][:1]
-    faults += map(above, [*first, *(finding for finding in passed if finding.limit in MOTOR)])
+    first = [finding for finding in passed if finding.limit not in words.MOTOR][:1]
+    faults += map(words.above, [*first, *(finding for finding in passed if finding.limit in words.MOTOR)])
     if avoid is None:
-        faults.append(analysis.project.undamped.partition(":")[0] or NOTHING_STABLE)
+        faults.append(analysis.project.undamped.partition(":")[0] or words.NOTHING_STABLE)
     elif avoid.unstable:
         faults.append("at some speeds the motion is not stable")
     if not faults and analysis.jumping:
@@ -125,14 +109,14 @@ def _passes(analysis: Any, verdict: Verdict) -> str:
         failing = sum(row.answer is not Answer.ALL_RIGHT for row in rows)
         several = f"{failing} of {len(rows)} postures fail" + f", {worst.title} the most" * (worst.title not in case)
         text = several if failing > 1 else f"{worst.title} of {len(rows)} fails"
-        faults.append(": ".join([text, *(above(one) for one in worst.exceeded[:1])]))
-    faults += [f"in the move of the file {above(one)}" for one in of_move(analysis)]
+        faults.append(": ".join([text, *(words.above(one) for one in worst.exceeded[:1])]))
+    faults += [f"in the move of the file {words.above(one)}" for one in words.of_move(analysis)]
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
         return "; ".join(["Some speeds are to be avoided", *faults, NO_LIMIT])
     return "; ".join(["Fail at some speeds" if verdict.answer is Answer.BUT else "Fail", *(faults or [NO_LIMIT])])
 
 
-def _sentence(analysis: Any, verdict: Verdict) -> Sentence:
+def _sentence(analysis: "Analysis", verdict: Verdict) -> Sentence:
     """The answer, with the largest oscillation and torque against their limits."""
     if verdict.fault:
         text = "Not all right: {}, so that the drive reaches none of the motions that are computed here without it."
@@ -141,7 +125,7 @@ def _sentence(analysis: Any, verdict: Verdict) -> Sentence:
     if verdict.answer is Answer.BUT:
         begin = "OK except " + ranges(verdict.speeds)
     sentence = Sentence("{}: {}; {}.", begin, _oscillation(analysis), torque_text(analysis, verdict))
-    of_file = Sentence(" That is for the load of the file. {}", posture_sentence(analysis))
+    of_file = Sentence(" That is for the load of the file. {}", words.posture_sentence(analysis))
     return sentence + of_file if analysis.postures else sentence
 
 
@@ -150,19 +134,19 @@ def apart_said(apart: tuple[float, float]) -> tuple[Angle | str, Speed]:
     return Angle(apart[1]) if math.isfinite(apart[1]) else "no bound", Speed(apart[0], digits=5)
 
 
-def _oscillation(analysis: Any) -> Sentence:
+def _oscillation(analysis: "Analysis") -> Sentence:
     """The largest oscillation against its limit."""
     avoid = analysis.avoid
     if avoid is None:
-        return Sentence(analysis.project.undamped or NOTHING_STABLE)
+        return Sentence(analysis.project.undamped or words.NOTHING_STABLE)
     largest = analysis.largest_oscillation()
-    speed = largest_text(largest)
-    against: str = "and the file has no limit of it"
+    speed = words.largest_text(largest)
+    against: str = "no limit in the file"
     if avoid.limit is not None:
         against = ("above" if largest.peak > avoid.limit else "within") + " the limit of " + Angle(avoid.limit)
     elif avoid.slow > 0.0:
         against = f"{number(largest.peak / avoid.slow, 2)} times that of quasi-static rotation, {against}"
-    text = Sentence("the error oscillates with up to {} at {}, {}", Angle(largest.peak), speed, against)
+    text = Sentence("oscillation up to {} at {}, {}", Angle(largest.peak), speed, against)
     if avoid.apart is not None and avoid.apart[1] > TIE_RATIO * largest.peak:
         text += Sentence(" (on a motion apart from the curve with up to {} at {})", *apart_said(avoid.apart))
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
@@ -173,22 +157,24 @@ def _oscillation(analysis: Any) -> Sentence:
     return text + "; at some speeds the motion is not stable, and the drive leaves it" if avoid.unstable else text
 
 
-def torque_text(analysis: Any, verdict: Verdict, with_motor: bool = True) -> str:
+def torque_text(analysis: "Analysis", verdict: Verdict, with_motor: bool = True) -> str:
     """The largest torque against the rating, and every limit of the gear, and of the motor, that is passed."""
     used = analysis.usage
-    exceeded = [one for one in gravest(verdict.exceeded) if with_motor or one.limit not in MOTOR]
-    size = f"the torque through the gear reaches {number(used.peak_torque, analysis.project.digits())} N·m"
-    torques = [finding for finding in analysis.limits if finding.limit not in PASSED_ONLY]
+    exceeded = [one for one in gravest(verdict.exceeded) if with_motor or one.limit not in words.MOTOR]
+    size = f"gear torque up to {number(used.peak_torque, analysis.project.digits())} N·m"
+    torques = [finding for finding in analysis.limits if finding.limit not in words.PASSED_ONLY]
     if not torques:
-        against = "and its largest torques are not known"
-    elif passed := [finding for finding in exceeded if finding.limit not in PASSED_ONLY]:
-        against = f"above {named(passed[0])}"
+        against = "its largest torques are not known"
+    elif passed := [finding for finding in exceeded if finding.limit not in words.PASSED_ONLY]:
+        against = f"above {words.named(passed[0])}"
     else:
-        against = f"within {named(min(torques, key=lambda finding: finding.bound))}"
-    return "; ".join([f"{size}, {against}", *(above(finding) for finding in exceeded if finding.limit in PASSED_ONLY)])
+        against = f"within {words.named(min(torques, key=lambda finding: finding.bound))}"
+    return "; ".join(
+        [f"{size}, {against}", *(words.above(finding) for finding in exceeded if finding.limit in words.PASSED_ONLY)]
+    )
 
 
-def _remedy(analysis: Any, verdict: Verdict) -> str:
+def _remedy(analysis: "Analysis", verdict: Verdict) -> str:
     """The smallest change that suffices, or what the best one leaves; and the speeds that need none."""
     if verdict.fault:
         return LOOP_FIRST
@@ -208,20 +194,22 @@ def keep_to(verdict: Verdict, keep: str = "Keep") -> Sentence:
     return Sentence("{} to {}.", keep, ranges(verdict.allowed, -1))
 
 
-def over_limit(analysis: Any) -> bool:
+def over_limit(analysis: "Analysis") -> bool:
     """True if a steady motion oscillates with more than the limit of the file."""
     avoid = analysis.avoid
     return avoid is not None and avoid.limit is not None and avoid.largest > avoid.limit
 
 
 def change_sentences(
-    analysis: Any, verdict: Verdict, text: str = "Smallest change that meets the limit: {}; it leaves {}."
+    analysis: "Analysis", verdict: Verdict, text: str = "Smallest change that meets the limit: {}; it leaves {}."
 ) -> list[Sentence]:  # fmt: skip
     """The smallest change that suffices, or what the best one leaves, and what a passed limit of the gear needs."""
     avoid, sentences = analysis.avoid, []
     if verdict.change is not None:
         alone = " under the load of the file alone" if analysis.postures else ""
-        left = _left(analysis, verdict.change)
+        left = Sentence("no oscillation")
+        if verdict.change.ratio >= NO_OSCILLATION:
+            left = Sentence("{} at {}", Angle(_after(analysis)), Speed(verdict.change.at, digits=5))
         sentences.append(Sentence(text, str(verdict.change) + _ends(verdict.change) + alone, left))
     elif over_limit(analysis) and avoid is not None and analysis.remedies and analysis.remedies[0].helps:
         best = analysis.remedies[0]
@@ -232,7 +220,7 @@ def change_sentences(
         sentences.append(Sentence(text, under, str(best), Angle(best.ratio * avoid.largest), torque))
     elif over_limit(analysis):
         sentences.append(Sentence("No change that was tried brings the oscillation within its limit."))
-    of_motor = [finding.limit in MOTOR for finding in (*verdict.exceeded, *of_move(analysis))]
+    of_motor = [finding.limit in words.MOTOR for finding in (*verdict.exceeded, *words.of_move(analysis))]
     if not all(of_motor):
         sentences.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
     remedy = Sentence("Motor limit exceeded: reduce load or speed, or take another ratio or a stronger motor.")
@@ -246,14 +234,7 @@ def _ends(change: Remedy) -> str:
     return f" ({number(change.before)} to {number(change.after)} {change.unit})".replace(" )", ")")
 
 
-def _left(analysis: Any, change: Remedy) -> Sentence:
-    """Oscillation after a change, and its speed."""
-    if change.ratio < NO_OSCILLATION:
-        return Sentence("no oscillation")
-    return Sentence("{} at {}", Angle(_after(analysis)), Speed(change.at, digits=5))
-
-
-def _after(analysis: Any) -> float:
+def _after(analysis: "Analysis") -> float:
     """Largest oscillation [rad] after the smallest change."""
     change, avoid = analysis.verdict.change, analysis.avoid
     assert change is not None
@@ -273,7 +254,7 @@ def band_data(speeds: Speeds, low: float, high: float) -> dict[str, Any]:
     return ends | {"from_rpm": speeds.rpm(low), "to_rpm": speeds.rpm(high)}
 
 
-def answers(analysis: Any) -> dict[str, Any]:
+def answers(analysis: "Analysis") -> dict[str, Any]:
     """Sentences by what they answer, in the order of the page; a question without an answer is left out."""
     verdict, loop = analysis.verdict, analysis.project.loop
     if verdict.fault:
@@ -281,15 +262,15 @@ def answers(analysis: Any) -> dict[str, Any]:
     torque = torque_text(analysis, verdict, with_motor=False)
     sentences: dict[str, str] = {
         "requirement": _requirement(analysis),
-        "postures": posture_sentence(analysis, " The other answers are for the load of the file."),
+        "postures": words.posture_sentence(analysis, " The other answers are for the load of the file."),
         "largest oscillation": _worst(analysis),
         "margin": _margin(analysis),
         "jumps": _jumps(analysis),
         "torque": f"{torque[0].upper()}{torque[1:]}.",
         "motor": _motor(analysis),
-        "move of the file": move_sentence(analysis),
+        "move of the file": words.move_sentence(analysis),
         "loop": "" if loop is None else loop.sentence,
-        "how sure": how_sure(analysis),
+        "how sure": words.how_sure(analysis),
         "smallest change": _change(analysis),
         "without a change": keep_to(verdict) if verdict.answer is Answer.BUT else "",
     }
@@ -298,7 +279,7 @@ def answers(analysis: Any) -> dict[str, Any]:
     return {what: text for what, text in sentences.items() if text}
 
 
-def _requirement(analysis: Any) -> str:
+def _requirement(analysis: "Analysis") -> str:
     """The limit of the file, or how to write one."""
     if analysis.project.limit is None:
         return "The project file has no limit of the oscillation. " + ADD_LIMIT
@@ -310,37 +291,39 @@ def _requirement(analysis: Any) -> str:
     return sentence + f" {below[0].upper()}{below[1:]}." if below else sentence
 
 
-def _motor(analysis: Any) -> str:
+def _motor(analysis: "Analysis") -> str:
     """The torque and the speed that the motor must have, and what it has."""
     motor, limits = analysis.motor, analysis.project.motor_limits
     if motor is None:
         return ""
-    study, run = analysis.train, " in the run-up, its acceleration left out" * motor.in_run_up
-    digits, where = analysis.project.digits(), Speed(motor.at, digits=5) + under_load(motor.load)
-    line = Sentence("It must give up to {} N·m{}, at {}", number(motor.torque, digits), run, where)
+    study, run = analysis.train, " in the run-up, without its acceleration" * motor.in_run_up
+    digits, where = analysis.project.digits(), Speed(motor.at, digits=5) + words.under_load(motor.load)
+    line = Sentence("Torque up to {} N·m{}, at {}", number(motor.torque, digits), run, where)
     if motor.holding > LEAST_SHARE * motor.torque:
-        line += f"; steady loads and friction alone take up to {number(motor.holding, digits)} N·m"
+        line += f"; loads and friction alone {number(motor.holding, digits)} N·m"
     sheet = limits or MotorLimits()
     torque, speed = sheet.most, sheet.fastest
     current = f" It takes a current of {number(motor.torque / sheet.K_t)} A." if math.isfinite(sheet.K_t) else ""
     line += f".{current}" + ("" if sheet.peak_torque else _has(motor.torque, torque, "N·m"))
     if analysis.project.speeds.by_motor:
         fastest = analysis.project.speeds.given[-1] / RPM
-        line += f" It must turn at up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
+        line += f" Speed up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
     if motor.run_up is not None and study is not None and study.ramp is not None:
-        text = f" The run-up of {number(study.ramp.duration, 3)} s takes up to {number(motor.run_up, digits)} N·m with "
+        text = f" With its acceleration the run-up of {number(study.ramp.duration, 3)} s takes up to "
         slower = Finding("", motor.run_up, torque, "", "").exceeded
-        line += text + "its acceleration" + (": run up more slowly." if slower else ".")
+        line += f"{text}{number(motor.run_up, digits)} N·m" + (": run up more slowly." if slower else ".")
     others = [f.sentence for f in analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]
     line += "".join(" " + sentence.replace("*", "·") for sentence in others)
-    return line if limits else line + " The project file gives no limits of the motor."
+    return line if limits else line + " The file gives no limits of the motor."
 
 
 def _has(asked: float, bound: float, unit: str) -> str:
     """Rating of a motor against its demand; nothing where it is not known."""
     if not math.isfinite(bound):
         return ""
-    return f" It has {number(bound)} {unit}" + (": too little." if Finding("", asked, bound, "", "").exceeded else ".")
+    return f" The motor has {number(bound)} {unit}" + (
+        ": too little." if Finding("", asked, bound, "", "").exceeded else "."
+    )
 
 
 def _begun(sentence: str) -> str:
@@ -348,19 +331,19 @@ def _begun(sentence: str) -> str:
     return sentence[0].lower() + sentence.removesuffix(".")[1:]
 
 
-def _worst(analysis: Any) -> Sentence:
+def _worst(analysis: "Analysis") -> Sentence:
     """The largest oscillation with its speed and load torque."""
     largest = analysis.largest_oscillation()
-    return Sentence("{} at {}{}.", Angle(largest.peak), largest_text(largest), equation_alone(analysis))
+    return Sentence("{} at {}{}.", Angle(largest.peak), words.largest_text(largest), words.equation_alone(analysis))
 
 
-def _margin(analysis: Any) -> Sentence:
+def _margin(analysis: "Analysis") -> Sentence:
     """Margin of the oscillation to its limit; "" without a limit."""
     part, limit = share(analysis), analysis.project.limit
     if part is None or limit is None:
         return Sentence("")
     where = "above" if part > 1.0 else "below"
-    size, case = Angle(abs(part - 1.0) * limit), largest_of_all(analysis)[1]
+    size, case = Angle(abs(part - 1.0) * limit), words.largest_of_all(analysis)[1]
     sentence = Sentence(f"{{}} ({{}}) {{}} the limit{case}.", size, percent(abs(part - 1.0), 2), where)
     avoid = analysis.avoid
     if avoid is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > limit:
@@ -368,7 +351,7 @@ def _margin(analysis: Any) -> Sentence:
     return sentence
 
 
-def _jumps(analysis: Any) -> Sentence:
+def _jumps(analysis: "Analysis") -> Sentence:
     """The speeds at which a slow run-up or run-down jumps, under every load torque."""
     sweeps = [drive.sweep for _, drive in analysis.curves]
     speeds = sorted({jump.value for sweep in filter(None, sweeps) for jump in (*sweep.on_run_up, *sweep.on_run_down)})
@@ -380,7 +363,7 @@ def _jumps(analysis: Any) -> Sentence:
     return Sentence("On a slow run-up or run-down, at {}.", every)
 
 
-def _change(analysis: Any) -> Sentence:
+def _change(analysis: "Analysis") -> Sentence:
     """The smallest change that makes a failing drive pass."""
     sentences = change_sentences(analysis, analysis.verdict, "{}; it leaves {}.")
     passes = analysis.verdict.answer is Answer.ALL_RIGHT and analysis.project.limit is not None

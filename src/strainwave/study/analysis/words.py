@@ -1,13 +1,16 @@
 """Words that several parts of an `Analysis` share: limits of gear and motor, the move of the file, speeds and loads."""
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...base.sentences import Angle, Sentence, Speed, listed, number
 from ...base.units import RPM
 from ...drive.asked import BRAKE, PEAK, RMS
 from ...drive.train_curve import unfollowed
 from ...model.gears.limits import RATED, Finding, gravest
+
+if TYPE_CHECKING:
+    from .analysis import Analysis
 
 MOTOR = (PEAK, "motor speed", RMS, RATED, BRAKE)
 NOTHING_STABLE = "no steady motion of the range is stable"
@@ -34,13 +37,13 @@ def _unit(finding: Finding) -> str:
     return finding.unit.replace("*", "·")
 
 
-def of_move(analysis: Any) -> list[Finding]:
+def of_move(analysis: "Analysis") -> list[Finding]:
     """Limits of gear and motor by which the move of the file fails."""
     moved = analysis.moved
     return [] if moved is None else [finding for finding in gravest(moved.findings) if finding.fails]
 
 
-def move_sentence(analysis: Any) -> str:
+def move_sentence(analysis: "Analysis") -> str:
     """Demands of the file's move on gear and motor, and its pointing error."""
     moved = analysis.moved
     if moved is None:
@@ -48,9 +51,7 @@ def move_sentence(analysis: Any) -> str:
     times, digits = [time for time in moved.settling_times if time is not None], analysis.project.digits()
     still = f"it settles {number(max(times), 3)} s after its end" if times else "it does not settle in the run"
     still = still if len(times) in (0, len(moved.settling_times)) else "it does not settle after each motion"
-    text = (
-        "It takes up to {} N·m of the motor, rms {} N·m, at up to {} rpm, and {} N·m through the gear. The load is off "
-    )
+    text = "Motor torque up to {} N·m, rms {} N·m, at up to {} rpm; gear torque up to {} N·m. The load is off "
     text += "by up to {}; {}."
     torques = (moved.peak_motor_torque, moved.rms_motor_torque, moved.peak_gear_torque)
     peak, rms, gear = (number(torque, digits) for torque in torques)
@@ -72,7 +73,7 @@ def largest_text(largest: Any) -> Sentence:
     return sentence + Sentence(text, Angle(largest.smallest), number(largest.beat, 3))
 
 
-def equation_alone(analysis: Any) -> str:
+def equation_alone(analysis: "Analysis") -> str:
     """Model of the steady motions where the whole drive has no stable one; "" where they are its own."""
     study = analysis.train
     if study is None or not unfollowed(study.train, analysis.train_curve):
@@ -81,13 +82,13 @@ def equation_alone(analysis: Any) -> str:
     return f" in the error equation alone, with the motor {motor} and the load rigid"
 
 
-def largest_of_all(analysis: Any) -> tuple[float, str]:
+def largest_of_all(analysis: "Analysis") -> tuple[float, str]:
     """The largest oscillation [rad] under the load of the file and in all postures, and the posture that has it."""
     tops = [(row.peak, f" in {row.title}") for row in analysis.postures if row.peak > 0.0]
     return max([(analysis.largest_oscillation().peak, ""), *tops], key=lambda top: top[0])
 
 
-def postures_data(analysis: Any) -> list[dict[str, Any]]:
+def postures_data(analysis: "Analysis") -> list[dict[str, Any]]:
     """Every posture as data: its load, its answer, its largest oscillation, and the limits that it passes."""
     rows = []
     for row in analysis.postures:
@@ -98,7 +99,7 @@ def postures_data(analysis: Any) -> list[dict[str, Any]]:
     return rows
 
 
-def posture_sentence(analysis: Any, ending: str = "") -> Sentence:
+def posture_sentence(analysis: "Analysis", ending: str = "") -> Sentence:
     """The worst posture of the file, with its largest oscillation and a last sentence; empty where it has none."""
     worst = analysis.posture
     if worst is None:
@@ -109,7 +110,7 @@ def posture_sentence(analysis: Any, ending: str = "") -> Sentence:
     return Sentence(text, len(analysis.postures), worst.title, worst.answer, reasons)
 
 
-def how_sure(analysis: Any) -> Sentence:
+def how_sure(analysis: "Analysis") -> Sentence:
     """Range for all assumed numbers, or for the damping, which no catalogue prints; "" where it is measured."""
     sure = analysis.project.sureness
     if sure.doubts:
@@ -127,5 +128,5 @@ def how_sure(analysis: Any) -> Sentence:
     side = {(True, True): "all above", (False, False): "all within", (True, False): "the second within"}
     limit = side.get((bool(ends[0].exceeds), bool(ends[1].exceeds)))
     judged = f", {limit} the limit" if limit and avoid.limit is not None else ""
-    text = "The damping of {} {} is assumed, unless it was measured. From {} to {} {} the oscillation is {} to {}{}."
+    text = "The damping of {} {} is assumed, unless it was measured; {} to {} {} give an oscillation of {} to {}{}."
     return Sentence(text, number(size, 2), unit, low, high, unit, *sizes, judged)

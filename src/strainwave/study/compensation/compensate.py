@@ -20,8 +20,8 @@ from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, LoopRun
 from ...numerics.operating_point import loaded_state
 from ..analysis.knobs import stiffer
 from .bench import Bench, lines_in, steady_bench_of
-from .designs import COMPENSATORS, Compensator, given, own_rate, tripped
-from .gains import adapting, converged_at, refuse_unstable, steady_run, times_of, turns_of, units_of
+from .designs import COMPENSATORS, Compensator, given
+from .gains import adapting, converged_at, own_rate, refuse_unstable, steady_run, times_of, tripped, turns_of, units_of
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
 
 SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model

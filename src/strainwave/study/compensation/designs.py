@@ -1,8 +1,7 @@
 """Controllers designed on a bench: each by its name, with what it needs and the condition under which it is stable.
 
-A new one is a function of a bench and a motor speed that returns a controller, with an entry in `COMPENSATORS`.
-
-Controllers that are given, not designed: their measurements, their rates of learning, and their guards.
+A new one is a function of a bench and a motor speed [rad/s] that returns a controller, with an entry in `COMPENSATORS`.
+A controller that is given, not designed, becomes one by `given`.
 """
 
 from collections.abc import Callable
@@ -20,11 +19,20 @@ from ...model.controllers.feedforward import AngleFeedforward, InverseDynamics, 
 from ...model.controllers.loops import DisturbanceObserver, Measurement, SampledPD, notch
 from ...model.excitation import Harmonic, Harmonics, KinematicError
 from .bench import Bench
-from .gains import behind_of, guard, motor_guard, plain_run, rate_of, repetitive_gains, size_of, torque_against
+from .gains import (
+    amplitudes_of,
+    behind_of,
+    guard,
+    motor_guard,
+    rate_of,
+    repetitive_gains,
+    response_at_error,
+    torque_against,
+)
 
 FOLLOWING = ("angle", "nonlinear-inverse", "adaptive-motor", "observer", "notch")  # they need a motor on a reference
-OBSERVER = 2.0  # bandwidth of the observer, in those of the loop
-LOWERED, GAINS = (0.5, 0.25), ("gain", "bandwidth")  # shares that are tried, and what is lowered
+OBSERVER_BANDWIDTH = 2.0  # in those of the loop
+GAIN_SHARES, GAINS = (0.5, 0.25), ("gain", "bandwidth")  # tried where all gains are unstable; fields that are gains
 
 
 @dataclass(frozen=True)
@@ -65,38 +73,37 @@ class Compensator:
                 "controller without one, such as 'inverse'"
             )
         built = self.build(bench, speed)
-        return _decaying(self.name, bench, built, speed) if self.feedback else built
+        return _stabilised(self.name, bench, built, speed) if self.feedback else built
 
 
-def _decaying(name: str, bench: Bench, controller: Any, speed: float) -> Any:
+def _stabilised(name: str, bench: Bench, controller: Any, speed: float) -> Any:
     """A controller on whose model all small motions decay: as it is, or with half the gains with which they do."""
     first = bench.growth(controller, speed, model=True)
     if first < 0.0:
         return controller
-    for share in LOWERED:
-        lower = slower(controller, share)
+    for share in GAIN_SHARES:
+        lower = scaled_gains(controller, share)
         if lower == controller:
             break
         if bench.growth(lower, speed, model=True) < 0.0:
-            return slower(controller, 0.5 * share)
-    help_less = (
-        "" if slower(controller, 0.5) == controller else f", and with {LOWERED[-1]:g} of its gains they still do"
-    )
+            return scaled_gains(controller, 0.5 * share)
+    has_gains = scaled_gains(controller, 0.5) != controller
+    still = f", and with {GAIN_SHARES[-1]:g} of its gains they still do" if has_gains else ""
     raise ValueError(
         f"{name} is unstable on its own model at {bench.speeds.said(speed)}: small motions of the sampled loop grow by "
-        f"a factor e every {1.0 / max(first, 1e-9):.3g} s{help_less}; take another controller, or change the plain loop"
+        f"a factor e every {1.0 / max(first, 1e-9):.3g} s{still}; take another controller, or change the plain loop"
     )
 
 
-def slower(controller: Any, share: float) -> Any:
+def scaled_gains(controller: Any, share: float) -> Any:
     """A controller with a share of its gains of feedback; its plain loop stays."""
     if not hasattr(controller, "loop"):
         return controller
     changed = {name: share * getattr(controller, name) for name in GAINS if hasattr(controller, name)}
-    return controller._replace(loop=slower(controller.loop, share), **changed)
+    return controller._replace(loop=scaled_gains(controller.loop, share), **changed)
 
 
-def _inverse(bench: Bench, speed: float, share: float = 1.0) -> Any:
+def _linear_inverse(bench: Bench, speed: float, share: float = 1.0) -> Any:
     model, J, lead, loop = bench.model, share * bench.model.motor.J, bench.lead, bench.loop
     twists, torques = bench.twists(speed), bench.against if share else ()
     if not bench.equation and (lines_of(model.error) or twists):
@@ -110,10 +117,10 @@ def _inverse(bench: Bench, speed: float, share: float = 1.0) -> Any:
     return TorqueTable(loop, Harmonics(torques), lead) if torques else loop
 
 
-_angle = partial(_inverse, share=0.0)
+_angle = partial(_linear_inverse, share=0.0)
 
 
-def _nonlinear(bench: Bench, _speed: float) -> Any:
+def _nonlinear_inverse(bench: Bench, _speed: float) -> Any:
     return InverseDynamics(bench.loop, bench.model, bench.lead)
 
 
@@ -125,21 +132,15 @@ def table_against(bench: Bench, speed: float, amplitudes: Any) -> TorqueTable:
     return TorqueTable(bench.loop, Harmonics(tuple(lines)), turns=bench.table_turns)
 
 
-def amplitudes_of(bench: Bench, speed: float, *, model: bool) -> Any:
-    """Complex amplitudes [rad] of the error under the plain loop: run on the model, or measured on the plant."""
-    loops = plain_run(bench, speed, model=model)
-    return (loops.amplitude * np.exp(1j * loops.phase))[:, 0]
-
-
 def _table(bench: Bench, speed: float, *, model: bool) -> Any:
     return table_against(bench, speed, amplitudes_of(bench, speed, model=model))
 
 
-_predicted, _measured = partial(_table, model=True), partial(_table, model=False)
+_predicted_table, _measured_table = partial(_table, model=True), partial(_table, model=False)
 
 
 def _adaptive_inverse(bench: Bench, speed: float) -> Any:
-    return adaptive(bench, speed, _inverse(bench, speed))
+    return adaptive(bench, speed, _linear_inverse(bench, speed))
 
 
 def adaptive(bench: Bench, speed: float, loop: Any = None, output: Any = None, largest: float | None = None) -> Any:
@@ -148,17 +149,12 @@ def adaptive(bench: Bench, speed: float, loop: Any = None, output: Any = None, l
     loop = bench.loop if loop is None else loop
     G, rate = bench.response(speed, output=output).error_of_torque, rate_of(bench, speed)
     largest, period = guard(bench, speed) if largest is None else largest, bench.sampling.period
-    sized = _sized(bench, speed) if alone else G
+    sized = response_at_error(bench, speed) if alone else G
     for k, g, large in zip(bench.orders, G, sized, strict=True):
         middle = g + large * (abs(g) / abs(large))  # where a stiffness bends, no phase is far off in small and large
         gain, phase, on_load = 2.0 * rate / float(abs(g)), float(np.angle(middle)), int(output is None)
         loop = AdaptiveCancellation(loop, bench.model.N, gain, phase, largest, period, order=k, on_load=on_load)
     return loop
-
-
-def _sized(bench: Bench, speed: float) -> Any:
-    """Response (orders,) at the size that the plain loop's error has on the model."""
-    return bench.response(speed, size=size_of(bench, amplitudes_of(bench, speed, model=True))).error_of_torque
 
 
 def _repetitive(bench: Bench, speed: float) -> Any:
@@ -177,7 +173,7 @@ def _observer(bench: Bench, _speed: float) -> Any:
     gains = bench.loop
     bandwidth = np.sqrt(gains.K_p / inertia) if isinstance(gains, SampledPD) else 0.1 / bench.sampling.period
     limit = 0.2 / (bench.sampling.period + bench.sampling.delay + bench.lag)
-    return DisturbanceObserver(gains, inertia, float(min(OBSERVER * bandwidth, limit)), bench.sampling.period)
+    return DisturbanceObserver(gains, inertia, float(min(OBSERVER_BANDWIDTH * bandwidth, limit)), bench.sampling.period)
 
 
 def _notch(bench: Bench, _speed: float) -> Any:
@@ -203,10 +199,10 @@ BY_INVERSE = "torque table of the measured error, by the inverse of the model"
 DESIGNS: tuple[tuple[Any, ...], ...] = (  # as the fields of a `Compensator`
     ("loop", "the plain loop", lambda bench, _: bench.loop, False, POLES, False),
     ("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE, False),
-    ("inverse", "linear inverse: angle feedforward with the motor's inertia", _inverse, False, POSITIVE, False),
-    ("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear, False, POSITIVE, False),
-    ("predicted-table", "torque table of the error that the model predicts", _predicted, False, POSITIVE, False),
-    ("measured-table", BY_INVERSE, _measured, True, MEASURED, False),
+    ("inverse", "linear inverse: angle feedforward with the motor's inertia", _linear_inverse, False, POSITIVE, False),
+    ("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear_inverse, False, POSITIVE, False),
+    ("predicted-table", "torque table of the error that the model predicts", _predicted_table, False, POSITIVE, False),
+    ("measured-table", BY_INVERSE, _measured_table, True, MEASURED, False),
     ("adaptive", "adaptive cancellation of the load's error", adaptive, True, ADAPTED),
     ("adaptive-inverse", "linear inverse, its rest adapted to the load's error", _adaptive_inverse, True, ADAPTED),
     ("adaptive-motor", "adaptive cancellation of the motor's deviation", _adaptive_motor, False, HELD),
@@ -229,41 +225,3 @@ def sees_load(controller: Any) -> bool:
     measurements = [Measurement(0.3, 0.0, 0.0, 0.3, load, 0.0, 0.0) for load in (0.0, 1e-3)]
     without, shifted = [leaves(controller.update(controller.start(), m)) for m in measurements]
     return bool(without != shifted)
-
-
-def own_rate(bench: Bench, speed: float, controller: Any) -> float:
-    """Slowest rate [1/s] at which a controller learns on a bench, by its own gains; 0 where it does not."""
-    rates, inner = [], controller
-    while inner is not None:
-        if isinstance(inner, AdaptiveCancellation):
-            rates += [0.5 * inner.gain * g for g in _along(bench, speed, inner)]
-        elif isinstance(inner, Repetitive):
-            orders = np.array([order for order in bench.orders if order % 1 == 0])
-            learned = np.real(-bench.response(speed, orders).error_of_torque * np.exp(1j * orders * inner.lead))
-            forgotten = inner.smooth * (1.0 - np.cos(2.0 * pi * orders / CELLS)) / inner.period
-            rates.append(max(0.0, float(np.min(inner.gain * learned + forgotten, initial=np.inf))) / CELLS)
-        inner = getattr(inner, "loop", None)
-    return float(min((rate for rate in rates if rate > 0.0), default=0.0))
-
-
-def _along(bench: Bench, speed: float, inner: AdaptiveCancellation) -> list[float]:
-    """Response [rad/(N*m)] at the order of an adaptation along its phase, of an equation's plain loop at both sizes."""
-    base: Any = inner
-    while isinstance(base, AdaptiveCancellation):
-        base = base.loop
-    if not (bench.equation and inner.on_load and base == bench.loop):
-        output = None if inner.on_load else behind_of(bench)
-        return [float(abs(bench.response(speed, [inner.order], output).error_of_torque[0]))]
-    i = bench.orders.index(inner.order)
-    both = bench.response(speed).error_of_torque[i], _sized(bench, speed)[i]
-    return [float(np.real(g * np.exp(-1j * inner.phase))) for g in both]
-
-
-def tripped(controller: Any, state: Any) -> bool:
-    """True where a guard in a controller has dropped its torque, by its memory."""
-    while hasattr(controller, "loop"):
-        if isinstance(controller, AdaptiveCancellation | Repetitive) and state[-1]:
-            return True
-        holds = controller.start() != controller.loop.start()  # its memory beside that of its loop
-        controller, state = controller.loop, state[0] if holds else state
-    return False

@@ -13,7 +13,7 @@ from ...base.protocols import lacking, lines_of, terms_of
 from ...base.results import SolveError
 from ...drive.response import UNDAMPED
 from ...drive.train_curve import in_turns
-from ...model.controllers.adaptive import CELLS, AdaptiveCancellation
+from ...model.controllers.adaptive import CELLS, AdaptiveCancellation, Repetitive
 from ...model.excitation import Harmonics, KinematicError, shortest
 from ...model.train.controls import motor_states
 from ...model.train.drive_train import DriveTrain
@@ -289,3 +289,52 @@ def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limit
     if adapts and (margin := distance(bench, speed, rate_of(bench, speed), unit)) < DISTANCE / 2.0:
         return f"the adaptation is only {margin:.2g} away from instability on it, as its resonance lies elsewhere"
     return "the controller takes nothing away on it, although its phases are within 90 degrees of the model's"
+
+
+def amplitudes_of(bench: Bench, speed: float, *, model: bool) -> Any:
+    """Complex amplitudes [rad] of the error under the plain loop: run on the model, or measured on the plant."""
+    loops = plain_run(bench, speed, model=model)
+    return (loops.amplitude * np.exp(1j * loops.phase))[:, 0]
+
+
+def response_at_error(bench: Bench, speed: float) -> Any:
+    """Response (orders,) at the size that the plain loop's error has on the model."""
+    return bench.response(speed, size=size_of(bench, amplitudes_of(bench, speed, model=True))).error_of_torque
+
+
+def own_rate(bench: Bench, speed: float, controller: Any) -> float:
+    """Slowest rate [1/s] at which a controller learns on a bench, by its own gains; 0 where it does not."""
+    rates, inner = [], controller
+    while inner is not None:
+        if isinstance(inner, AdaptiveCancellation):
+            rates += [0.5 * inner.gain * g for g in _along(bench, speed, inner)]
+        elif isinstance(inner, Repetitive):
+            orders = np.array([order for order in bench.orders if order % 1 == 0])
+            learned = np.real(-bench.response(speed, orders).error_of_torque * np.exp(1j * orders * inner.lead))
+            forgotten = inner.smooth * (1.0 - np.cos(2.0 * pi * orders / CELLS)) / inner.period
+            rates.append(max(0.0, float(np.min(inner.gain * learned + forgotten, initial=np.inf))) / CELLS)
+        inner = getattr(inner, "loop", None)
+    return float(min((rate for rate in rates if rate > 0.0), default=0.0))
+
+
+def _along(bench: Bench, speed: float, inner: AdaptiveCancellation) -> list[float]:
+    """Response [rad/(N*m)] at the order of an adaptation along its phase, of an equation's plain loop at both sizes."""
+    base: Any = inner
+    while isinstance(base, AdaptiveCancellation):
+        base = base.loop
+    if not (bench.equation and inner.on_load and base == bench.loop):
+        output = None if inner.on_load else behind_of(bench)
+        return [float(abs(bench.response(speed, [inner.order], output).error_of_torque[0]))]
+    i = bench.orders.index(inner.order)
+    both = bench.response(speed).error_of_torque[i], response_at_error(bench, speed)[i]
+    return [float(np.real(g * np.exp(-1j * inner.phase))) for g in both]
+
+
+def tripped(controller: Any, state: Any) -> bool:
+    """True where a guard in a controller has dropped its torque, by its memory."""
+    while hasattr(controller, "loop"):
+        if isinstance(controller, AdaptiveCancellation | Repetitive) and state[-1]:
+            return True
+        holds = controller.start() != controller.loop.start()  # its memory beside that of its loop
+        controller, state = controller.loop, state[0] if holds else state
+    return False

@@ -186,7 +186,7 @@ class Compensation(Result):
             return ""
         left = f"less than a tenth of the error is left from {number(self.converged, 3)} s on"
         left = left if self.converged < float("inf") else "more than a tenth of the error stays"
-        return f"{left}; at its slowest it adapts by a factor e in {1.0 / self.rate:.3g} s"
+        return f"{left}; the time constant of its slowest part is {1.0 / self.rate:.3g} s"
 
     @property
     def gains(self) -> bool:

@@ -107,18 +107,14 @@ class _Search:
             self.misses.pop(option.gear.name, None)
         nearest = "" if feasible else self._nearest(gears)
         chosen = [(o, self._drives(o.gear, [o.rotor], [o.load], o.torque)) for o in best[:MOST_SENSITIVITIES]]
+        without = {name: some for name, some in self.lacking.items() if name not in self.misses}
         result = Design(
-            self.spec,
-            tuple(feasible),
-            tuple(map(self._candidate, best)),
-            {name: miss_of(check) for name, check in self.misses.items()},
-            {name: " ".join(map(miss_of, some)) for name, some in self.lacking.items() if name not in self.misses},
-            nearest,
-            tuple(sensitivities([(o.gear.name, o.J_m, drives) for o, drives in chosen])),
-            self.drives,
-            len(self.balances),
-            tuple(self._remarks()),
-        )
+            specification=self.spec, feasible=tuple(feasible), pareto=tuple(map(self._candidate, best)),
+            rejected={name: miss_of(check) for name, check in self.misses.items()},
+            not_judged={name: " ".join(map(miss_of, some)) for name, some in without.items()},
+            nearest=nearest, sensitivities=tuple(sensitivities([(o.gear.name, o.J_m, drives) for o, drives in chosen])),
+            drives=self.drives, balanced=len(self.balances), remarks=tuple(self._remarks()),
+        )  # fmt: skip
         if self.stopped:
             raise Interrupted(
                 f"interrupted; {len(self.balances)} designs were computed by harmonic balance, the others by averaging",
@@ -328,12 +324,13 @@ class _Search:
         used = option.size / spec.limit
         binding = (OSCILLATION, used) if used >= option.rules.use else (option.rules.name, option.rules.use)
         return Candidate(
-            gear.name, gear.ratio, gear.size or 0, math.nan if gear.mass is None else gear.mass, option.J_m,
-            gear.ratio**2 * option.J_m, option.load, float(spec.damping(gear.law.K1, spec.tuned(option.load))),
-            option.size, option.speed, option.error, BALANCE if option.balanced else AVERAGING, life(gear, spec),
-            1.0 - binding[1], binding[0], option.torque, option.rotor,
-            (*gear.doubts_about(*needed(spec)), *rotor_doubts(option), *self.between.get(key, ())),
-            math.nan if gear.hysteresis_loss is None else gear.hysteresis_loss,
+            gear=gear.name, ratio=gear.ratio, size=gear.size or 0, mass=math.nan if gear.mass is None else gear.mass,
+            motor_inertia=option.J_m, reflected_inertia=gear.ratio**2 * option.J_m, load_inertia=option.load,
+            B=float(spec.damping(gear.law.K1, spec.tuned(option.load))), oscillation=option.size, speed=option.speed,
+            error=option.error, method=BALANCE if option.balanced else AVERAGING, life=life(gear, spec),
+            margin=1.0 - binding[1], binding=binding[0], load_torque=option.torque, rotor_inertia=option.rotor,
+            doubts=(*gear.doubts_about(*needed(spec)), *rotor_doubts(option), *self.between.get(key, ())),
+            hysteresis_loss=math.nan if gear.hysteresis_loss is None else gear.hysteresis_loss,
         )  # fmt: skip
 
     def _nearest(self, gears: list[Gear]) -> str:

@@ -15,7 +15,7 @@ from ...base.units import RPM
 from .specification import Specification
 
 SHOWN = 8  # of the best designs
-BEST = "the best designs, of which no other is better in oscillation, size and inertia at once, by harmonic balance:"
+BEST = "the best designs, by harmonic balance; no other is better in oscillation, size and inertia at once:"
 UNITS = {
     "ratio": "1", "size": "", "mass": "kg", "motor_inertia": "kg*m**2", "reflected_inertia": "kg*m**2",
     "load_inertia": "kg*m**2", "B": "N*m*s/rad", "oscillation": "rad", "speed": "rad/s", "error": "1", "life": "h",
@@ -98,7 +98,7 @@ class Candidate(NamedTuple):
             Fact("hysteresis_loss_arcsec", self.hysteresis_loss, "hysteresis loss"),
             Fact("method", self.method), Fact("relative_error", self.error), Fact("life_h", self.life, "life"),
             Fact("margin", self.margin), Fact("", f"{number(100.0 * self.margin, 3)} %", "margin"),
-            Fact("binding", self.binding), Fact("", self.binding.replace("_", " "), "binds"),
+            Fact("binding", self.binding), Fact("", self.binding.replace("_", " "), "limited by"),
             Fact("doubts", " ".join(self.doubts)),
         )  # fmt: skip
 

@@ -19,7 +19,7 @@ from .experiment import Experiment, Record
 from .fitted import Fitted
 from .intervals import Interval, interval
 from .run import refuse_descending
-from .windows import fitted_start
+from .window_fit import fitted_start
 
 TWIST_SHARE, TWIST_RAD = 0.1, 0.02  # of the load's turn, and rad: what a gear may twist
 

@@ -18,7 +18,7 @@ from .experiment import Experiment, Record, change_of, experiment, start_states
 from .fitted import refuse_unidentifiable
 from .identified import Identified, channels_of, record_of
 from .intervals import Spread, spread
-from .windows import DAMPING, EFFECT, LeastSquares, Point, Window, finite, reweighted, small, solve, windows_of
+from .window_fit import DAMPING, EFFECT, LeastSquares, Point, Window, finite, reweighted, small, solve, windows_of
 
 FIRST_WINDOW = 48  # samples of the first windows
 GROWTH = 6  # of the windows from one round to the next
@@ -54,7 +54,7 @@ NAMES = ("x^2", "x^3", "x^5", "|v| v", "v^3", "sign v")
 
 def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
     """Derivative of the residuals (n,) by each term, the starts taken out; none without a law on top."""
-    system = problem.of.driven
+    system = problem.experiment.driven
     if not hasattr(system, "law"):
         return {}
     first = problem.windows[0].record
@@ -63,7 +63,7 @@ def candidate_columns(problem: LeastSquares, point: Point) -> dict[str, Floats]:
     stiffness = float(system.law.stiffness(x)) if hasattr(system.law, "stiffness") else 0.0
     torque, width = abs(stiffness) * x or 1.0, SIGN_WIDTH * v
     amounts = [torque / x**2, torque / x**3, torque / x**5, torque / (v * v), torque / v**3, torque]
-    model = problem.of.model(point.values, first.step, problem.parts, problem.of.delays(point.values))
+    model = problem.experiment.model(point.values, first.step, problem.parts, problem.experiment.delays(point.values))
 
     def with_terms(on: int) -> Any:
         c = [EFFECT * amount if i == on else 0.0 for i, amount in enumerate(amounts)]
@@ -192,7 +192,7 @@ def _solved(
         except SolveError:
             if problem.parts >= most_parts:
                 raise
-            problem = replace(problem, parts=2 * problem.parts, kept={})
+            problem = replace(problem, parts=2 * problem.parts, prepared={})
 
 
 def _finer(
@@ -201,7 +201,7 @@ def _finer(
     """The same with steps of the integration so fine that halving them moves no number by much of its deviation."""
     while problem.parts < MOST_PARTS:
         progress(f"{2 * problem.parts} steps a sample", 0.95)
-        finer = replace(problem, parts=2 * problem.parts, kept={})
+        finer = replace(problem, parts=2 * problem.parts, prepared={})
         if _moves_little(finer, point):
             break
         point, converged = solve(finer, finer.point_at(point.values, point.starts), LATE_STEPS)

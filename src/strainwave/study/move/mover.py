@@ -110,7 +110,7 @@ def move_findings(train: DriveTrain, path: Path, limits: MotorLimits, motion: Mo
     smoother = "take a longer time, a smoother profile or a stronger motor"
     of_torque = _stretched(train, path, limits) if _too_large(demand, limits) else smoother
     of_speed = _stretch(path, over, "take a smaller ratio") if over > 1.0 else smoother
-    computed = "the move is computed as if the motor had that; "
+    computed = "the move is computed as if the motor had it; "
     holding = float(np.max(np.abs(demand_of(train, path, math.inf).motor)))
     peak = None if limits.peak_torque else motion.peak_torque
     yield from asked.motor_findings(
@@ -171,7 +171,7 @@ def _stretched(train: DriveTrain, path: Path, limits: MotorLimits) -> str:
 def _stretch(path: Path, factor: float, other: str) -> str:
     """The advice to take so many times as long; the vibration, which is another one then, is not in it."""
     need = f"stretch it from {path.duration:.4g} s to at least {_up(factor * path.duration)} s"
-    return f"{need}, which a rigid drive takes, and look again at what its vibration adds, or {other}"
+    return f"{need} (of a rigid drive; vibration may need more), or {other}"
 
 
 def _up(value: float) -> str:

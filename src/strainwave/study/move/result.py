@@ -10,19 +10,19 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ...base.facts import Fact, lines
+from ...base.facts import Fact
 from ...base.protocols import lines_of
 from ...base.records import Along, Result
 from ...base.results import Floats
-from ...base.sentences import number
-from ...base.units import RPM
+from ...base.sentences import number, percent
 from ...drive.train_curve import in_turns
 from ...drive.two_turns import beat_said
 from ...model.gears.limits import Finding, gravest
 from ...model.train.drive_train import DriveTrain
 from .follow import Path
 
-LIFE = "L10 life of the bearing {}, if the profile goes on without end"
+LIFE = "L10 life of the bearing {} with the profile repeated"
+ROUNDING = 1e-6  # of an energy: less is not told
 SEGMENT_TIMES = 16  # times in a segment at which its angle is computed
 TURN = 2.0 * np.pi * np.arange(4096) / 4096
 
@@ -71,15 +71,15 @@ class Pass:
             Fact("quasi_steady_rad", self.quasi_steady), Fact("amplification", self.amplification),
         )  # fmt: skip
 
-    def sentence(self, times: int) -> str:
-        """It in words, where it is the worst of so many."""
-        (often,) = lines([Fact("largest_rad", self.largest, "at most {} of error")])
+    def row(self, times: int) -> tuple[Fact, ...]:
+        """Its row in a table, where it is the worst of so many."""
         return (
-            f"order {self.turns or f'{self.order:.6g}'} passes {number(self.frequency / (2.0 * np.pi))} Hz at "
-            f"{number(self.speed / RPM)} rpm"
-            f"{f' {times} times' if times > 1 else ''}: {often}, from {number(self.time)} s on, "
-            f"{number(self.amplification, 3)} times that of a slow move"
-        )
+            Fact("", self.turns or f"{self.order:.6g}", "order"),
+            Fact("", self.frequency / (2.0 * np.pi), "passes resonance [Hz]"),
+            Fact("speed_rpm", self.speed, "at motor speed"), Fact("", times, "times"),
+            Fact("time_s", self.time, "largest from"), Fact("largest_arcsec", self.largest, "error up to"),
+            Fact("", number(self.amplification, 3), "times that of a slow move"),
+        )  # fmt: skip
 
 
 class InBand(NamedTuple):
@@ -92,11 +92,8 @@ class InBand(NamedTuple):
 
     def facts(self) -> tuple[Fact, ...]:
         """Its numbers."""
-        return Fact("from_rpm", self.low), Fact("to_rpm", self.high), Fact("time_s", self.time)
-
-    def __str__(self) -> str:
-        ends = f"{number(self.low / RPM)} to {number(self.high / RPM)} rpm"
-        return f"{ends}: {number(self.time)} s ({number(100.0 * self.share, 3)} %)"
+        ends = Fact("from_rpm", self.low, "speeds to avoid: from"), Fact("to_rpm", self.high, "to")
+        return *ends, Fact("time_s", self.time, "time there"), Fact("", percent(self.share, 3), "share of the move")
 
 
 def crossings(train: DriveTrain, path: Path, frequencies: Floats) -> list[tuple[float, float, int, float]]:
@@ -277,7 +274,7 @@ class Move(Result):
             Fact("failures", self.failures, "FAIL: {}"),
             Fact("passes", self.within_limits),
             Fact("duration_s", self.duration, "Move of {}"),
-            Fact("window_rad", self.window, f"settling time{suffix}, to {{}} about the error at rest: {settled}"),
+            Fact("window_rad", self.window, f"settling time{suffix}: {settled}, to within {{}} of the error at rest"),
             Fact("settling_time_s", self.settling_time),
             Fact("settling_times_s", times),
             Fact("pointing_error_rad.peak", self.peak_error, "at most {}"),
@@ -295,14 +292,13 @@ class Move(Result):
             Fact("gear.cubic_mean_torque_N_m", self.average_gear_torque, "cubic mean {}"),
             Fact("gear.life_L10_h", self.life, "" if self.life is None else LIFE),
             Fact("limits", tuple(finding.data() for finding in self.findings)),
-            Fact("speeds_to_avoid", tuple(band.facts() for band in self._in_bands())),
-            Fact("", tuple(str(band) for band in self._in_bands()), "in speeds to avoid, {}"),
+            Fact("speeds_to_avoid", tuple(band.facts() for band in self._in_bands()), "{}"),
             Fact("resonances_passed", tuple(item.facts() for item in self.passes)),
-            Fact("", tuple(self._resonances()), "{}"),
+            Fact("", tuple(self._worst_passes()), "{}"),
             Fact("energy_J.work", self.work),
             Fact("energy_J.dissipated", self.dissipated, "heat {}"),
-            Fact("energy_J.stored", self.stored, "stored {}"),
-            Fact("energy_J.imbalance", self.imbalance, f"balance closed to {number(self.imbalance, 1)}"),
+            Fact("energy_J.stored", self.stored, "stored {}" * (abs(self.stored) > ROUNDING * self.dissipated)),
+            Fact("energy_J.imbalance", self.imbalance, "balance open by {}" * (self.imbalance > ROUNDING)),
             Fact("warnings", self.warnings),
             Fact("", tuple(item for item in self.warnings if item not in self.failures), "warning: {}"),
             Fact("remarks", tuple(map(str, self.remarks)), "note: {}"),
@@ -318,8 +314,8 @@ class Move(Result):
         times = zip(self.bands, self.time_in_bands, strict=True)
         return [InBand(low, high, time, time / self.duration) for (low, high), time in times]
 
-    def _resonances(self) -> Iterator[str]:
-        """A sentence for each speed at which an order meets a resonance."""
+    def _worst_passes(self) -> Iterator[tuple[Fact, ...]]:
+        """A row for each speed at which an order meets a resonance."""
         for speed in dict.fromkeys((p.order, p.speed) for p in self.passes):
             every = [p for p in self.passes if (p.order, p.speed) == speed]
-            yield max(every, key=lambda one: one.largest).sentence(len(every))
+            yield max(every, key=lambda one: one.largest).row(len(every))

@@ -1,4 +1,4 @@
-"""Speeds to avoid for the motion of a drive, of one curve or as it was decided, and the size of the motion."""
+"""Span to avoid for the motion of a drive, of one curve or as it was decided, and the size of the motion."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -9,15 +9,16 @@ from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
 from ...model.train.drive_train import DriveTrain
-from .bands import AMPLIFIED, Motions, Speeds, between, merged, quasi_static
+from .bands import AMPLIFIED, Motions, quasi_static
+from .intervals import Span, as_intervals, between, common, complement, merged
 from .resonances import OperatingPoint
-from .rules import Rules, as_intervals, bands_of, common, complement
+from .rules import Rules, bands_of
 from .under_load import of_curve
 
 
 @dataclass(frozen=True)
 class Avoid:
-    """Speeds to avoid for the motion of a drive, and how large it is there.
+    """Span to avoid for the motion of a drive, and how large it is there.
 
     The oscillation is the largest |x - mean|, in a run-up that of `in_run`. Without a limit a speed is avoided where it
     is above twice that of quasi-static rotation. A peak is the largest of all motions around it that are above
@@ -26,7 +27,7 @@ class Avoid:
     Attributes
     ----------
     bands : tuple of (float, float)
-        Speeds of the base angle [rad/s], ascending and apart.
+        Span of the base angle [rad/s], ascending and apart.
     largest, at : float
         Largest oscillation in the range [rad], and its speed [rad/s].
     slow : float
@@ -36,7 +37,7 @@ class Avoid:
     limit : float or None
         Largest oscillation [rad] that the drive may have; None where nothing is given.
     passed : tuple of (float, float)
-        Speeds that the run-up adds to the bands.
+        Span that the run-up adds to the bands.
     largest_passed : (float, float) or None
         Speed [rad/s] and size [rad] of the largest oscillation of that run-up; None where the curve has all torques.
     unstable : tuple of (float, float)
@@ -46,15 +47,15 @@ class Avoid:
         Speed [rad/s] and oscillation [rad] of the largest motion that the curve has not, where the search found any.
     """
 
-    bands: tuple[Speeds, ...]
+    bands: tuple[Span, ...]
     largest: float
     at: float
     slow: float
     peaks: tuple[tuple[float, float], ...] = ()
     limit: float | None = None
-    passed: tuple[Speeds, ...] = ()
+    passed: tuple[Span, ...] = ()
     largest_passed: tuple[float, float] | None = None
-    unstable: tuple[Speeds, ...] = ()
+    unstable: tuple[Span, ...] = ()
     apart: tuple[float, float] | None = None
 
 
@@ -75,7 +76,7 @@ def speeds_to_avoid(
 
 
 def avoided(
-    response: DriveResponse, slow: float, limit: float | None, bands: tuple[Speeds, ...], passed: Motions | None = None
+    response: DriveResponse, slow: float, limit: float | None, bands: tuple[Span, ...], passed: Motions | None = None
 ) -> Avoid | None:  # fmt: skip
     """The speeds to avoid that were decided, with the motions of the curve; None where none is stable."""
     if response.sweep is None or not len(response.counted):
@@ -83,7 +84,7 @@ def avoided(
     motions = _counted(response)
     tops = [] if limit is not None else motions.peaks(AMPLIFIED * slow)
     peaks = tuple(sorted((float(motions.omega[i]), float(motions.sizes[i])) for i in tops))
-    met: tuple[Speeds, ...] = ()
+    met: tuple[Span, ...] = ()
     top = None if passed is None else _largest(passed)
     if passed is not None:
         above = as_intervals(passed.above(AMPLIFIED * slow if limit is None else limit))
@@ -92,8 +93,8 @@ def avoided(
     return Avoid(bands, largest, omega, slow, peaks, limit, met, top, without_stable(response))
 
 
-def without_stable(response: DriveResponse) -> tuple[Speeds, ...]:
-    """Speeds [rad/s] at which no motion of a curve is stable, or the one that a sweep comes to loses its stability.
+def without_stable(response: DriveResponse) -> tuple[Span, ...]:
+    """Span [rad/s] at which no motion of a curve is stable, or the one that a sweep comes to loses its stability.
 
     The drive leaves it there, or repeats after more turns.
     """
@@ -109,8 +110,8 @@ def _counted(response: DriveResponse) -> Motions:
     return Motions(response.omega[visited], response.oscillation[visited], np.diff(visited) == 1)
 
 
-def band_above(response: DriveResponse, limit: float) -> Speeds | None:
-    """Speeds [rad/s] around the largest oscillation with one above a limit [rad], or between jumps; else None."""
+def band_above(response: DriveResponse, limit: float) -> Span | None:
+    """Span [rad/s] around the largest oscillation with one above a limit [rad], or between jumps; else None."""
     motions = _counted(response)
     speed = float(motions.omega[np.argmax(motions.sizes)])
     jumping = [] if response.sweep is None else [(band.low, band.high) for band in response.sweep.jumping]

@@ -1,8 +1,6 @@
-"""Bands of speed: where sizes along a curve or a run are above a level, what covers a range and what lies between."""
+"""Bands of speed: where sizes along a curve or a run are above a level."""
 
-from collections.abc import Iterable, Iterator
-from itertools import pairwise
-from math import ceil, inf, log, sqrt
+from math import ceil, inf, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,14 +9,12 @@ from ...base.law import depends
 from ...base.protocols import orders_of
 from ...base.results import Floats
 from ...base.series import largest_of_samples
+from .intervals import Span
 from .resonances import OperatingPoint
 
 HALF_POWER = sqrt(0.5)
-NARROW_WIDTH = 1e-3  # relative width of a band below which it is none: a step of the curve, or what rounding leaves
 PER_ORDER, BEAT_TURNS, BEAT_STARTS = 64, 500, 192  # places in a cycle of an order; turns in one of which lines meet
 AMPLIFIED = 2.0  # times the error of quasi-static rotation, from which on a peak is one
-
-Speeds = tuple[float, float]
 
 
 class Motions(NamedTuple):
@@ -34,8 +30,8 @@ class Motions(NamedTuple):
         high = np.flatnonzero(self.sizes[i:] <= level)
         return int(low[-1]) + 1 if len(low) else 0, i + int(high[0]) - 1 if len(high) else len(self.sizes) - 1
 
-    def band(self, first: int, last: int, level: float) -> Speeds:
-        """Speeds between which such a run lies, its ends by linear interpolation."""
+    def band(self, first: int, last: int, level: float) -> Span:
+        """Span between which such a run lies, its ends by linear interpolation."""
         ends = [*self.omega[first : last + 1]]
         for inside, outside in ((first, first - 1), (last, last + 1)):
             if 0 <= outside < len(self.omega) and self.joined[min(inside, outside)]:
@@ -43,7 +39,7 @@ class Motions(NamedTuple):
                 ends.append(self.omega[inside] + share * (self.omega[outside] - self.omega[inside]))
         return float(min(ends)), float(max(ends))
 
-    def above(self, level: float) -> list[Speeds]:
+    def above(self, level: float) -> list[Span]:
         """Bands of all motions above a level."""
         bands, i = [], 0
         while i < len(self.omega):
@@ -80,36 +76,6 @@ def quasi_static(system: Any, point: OperatingPoint) -> float:
     return float(largest_of_samples((turns[worst] - means[worst])[None])[0])
 
 
-def between(bands: Iterable[tuple[float, ...]], within: Speeds, narrow: float = NARROW_WIDTH) -> tuple[Speeds, ...]:
-    """Parts of a range that no band covers; bands are ascending and apart, relatively `narrow` parts are left out."""
-    pieces = list(pairwise([within[0], *(end for band in bands for end in band), within[1]]))[::2]
-    return tuple((float(low), float(high)) for low, high in pieces if high > low * (1.0 + narrow) or len(pieces) == 1)
-
-
-def merged(bands: Iterable[tuple[float, ...]]) -> tuple[Speeds, ...]:
-    """Bands of speed, ascending and apart."""
-    bands_apart: list[list[float]] = []
-    for low, high in sorted(bands):
-        if bands_apart and low <= bands_apart[-1][1]:
-            bands_apart[-1][1] = max(bands_apart[-1][1], high)
-        else:
-            bands_apart.append([low, high])
-    return tuple((low, high) for low, high in bands_apart)
-
-
 def searched(law: Any) -> bool:
     """True if motions apart from a torque's curve are looked for: with memory or a gap that takes most of the time."""
     return depends(law) == 1 and bool(law.stiffness(0.0) > 0.0)
-
-
-def hulls_between(first: tuple[Speeds, ...], second: tuple[Speeds, ...]) -> Iterator[Speeds]:
-    """Hulls of the bands of two torques that belong together: each with the nearest of the other torque."""
-    for bands, others in ((first, second), (second, first)):
-        for band in bands:
-            if others:
-                nearest = min(others, key=lambda other: abs(log(_middle(other) / _middle(band))))
-                yield min(band[0], nearest[0]), max(band[1], nearest[1])
-
-
-def _middle(band: Speeds) -> float:
-    return sqrt(band[0] * band[1])

@@ -21,20 +21,12 @@ from ...base.sentences import silent
 from ...drive.drive_response import DriveResponse
 from ...drive.postures import LoadCase, Posture, cases_of, refuse_twice, spread
 from ...drive.project import Project
+from . import under_load as one_load
+from .intervals import Span, as_intervals, windows
 from .motions import OMEGA, OSCILLATION, UnderLoad
-from .rules import Bands, Rules, Span, bands_of, none, windows, with_ratings
-from .under_load import (
-    SPEED_STEP,
-    CampbellLine,
-    Case,
-    campbell,
-    case_of,
-    extended,
-    is_searched,
-    main_curve,
-    under_load,
-    untried,
-)
+from .ratings import with_ratings
+from .rules import Bands, Rules, bands_of
+from .under_load import CampbellLine, Case
 
 GOLDEN_RATIO = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to load
 LINE_GAP = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
@@ -150,14 +142,15 @@ def decide(
     quiet = windows(quiet_bands, span, [True] * (len(quiet_bands) - 1))
     faults = dict.fromkeys(one.loop_fault for one in variants if one.loop_fault)
     return Decision(
-        span, rules, name, values[computed], rows, tuple(variants), tuple(cases),
-        tuple(by_load), tuple(bands), tuple(moving), allowed, quiet, tuple(faults), len(values),
+        span=span, rules=rules, name=name, loads=values[computed], load_cases=rows, projects=tuple(variants),
+        cases=tuple(cases), by_load=tuple(by_load), bands=tuple(bands), moving=tuple(moving), allowed=allowed,
+        quiet=quiet, faults=tuple(faults), total=len(values),
     )  # fmt: skip
 
 
 def _case(variant: Project, value: float, row: LoadCase, span: Span) -> Case:
     try:
-        return case_of(variant, value, span)
+        return one_load.case_of(variant, value, span)
     except SolveError as error:
         raise SolveError(f"{row.name}: {error}") from None
 
@@ -166,7 +159,7 @@ def _bands(
     variant: Project, one: UnderLoad, rules: Rules, span: Span, lines: list[CampbellLine], apart: float
 ) -> Bands:  # fmt: skip
     if variant.loop_fault:
-        return none(span)
+        return Bands(as_intervals([span]), as_intervals([]))
     return bands_of(one, rules, span, resonances_of(one, [line for line in lines if line.load == one.load]), apart)
 
 
@@ -218,14 +211,14 @@ def with_ends_of_jumps(project: Project, span: Span) -> dict[float, DriveRespons
     has no curve, nor is one kept of wider speeds.
     """
     torques = spread(project)
-    if len(torques) == 1 or project.has_memory or not is_searched(project.system(reduced=True)):
+    if len(torques) == 1 or project.has_memory or not one_load.is_searched(project.system(reduced=True)):
         return dict.fromkeys(torques)
     low, high = project.speeds.limits
     wide = min(low, span[0]), max(high, span[1])
 
     def curve(torque: float) -> DriveResponse | None:
         with suppress(SolveError):
-            return main_curve(case_of(project.under(torque), torque, wide), wide)
+            return one_load.main_curve(one_load.case_of(project.under(torque), torque, wide), wide)
         return None
 
     curves = {torque: curve(torque) for torque in torques}
@@ -242,7 +235,7 @@ def _jumps(curve: DriveResponse | None) -> bool:
 
 def _apart(loads: int) -> float:
     """Relative distance of the speeds of the search: up to twice as large where neighbouring loads have others."""
-    return SPEED_STEP * min(2.0, max(1.0, 0.25 * loads))
+    return one_load.SPEED_STEP * min(2.0, max(1.0, 0.25 * loads))
 
 
 def _all_motions(
@@ -258,7 +251,7 @@ def _all_motions(
     seeds: dict[int, Any] = {}
 
     def one(i: int) -> None:
-        loaded, seeds[i] = under_load(cases[i], span, apart, (GOLDEN_RATIO * i) % 1.0, rules, main_curves[i])
+        loaded, seeds[i] = one_load.under_load(cases[i], span, apart, (GOLDEN_RATIO * i) % 1.0, rules, main_curves[i])
         by_load[i] = loaded
         progress(len(by_load) / len(cases))
 
@@ -279,8 +272,8 @@ def _all_motions(
     computed = sorted(by_load)
     for order in (computed, computed[::-1]):
         for before, after in pairwise(order):
-            if tried := untried(seeds[before], by_load[before], by_load[after]):
-                by_load[after], new = extended(by_load[after], cases[after], span, np.empty(0), tried)
+            if tried := one_load.untried(seeds[before], by_load[before], by_load[after]):
+                by_load[after], new = one_load.extended(by_load[after], cases[after], span, np.empty(0), tried)
                 seeds[after] = (*seeds[after], *new)
     return computed, [by_load[i] for i in computed]
 
@@ -290,7 +283,7 @@ def lines_of(
 ) -> list[CampbellLine]:  # fmt: skip
     """Lines of the Campbell diagram under every load, up to the largest oscillation that any stable motion has."""
     largest = max((float(np.max(run[:, OSCILLATION])) for loaded in by_load for run, _ in loaded.runs), default=0.0)
-    return [line for case in cases for line in campbell(case, largest, orders)]
+    return [line for case in cases for line in one_load.campbell(case, largest, orders)]
 
 
 def resonances_of(loaded: UnderLoad, lines: list[CampbellLine]) -> Iterator[Span]:

@@ -14,8 +14,10 @@ from ...base.sentences import number, sign
 from ...base.units import ARCSEC, BASES, RPM, Speeds
 from ...drive.postures import titled
 from .decide import POSTURE
-from .rules import Rules, VendorRule, common, listed, swept, vendor_sentence
+from .intervals import common, listed, swept
+from .rules import Rules
 from .under_load import CampbellLine
+from .vendor_rule import VendorRule, vendor_sentence
 
 JUMP_VERBS = {True: "jumps up", False: "drops"}  # of the error at a jump
 UNITS = {"load torque": "N*m", "load inertia": "kg*m^2", POSTURE: ""}
@@ -263,14 +265,14 @@ class SpeedMap(Result):
             Fact("largest_speed_rpm", rules.speed),
             Fact("largest_motor_torque_N_m", rules.motor_torque),
             Fact("loads", tuple(self._under(i) for i in loads)),
-            Fact("", tuple(self._sentence(i) for i in loads), "{}"),
+            Fact("", tuple(self._row(i) for i in loads), "{}"),
             Fact("worst_load", float(self.loads[self.worst])),
             Fact("", self._worst_sentence(), "largest oscillation: {}" if len(self.loads) > 1 else ""),
             Fact("allowed_under_every_load_rpm", self.windows),
             Fact("allowed_under_every_load_rad_per_s", self.windows),
             Fact("", self.allowed_said, "{}"),
             Fact("run_up_adds_rpm", self.run_up),
-            Fact("", listed(passed, self.axis) or "no speed", "" if self.run_up is None else "a run-up adds: {}"),
+            Fact("", listed(passed, self.axis), "a run-up adds: {}" * bool(len(passed))),
             Fact("units", None if scatter is None else scatter.units),
             Fact("allowed_for_every_unit_rpm", self.unit_windows),
             Fact("worst_unit_arcsec", None if scatter is None else float(np.max(scatter.worst))),
@@ -297,15 +299,16 @@ class SpeedMap(Result):
             Fact("jumps", tuple(jump.facts() for jump in self.jumps if jump.load == i)),
         )
 
-    def _sentence(self, i: int) -> str:
-        """Sentence on the forbidden speeds and the jumps under a load, in the words of a response."""
+    def _row(self, i: int) -> tuple[Fact, ...]:
+        """Row of a table: the forbidden speeds and the jumps under a load, in the words of a response."""
         parts = []
         for rises, verb in JUMP_VERBS.items():
             speeds = sorted({j.speed for j in self.jumps if j.load == i and j.rises == rises})
             each = dict.fromkeys(number(speed * self.axis.scale, 5) for speed in speeds)
             parts += [f"{verb} at {', '.join(each)} {self.axis.unit}"] if speeds else []
-        text = f"{self.load_text(i)}: forbidden {listed(self.forbidden[i], self.axis) or 'none'}"
-        return text + (f"; the error {' and '.join(parts)}" if parts else "")
+        forbidden = listed(self.forbidden[i], self.axis) or "none"
+        row = Fact("", self.load_text(i), "load"), Fact("", forbidden, "forbidden speeds")
+        return (*row, Fact("", " and ".join(parts) or "none", "jumps of the error" if self.jumps else ""))
 
     @property
     def units_sentence(self) -> str:

@@ -1,8 +1,7 @@
 """Motions that do not join the main curve: random starts at speeds spread over the range settle on them.
 
-What a trajectory settles on and no curve has is followed by harmonic balance through the range; where that fails, it is
-kept as it is. Starts at the states of the motions that a neighbouring load has find them again, as do free vibrations,
-and what goes on where a known motion ends.
+What a trajectory settles on and no curve has is followed by harmonic balance through the range, or else kept as it is.
+Other starts are motions of a neighbouring load, free vibrations, and what goes on where a known motion ends.
 """
 
 from collections.abc import Iterator

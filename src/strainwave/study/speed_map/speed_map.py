@@ -17,11 +17,14 @@ from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from .avoid import out_of_reach
 from .decide import POSTURE, Decision, decide, lines_of, resonances_of, under_each
+from .intervals import Span, as_intervals, common, holds
 from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
 from .ramp import ramp_beside
+from .ratings import beyond_ratings
 from .result import JumpSpeed, Scatter, SpeedMap, load_text
-from .rules import Rules, Span, as_intervals, bands_of, beyond_ratings, common, holds, rules_of, vendor_rules
+from .rules import Rules, bands_of, rules_of
 from .under_load import CampbellLine, Case, case_of, is_searched, under_load
+from .vendor_rule import vendor_rules
 
 CELLS = 500  # speeds of a range
 QUANTILES = (0.05, 0.5, 0.95)

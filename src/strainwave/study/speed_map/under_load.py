@@ -30,9 +30,10 @@ from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...numerics.curves.backbone import backbone
 from .bands import quasi_static, searched
+from .intervals import Span, gaps
 from .motions import OMEGA, Motions, UnderLoad
 from .resonances import OperatingPoint, active_orders, equation_orders, operating_point
-from .rules import Rules, Span, gaps
+from .rules import Rules
 from .search import Found, Settling, search
 
 AMPLITUDES, HARMONICS = 24, 7

@@ -2,20 +2,20 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import isfinite, isnan
+from math import expm1, isfinite, isnan
 from typing import Any, ClassVar, NamedTuple, get_type_hints
 
 import numpy as np
 
 from ...base.facts import Fact
 from ...base.records import Labelled, Result
-from ...base.sentences import number, sign
+from ...base.sentences import number, percent, sign
 from ...drive.asked import DriveUnit
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.train.controls import HERTZ
 from ...model.train.filters import apart
-from .trial import CLIFF, GOALS, TuningLimits, TuningPoint, having
+from .cost import CLIFF, GOALS, TuningLimits, TuningPoint, having
 
 LABELS = {"settling": "settling of the move", "move": "error in the move", "motor_rms": "rms of the motor"}
 
@@ -34,11 +34,6 @@ class GainSensitivity(NamedTuple):
     def facts(self) -> tuple[Fact, ...]:
         """Its numbers."""
         return tuple(map(Fact, self._fields, self))
-
-    def __str__(self) -> str:
-        changes = ("more", self.up), ("less", self.down)
-        sides = [f"{number(100.0 * self.step)} % {word} {changed(change)}" for word, change in changes]
-        return f"{self.gain}: {', '.join(sides)}"
 
 
 class GainCost(NamedTuple):
@@ -148,18 +143,16 @@ class TunedLoop(Result):
         stable = isfinite(self.before.figures.peak_sensitivity)
         broken = [name for name, used in self.before.used(self.limits).items() if used > 1.0]
         return (
-            Fact("", " and ".join(GOALS[name].words for name in self.goals), "least {}, worst of all loads and drives"),
+            Fact("", " and ".join(GOALS[name].words for name in self.goals), "minimised in the worst case: {}"),
             Fact("points", tuple((Fact("gains", name, "gains"), *self._row(p)) for name, p in rows), "{}"),
             Fact("unstable", not stable, "the loop of the file is unstable with the delay that counts" * (not stable)),
             Fact("broken", tuple(broken), "the gains of the file break the limit of the {}" if stable else ""),
             *self._in_drive_units(),
-            Fact("binding", self.binding, "binds: {}"),
+            Fact("binding", self.binding, "limited by {}"),
             Fact("sensitivities", tuple(change.facts() for change in self.sensitivities)),
-            Fact("", tuple(map(str, self.sensitivities)), "{}"),
             *(() if self.cost is None else self._cost(self.cost)),
             Fact("front", tuple(self._row(p) for p in self.front)),
-            Fact("", f"{len(self.front)} of the gains tried are best for some peak sensitivity", "{}"),
-            Fact("computed", self.computed, "{} nonlinear responses and moves"),
+            Fact("computed", self.computed),
             *(() if self.notch is None else self._notch(self.notch)),
             Fact("remarks", self.remarks, "note: {}"),
         )
@@ -203,8 +196,8 @@ class TunedLoop(Result):
         before, after = self.recommended.figures.settling, notch.point.figures.settling
         sentence = (
             f"a notch filter at {number(notch.frequency / HERTZ)} Hz with "
-            f"{gains_text(self.control, self.gains, notch.point.gains)} {changed(float(np.expm1(change)))}; "
-            f"a torque on the load settles in {number(after)} s, without it in {number(before)} s"
+            f"{gains_text(self.control, self.gains, notch.point.gains)} changes the goal by {percent(expm1(change), 2)}"
+            f"; a torque on the load settles in {number(after)} s, without it in {number(before)} s"
         )
         numbers = [("frequency_rad_per_s", notch.frequency), ("width_rad_per_s", notch.width * notch.frequency)]
         numbers += [("depth", notch.depth), *((fact.key, fact.value) for fact in self._row(notch.point))]
@@ -220,10 +213,3 @@ def gains_text(control: Any, names: Sequence[str], gains: Sequence[float]) -> st
     """Gains of a control with their units, in a row."""
     units = (sign(gain_unit(control, name)) for name in names)
     return ", ".join(f"{name} {number(gain)} {unit}" for name, gain, unit in zip(names, gains, units, strict=True))
-
-
-def changed(share: float | None) -> str:
-    """A relative change of the goals in words, None where there is none."""
-    if share is None:
-        return "breaks a limit or the range"
-    return f"changes the goal by {100.0 * share:+.2g} %".replace("-", "−")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Floats
-from .trial import Trial, TuningPoint, having
+from .cost import Trial, TuningPoint, having
 
 SPREAD, TRIED, STARTS = 400, 12, 3  # points of the box that are linear, of these nonlinear, and descents
 COARSE, FINE, PROOF = (0.5, 0.2), (0.1, 0.04), (0.2, 0.05, 0.02)  # relative changes of gains

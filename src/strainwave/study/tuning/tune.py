@@ -17,21 +17,10 @@ from ...drive.operating_point import refuse_overload
 from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import NotchFilter, apart, around
+from . import cost
+from .cost import Setting, Trial, TuningLimits, TuningPoint
 from .result import GainCost, GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, WORTH, Search, front, least_broken
-from .trial import (
-    GOALS,
-    SETTLED_S,
-    STEP,
-    Setting,
-    Trial,
-    TuningLimits,
-    TuningPoint,
-    gains_of,
-    having,
-    loads_of,
-    small_steps,
-)
 
 ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
 SPAN = 10.0  # times the gains of the rule and of the file, up and down; squared of those that go with the frequency
@@ -145,9 +134,8 @@ def tune(
             raise ValueError(f"{name} is empty; give one or more, or leave it out")
     if peak_sensitivity is None:
         peak_sensitivity = DEFAULT if gain_margin is phase_margin is None else inf
-    limits = TuningLimits(
-        peak_sensitivity, gain_margin or 0.0, phase_margin or 0.0, project.motor_limits or MotorLimits()
-    )
+    motor = project.motor_limits or MotorLimits()
+    limits = TuningLimits(peak_sensitivity, gain_margin or 0.0, phase_margin or 0.0, motor)
     loop = Loop(project, gains)
     if notch and isinstance(loop.core, SpeedLoop) and loop.core.K_d:
         raise ValueError("a loop with K_d takes no filter: leave K_d out, or tune without a notch")
@@ -189,10 +177,11 @@ def tune(
     before, after = [_response(drives[: len(project.postures) or 1], loads, loop.control(x)) for x in (of_file, best)]
     ranges = tuple(zip(np.exp(search.low).tolist(), np.exp(search.high).tolist(), strict=True))
     return TunedLoop(
-        setting.goals, loop.names, trial.setting.limits, ranges, today, ruled, recommended, front(search),
-        tuple(_binding(search, best, recommended, loop.names)), sensitivities, loop.control(best), before, after,
-        trial.computed, advice, (*remarks, *([NO_NOTCH] if notch and advice is None else [])), project.drive_units,
-        dearest and GainCost(loop.names[dearest[1]], *dearest[2:]),
+        goals=setting.goals, gains=loop.names, limits=trial.setting.limits, ranges=ranges, before=today, rule=ruled,
+        recommended=recommended, front=front(search), binding=tuple(_binding(search, best, recommended, loop.names)),
+        sensitivities=sensitivities, control=loop.control(best), response_before=before, response_after=after,
+        computed=trial.computed, notch=advice, remarks=(*remarks, *([NO_NOTCH] if notch and advice is None else [])),
+        drive_units=project.drive_units, cost=dearest and GainCost(loop.names[dearest[1]], *dearest[2:]),
     )  # fmt: skip
 
 
@@ -224,7 +213,7 @@ class Loop:
 
     def control(self, x: Floats, *more: Any) -> Any:
         """The control with gains of these logarithms, and with more filters."""
-        core = self.core._replace(**dict(zip(self.names, gains_of(x), strict=True)))
+        core = self.core._replace(**dict(zip(self.names, cost.gains_of(x), strict=True)))
         return around(core, **self.about | {"filters": (*self.about.get("filters", ()), *more)})
 
 
@@ -238,8 +227,8 @@ def _drives(project: Project, units: Sequence[Project], loop: Loop) -> tuple[Pro
 
 def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
     for name in goals:
-        choice("goal", name, *GOALS)
-        if GOALS[name].of_move and project.move is None:
+        choice("goal", name, *cost.GOALS)
+        if cost.GOALS[name].of_move and project.move is None:
             raise ValueError(f"the goal {name!r} is one of a move, and the project has none; write its group 'move'")
     return tuple(dict.fromkeys(goals))
 
@@ -251,7 +240,9 @@ def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tu
         return project.sampling.lead, (fact,)
     if given is None and not lag:
         fact = f"a delay of {number(1e3 * ASSUMED)} ms is assumed in the margins"
-        return ASSUMED, (f"The project has neither a lag of the loop nor a controller: {fact}, as gains end by it.",)
+        return ASSUMED, (
+            f"The project has neither a lag of the loop nor a controller: {fact}, which without one allow any gain.",
+        )
     if given is not None and given < 0.0:
         raise ValueError(f"delay is {given:g} s; it must be zero or more")
     return checked_number("delay [s]", given or 0.0), ()
@@ -292,7 +283,7 @@ def _spare(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = T
     limits = trial.setting.limits._replace(
         compliance=SLACK * min(p.figures.compliance for p in points),
         settling=SLACK * min(p.figures.settling for p in points),
-        settlings=tuple(SLACK * max(min(some), SETTLED_S) for some in times),
+        settlings=tuple(SLACK * max(min(some), cost.SETTLED_S) for some in times),
     )
     trial.setting, search.sturdy = trial.setting._replace(limits=limits), sturdy
     search.computed.clear()
@@ -345,7 +336,7 @@ def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
         missed = next((name for i, name in enumerate(goals) if all(inf == g[i] for g in tried)), "")
         if missed == "settling":
             return "the move settles with no gains tried; give it a wider window, or a dwell at its end"
-        if missed and GOALS[missed].of_move:
+        if missed and cost.GOALS[missed].of_move:
             return "the drive follows the move with no gains tried; give it more time"
         return "no gains within the limits have a stable steady motion in the range of speeds; take other speeds"
     least = min(heavy, key=lambda point: point.motor_share)
@@ -359,9 +350,9 @@ def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
 
 def _sensitivities(search: Search, best: Floats, names: tuple[str, ...]) -> Iterator[GainSensitivity]:
     """Sensitivity of the measure to each gain; its sides are None where a limit is broken there."""
-    values = [search.measure(best + step) - search.measure(best) for _, _, step in small_steps(best)]
+    values = [search.measure(best + step) - search.measure(best) for _, _, step in cost.small_steps(best)]
     sides = [float(np.expm1(value)) if value < inf else None for value in values]
-    yield from map(GainSensitivity, names, [STEP] * len(names), sides[::2], sides[1::2])
+    yield from map(GainSensitivity, names, [cost.STEP] * len(names), sides[::2], sides[1::2])
 
 
 def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str, ...]) -> Iterator[str]:
@@ -371,14 +362,14 @@ def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str,
             yield f"the {limit}, {number(100.0 * used, 3)} % of it taken"
     for side, ends in (("lower", search.low), ("upper", search.high)):
         for name, x, end in zip(names, best, ends, strict=True):
-            if abs(x - end) < np.log1p(STEP):
+            if abs(x - end) < np.log1p(cost.STEP):
                 yield f"the {side} end of the range, {gains_text(control, (name,), (float(np.exp(end)),))}"
 
 
 def _response(drives: Sequence[Project], loads: Sequence[float] | None, control: Any) -> DriveResponse | None:
     """Response of drives under the load with the largest oscillation; None where one has no stable motion."""
     try:
-        responses = [having(case, control).response() for drive in drives for case in loads_of(drive, loads)]
+        responses = [cost.having(case, control).response() for drive in drives for case in cost.loads_of(drive, loads)]
     except SolveError:
         return None
     return max(responses, key=lambda response: float(response.oscillation[response.top]))

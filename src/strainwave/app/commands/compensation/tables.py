@@ -22,8 +22,7 @@ from ....model.excitation import Harmonic, Harmonics, KinematicError, Line, mean
 from ....numerics.ensemble.loops import LoopRun, loop_ensemble, run_loop
 from ....study.compensation.bench import Bench
 from ....study.compensation.compensate import PLAIN
-from ....study.compensation.designs import own_rate
-from ....study.compensation.gains import behind_of, times_of
+from ....study.compensation.gains import behind_of, own_rate, times_of
 from ....study.compensation.result import Compensation, CompensationBench, Units, grows
 from ...console import number
 

@@ -12,8 +12,8 @@ from ....files.reading import read_project
 from ....files.variants.scatter import scattered
 from ....plot.panels import named
 from ....plot.svg import stacked
+from ....study.tuning.cost import GOALS
 from ....study.tuning.result import TunedLoop
-from ....study.tuning.trial import GOALS
 from ....study.tuning.tune import tune as tuned
 from ...console import Copied, Progress, columns, reported, write_all
 from ...view import quantity

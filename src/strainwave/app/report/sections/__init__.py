@@ -3,7 +3,8 @@
 from typing import Any
 
 from .advice import compensation, postures, remedies, speeds_to_avoid
-from .derived import derived_quantities, hysteresis, parametric_resonances, provenance, stability, trust
+from .basis import provenance, stability, trust
+from .derived import derived_quantities, hysteresis, parametric_resonances
 from .opening import cautions, opening
 from .resonances import resonances
 from .speed_range import beat_of_turns, single_speeds, speed_range

@@ -1,28 +1,16 @@
 """The derived quantities of a drive: name, symbol, value, unit, remark.
 
 The torsion of the gear itself: its hysteresis loop, and the resonances of a stiffness that varies.
-
-Basis of the numbers: assumptions, the observed error of each method, the proof of stability, and the origin.
 """
 
 import math
-import platform
-from hashlib import sha256
-from html import escape
-from importlib import metadata
-from shlex import quote
 from typing import Any, NamedTuple
 
-from ....base.archive import version
-from ....base.facts import Fact as Stated
-from ....base.facts import data as stated
 from ....base.law import spring_stiffness
 from ....base.protocols import terms_of
-from ....base.sentences import Angle, listed, printable
+from ....base.sentences import Angle
 from ....drive.train_curve import in_turns
-from ....files.sources import source_facts
 from ....plot.panels import BLACK, BLUE, Axis, Panel
-from ....plot.portrait import proof_panels
 from ....plot.svg import figure
 from ....study.speed_map.resonances import equation_orders
 from ....theory.parametric import ParametricResonance
@@ -53,7 +41,7 @@ MEETS_NONE = "The varying stiffness meets no multiple of half the natural freque
 
 def derived_quantities(view: View) -> Part:
     """Quantities derived from the data of the drive, and the source of these data."""
-    project, gear, rows = view.project, view.project.gear, [fact._asdict() for fact in facts(view)]
+    project, gear, rows = view.project, view.project.gear, [one._asdict() for one in quantities(view)]
     drive = {
         "law": repr(project.drive.law),
         "gear": gear.name if gear else None,
@@ -66,8 +54,8 @@ def derived_quantities(view: View) -> Part:
     return Part("Derived quantities", data, tables=[Table(rows)], notes=notes, appendix=True)
 
 
-class Fact(NamedTuple):
-    """One row: name, symbol, value (None with the reason as remark), unit and remark."""
+class Quantity(NamedTuple):
+    """A derived quantity: name, symbol, value (None with the reason as remark), unit and remark."""
 
     name: str
     symbol: str
@@ -76,42 +64,42 @@ class Fact(NamedTuple):
     note: str = ""
 
 
-def facts(view: View) -> list[Fact]:
+def quantities(view: View) -> list[Quantity]:
     """List the derived quantities of the drive, for both motor modes where they differ."""
     drive, point = view.project.drive, view.analysis.point
     motor, spring = view.project.motor, float(spring_stiffness(drive.law, point.x))
     yields = spring < point.stiffness * YIELDS
     bias = "at x₀ = " + Angle(point.x) + " under the mean torque" if point.mean_torque else "no mean torque"
     bias += "; of small vibrations, before the hysteresis yields" if yields else ""
-    rows = [Fact("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", bias)]
+    rows = [Quantity("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", bias)]
     if yields:
-        rows.append(Fact("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "after it has yielded"))
+        rows.append(Quantity("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "after it has yielded"))
     usage = "used in this report" if view.analysis.train is None else "used in the error equation"
     for mode, inertia in (("free", drive.J), ("held", drive.J_l)):
         mark = usage if mode == motor else "for comparison"
         symbol = "J" if mode == "free" else "J_l"
         omega_0 = math.sqrt(max(point.stiffness, 0.0) / inertia)
         of_spring = math.sqrt(max(spring, 0.0) / inertia)
-        rows.append(Fact(f"Inertia, motor {mode}", symbol, inertia, "kg·m²", mark))
-        rows.append(Fact(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark))
+        rows.append(Quantity(f"Inertia, motor {mode}", symbol, inertia, "kg·m²", mark))
+        rows.append(Quantity(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark))
         if of_spring > 0.0:
             zeta = drive.B / (2.0 * inertia * of_spring)
             remark = "; of the damping B and the spring, hysteresis damps too" if yields else ""
             note = mark + remark + _at_rest(view, spring, zeta)
-            rows.append(Fact(f"Damping ratio, motor {mode}", "ζ", zeta, "", note))
+            rows.append(Quantity(f"Damping ratio, motor {mode}", "ζ", zeta, "", note))
         if omega_0 > 0.0:
             if yields:
                 mark += "; of small vibrations, before the hysteresis yields"
-            rows.append(Fact(f"Natural frequency, motor {mode}", "ω₀", omega_0, "rad/s", mark))
-            rows.append(Fact("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark))
+            rows.append(Quantity(f"Natural frequency, motor {mode}", "ω₀", omega_0, "rad/s", mark))
+            rows.append(Quantity("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark))
             rows += _resonance_speeds(view, omega_0, mark)
             if yields:
                 name, note = f"Natural frequency of the spring alone, motor {mode}", "after it has yielded"
-                rows.append(Fact(name, "", of_spring, "rad/s", note))
+                rows.append(Quantity(name, "", of_spring, "rad/s", note))
         else:
             why = "no stiffness at the operating point"
-            rows.append(Fact(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", why))
-    return [*rows, *_damping_facts(damping(view)), *_static(view)]
+            rows.append(Quantity(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", why))
+    return [*rows, *_damping_quantities(damping(view)), *_static(view)]
 
 
 def damping(view: View) -> dict[str, Any]:
@@ -137,16 +125,16 @@ def _mode(of: str, omega: float, ratio: float) -> dict[str, Any]:
     return {"of": of, "omega_rad_per_s": omega, "hertz": omega / (2.0 * math.pi), "damping_ratio": ratio}
 
 
-def _damping_facts(numbers: dict[str, Any]) -> list[Fact]:
+def _damping_quantities(numbers: dict[str, Any]) -> list[Quantity]:
     """B, the modes of the train and the loss of the hysteresis; the modes of the error equation have their own rows."""
-    rows = [Fact("Damping across the spring", "B", numbers["B_Nms_per_rad"], "N·m·s/rad", "output side")]
+    rows = [Quantity("Damping across the spring", "B", numbers["B_Nms_per_rad"], "N·m·s/rad", "output side")]
     for mode in (m for m in numbers["modes"] if m["of"] == "whole drive train"):
         name = f"Damping ratio of the train's mode of {number(mode['hertz'], 3)} Hz"
-        rows.append(Fact(name, "ζ", mode["damping_ratio"], "", "about the operating point, small vibrations"))
+        rows.append(Quantity(name, "ζ", mode["damping_ratio"], "", "about the operating point, small vibrations"))
     if (loss := numbers["hysteresis_loss"]) is not None:
         begin = f"slowly between ±{number(loss['at_Nm'])} N·m; loses as much as a damping ratio of "
         note = begin + percent(loss["as_damping_ratio"], 2)
-        rows.append(Fact("Loss of the hysteresis per cycle", "", loss["J_per_cycle"], "J", note))
+        rows.append(Quantity("Loss of the hysteresis per cycle", "", loss["J_per_cycle"], "J", note))
     return rows
 
 
@@ -159,30 +147,30 @@ def _at_rest(view: View, stiffness: float, zeta: float) -> str:
     return f"; at the operating point ({ratio} at rest without torque, where 'damping: ratio' belongs)"
 
 
-def _resonance_speeds(view: View, omega_0: float, mark: str) -> list[Fact]:
+def _resonance_speeds(view: View, omega_0: float, mark: str) -> list[Quantity]:
     orders = equation_orders(view.analysis.system) if view.speeds.by_motor else ()
     rows = ((number(k, 5), omega_0 / k * view.speeds.scale) for k in orders)
-    return [Fact(f"Resonance speed of order {k}, at the motor", f"n{k}", rpm, "rpm", mark) for k, rpm in rows]
+    return [Quantity(f"Resonance speed of order {k}, at the motor", f"n{k}", rpm, "rpm", mark) for k, rpm in rows]
 
 
-def _static(view: View) -> list[Fact]:
+def _static(view: View) -> list[Quantity]:
     point, project, gear, (unit, factor) = view.analysis.point, view.project, view.project.gear, view.angle
     rows = [
-        Fact("Mean torque on the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
-        Fact("Static error under the mean torque", "x₀", point.x * factor, unit, "between motor and load"),
+        Quantity("Mean torque on the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
+        Quantity("Static error under the mean torque", "x₀", point.x * factor, unit, "between motor and load"),
     ]
     size = "0-to-peak, output side"
     for term in terms_of(view.analysis.system.excitation) if point.stiffness > 0.0 else ():
         if getattr(term, "amplitude", 0.0):
             static, k = abs(term.amplitude) / point.stiffness * factor, term.order
-            rows.append(Fact(f"Quasi-static error of the torque of order {k}", f"A{k}/T'", static, unit, size))
+            rows.append(Quantity(f"Quasi-static error of the torque of order {k}", f"A{k}/T'", static, unit, size))
     for line in () if project.kinematic_error is None else project.kinematic_error.lines:
         order = in_turns(line.order, project.whole)
         name = f"Kinematic error of order {order}"
-        rows.append(Fact(name, f"e{order}", abs(line.amplitude) * factor, unit, size))
+        rows.append(Quantity(name, f"e{order}", abs(line.amplitude) * factor, unit, size))
     if gear is not None:
         limits = ((f"{name} of the {gear.name}", getattr(gear, of), unit, note) for name, of, unit, note in LIMITS)
-        rows += [Fact(name, "", value, unit, note) for name, value, unit, note in limits]
+        rows += [Quantity(name, "", value, unit, note) for name, value, unit, note in limits]
     return rows
 
 
@@ -236,103 +224,3 @@ def hysteresis(view: View) -> Part:
     rated = "the rated torque" if loop.rated else "the largest torque of the steady motions"
     drawn = figure(rows, 260.0, "hysteresis loop"), f"Full load is {rated}. {LOOPS}"
     return Part("Hysteresis of the gear", {"hysteresis": data}, tables=[Table([data])], figures=[drawn], appendix=True)
-
-
-SOFTWARE = ("numpy", "scipy", "numba")
-MOTORS = {
-    "held": "The motor turns at constant speed, as under an ideally stiff speed loop.",
-    "free": "The motor is driven by its torque alone; no loop holds its speed.",
-    "train": "The motor has the loop and the friction that the file gives; its motions are computed without sampling.",
-}
-
-
-def trust(view: View) -> Part:
-    """Assumptions of this model, and a row for each method with its observed difference."""
-    data = {"assumptions": assumptions(view), "certificates": certificates(view)}
-    return Part("Assumptions and certificates", data, tables=[*map(Table, data.values())], appendix=True)
-
-
-def assumptions(view: View) -> list[str]:
-    """Assumptions of the model in sentences."""
-    project, gear = view.project, view.project.gear
-    texts = [
-        MOTORS["train" if view.analysis.train is not None else project.motor],
-        "The torsion law is the one that the file writes out."
-        if gear is None
-        else f"The stiffness is that of the datasheet of {gear.name}: a typical value; a single gear differs.",
-        "The gear is a spring and a damper without mass between motor and load; its parts count to either inertia.",
-        "The kinematic error depends on the angle alone: load, temperature and wear do not change it.",
-        "Shafts and housing are rigid, but for the couplings of the file.",
-        "Skipping teeth are not computed: results above the ratcheting torque are void.",
-    ]
-    reduced = f"The error equation of closed forms and proofs leaves out {listed(project.left_out)}; "
-    return texts + [reduced + "the steady motions of the whole drive have them."] * bool(project.left_out)
-
-
-def certificates(view: View) -> list[dict[str, Any]]:
-    """A row for each method: its result, its reference, and the relative difference."""
-    equation, rows = "" if view.analysis.train_curve is None else " of the error equation", []
-    for name, curve in {"": view.analysis.drive.curve, equation: view.analysis.exact.curve}.items():
-        size = f"{curve.coefficients.shape[1] // 2} harmonics"
-        reference = "share of the motion in the harmonics that are left out"
-        if (waves := curve.waves) is not None:
-            size = f"{len(waves.pairs) - 1} waves"
-            reference = "share of the motion in each wave that is left out, at most"
-        rows.append(_certificate(f"response curve{name}, {size}", reference, curve.tail))
-    if (beat := view.analysis.beat) is not None and beat.difference is not None:
-        reference = "largest |error - mean| of each turn by integration, at the largest oscillation"
-        rows.append(_certificate("motion that beats", reference, beat.difference))
-    difference = view.analysis.run_up.difference()
-    if difference is not None:
-        reference = "largest |x| of motions by integration, up and down through the range"
-        rows.append(_certificate(f"response curve{equation}", reference, difference))
-    for regime in view.analysis.regimes:
-        certificate = regime.at_peak or regime.certificate
-        if certificate is None or not regime.inside:
-            continue
-        method = f"multiple scales, order {certificate.order}, {regime.name} resonance of order {regime.order}"
-        reference = "its certificate" if certificate.valid else "its certificate: not valid, rely on the response curve"
-        rows.append(_certificate(method, reference, certificate.amplitude))
-    return rows
-
-
-def _certificate(method: str, reference: str, difference: float | None) -> dict[str, Any]:
-    return {"what": method, "held_against": reference, "relative_difference": difference}
-
-
-SCOPES = {
-    "global": "Globally stable", "local": "Locally stable", "set": "Converges to the gap", "none": "No claim",
-}  # fmt: skip
-
-
-def stability(view: View) -> Part:
-    """The proof that the error decays, with the phase portrait, or the reason without one."""
-    proof = view.analysis.stability
-    facts = {name: getattr(proof, name) for name in ("holds", "scope", "claim", "reason", "obstacle")}
-    claim = SCOPES[proof.scope] + (": " + proof.claim if proof.scope != "none" else "") + "."
-    region, panels = str(proof.region or "none"), proof_panels(proof)
-    drawn = [figure([panels], 400.0, "phase portrait without excitation")] if panels else []
-    return Part(
-        "Stability without excitation", {"stability": facts | {"region": region}}, [claim],
-        notes=[f"Region: {region}. Reason: " + proof.reason + "."], figures=drawn, appendix=True,
-    )  # fmt: skip
-
-
-def provenance(view: View) -> Part:
-    """Source of each number, the whole project file, the SHA-256 of its text (UTF-8), versions, and the command."""
-    path, text = view.project.path, view.project.text
-    versions = {"strainwave": version(), "python": platform.python_version()}
-    made = {
-        "project_sha256": sha256(text.encode()).hexdigest(),
-        "versions": versions | {name: metadata.version(name) for name in SOFTWARE},
-        "command": f"strainwave analyze {_word(path.name)} -o {_word(path.stem)}",
-    }
-    data = {"sources": stated([Stated("rows", source_facts(view.project))])["rows"], "provenance": made}
-    file = f"<pre>{escape(text)}</pre>", "With the same file, versions and machine the command writes the same bytes."
-    tables = [*map(Table, data.values())]
-    return Part("Project and provenance", data, tables=tables, figures=[file], appendix=True)
-
-
-def _word(name: str) -> str:
-    """A file name as one word of a shell, which no command takes for an option."""
-    return quote(printable(f"./{name}" if name.startswith("-") else name))

@@ -32,10 +32,10 @@ COLUMNS = (
     "peak.amplitude_rad peak_error.amplitude folds.omega_rad_per_s"
 )
 HEADS = (
-    "Amplitudes are 0-to-peak, of the torsion's component near the natural frequency; the speed is that of small "
-    "oscillations. Top: of the computed curve of every motion that repeats with each turn, which has no subharmonics; "
-    "– where it has no maximum of its own. Peak: by multiple scales, of first order where it is valid, else of "
-    "second; its error is relative to the computed curve, or its own estimate; folds: where its curve turns."
+    "Speed: of small oscillations. Amplitudes: 0-to-peak, of the torsion near the natural frequency. Top: largest "
+    "amplitude of the computed curve near the resonance, subharmonics left out; – without a maximum there. Peak and "
+    "folds (where the curve turns): by multiple scales of first order, of second where first is not valid. Peak error: "
+    "against the computed curve, else estimated; – where the resonance does not oscillate."
 )
 
 
@@ -45,9 +45,8 @@ def resonances(view: View) -> Part:
     rows = [_resonance(view, i, regime, jumps[i - 1]) for i, regime in enumerate(regimes, 1)]
     data = {"resonances": rows, "resonance_remark": "" if rows else _remark(view)}
     inside = [(i, regime) for i, regime in enumerate(regimes, 1) if regime.inside]
-    without = [f"Resonance {i}: " + (r.reason or r.existence) + "." for i, r in inside if not _branches(r)]
-    same = len(inside) > 1 and len({regime.reason or i for i, regime in inside}) == 1
-    notes = [f"{HEADS} Order: repeats per turn of the {view.speeds.base_angle}.", *without[: 1 if same else None]]
+    without = (reason + "." for reason in dict.fromkeys(regime.reason for _, regime in inside if regime.reason))
+    notes = [f"{HEADS} Order: repeats per turn of the {view.speeds.base_angle}.", *without]
     drawn = [(figure_of(view, r), verdict(row)) for r, row in zip(regimes, rows, strict=True) if _branches(r)]
     return Part(
         "Resonances", data, [] if rows else ["No resonance can be listed: " + _remark(view)], [Table(rows, COLUMNS)],

@@ -2,8 +2,7 @@
 
 A gear has the turn of its motor and that of its output. A line of the pair (j, k) is A cos(j theta_1 + k theta_2 +
 phase), theta_2 = theta_1/ratio. What repeats with the wave generator against a fixed spline has the pair (j, 0),
-against the spline that turns (j, -j); both beat j times per turn of the output. The gain of lines is half of what they
-take from the sum of squares, over the variance of the noise: the logarithm of a likelihood.
+against the spline that turns (j, -j); both beat j times per turn of the output.
 """
 
 import math
@@ -13,22 +12,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ....base.quantities import number, shown
-from ....base.results import Booleans, Floats, Integers
+from ....base.results import Floats, Integers
 from ....model.orders import Turn, whole_ratio
-from ..intervals import without
 from ..run import Run
+from .line_gains import SEARCH_STEP, LineGains, misfit
 from .order_fit import SAME_SPEED, fit_run
 from .order_search import FoundLine, Pair, chance_of
 
 BEATS = 0.5  # beats that a run must hold to part two lines
-SEARCH_WIDTH, SEARCH_STEP = 8.0, 0.25  # resolutions beside a line where a second is looked for, and between two places
+SEARCH_WIDTH = 8.0  # resolutions beside a line where a second is looked for
 SMALLEST_N, LARGEST_N = 29.0, 161.0  # ratios that are looked for without a ratio
 PAIR_CHANCE, SECOND_SHARE = 0.01, 0.5  # probability that one line looks like two; share of a line that a second has
 USUAL_ORDERS, LOBE_ORDERS = (1, 2, 4, 6, 8), (2, 4, 6, 8, 10, 12)  # of a wave generator; that both splines can have
 OUTPUT_ORDERS, LINE_GAP = 4, 1.3  # lines of the output's turn alone; resolutions: lines that are nearer are one
 WHOLE_DEVIATIONS = 3.0  # fewer leave whole orders where noise moved them most, and phases at angle 0 with them
-ROUNDS, CHUNK = 20, 20_000
-RIDGE = 1e-9  # of a sample: keeps places solvable that are taken already
 
 
 class Clocks(NamedTuple):
@@ -64,98 +61,10 @@ def clocks(ratio: float | None, shaft: Turn) -> Clocks | None:
     return None if ratio is None else Clocks(math.copysign(whole_ratio(abs(given)), given), shaft)
 
 
-class Around:
-    """Gains of one line or two at places around others, which are taken out with the slow parts of the runs.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        Runs.
-    places : (m,) array
-        Orders.
-    neighbours : sequence of FoundLine
-        Lines that are taken out, and if `loose` what they leave where they are a little beside their places.
-    floor : sequence of (float, float)
-        For each run the variance of the noise there, and how many values it is from.
-    """
-
-    def __init__(
-        self, runs: Sequence[Run], places: Floats, neighbours: Sequence[FoundLine],
-        floor: Sequence[tuple[float, float]], loose: bool = False,
-    ) -> None:  # fmt: skip
-        self.runs, self.places, self.floor = runs, places, floor
-        self.freedom = min(freedom for _, freedom in floor)
-        lowest = float(np.min(places))
-        self.nuisances = [_columns(run, neighbours, lowest, loose) for run in runs]
-        self.values = [without(q, run.value) for q, run in zip(self.nuisances, runs, strict=True)]
-        self.grams, self.parts = [], []
-        for run, nuisance, value in zip(runs, self.nuisances, self.values, strict=True):
-            basis, many = np.linalg.qr(nuisance)[0], 2 * len(places)
-            gram, part, shared = RIDGE * len(value) * np.eye(many), np.zeros(many), np.zeros((basis.shape[1], many))
-            for i in range(0, len(value), CHUNK):
-                waves = _waves(run.angle[i : i + CHUNK] - run.angle[0], places)
-                gram, part = gram + waves.T @ waves, part + waves.T @ value[i : i + CHUNK]
-                shared += basis[i : i + CHUNK].T @ waves
-            self.grams.append(gram - shared.T @ shared)
-            self.parts.append(part)
-
-    def gains(self, chosen: Integers) -> Floats:
-        """Gains (m,) of lines at the places of these indices (m, lines), all together."""
-        columns = np.stack([2 * chosen, 2 * chosen + 1], axis=-1).reshape(len(chosen), -1)
-        total = np.zeros(len(chosen))
-        for gram, part, (variance, _) in zip(self.grams, self.parts, self.floor, strict=True):
-            solved = np.linalg.solve(gram[columns[:, :, None], columns[:, None, :]], part[columns][..., None])[..., 0]
-            total += np.sum(part[columns] * solved, axis=1) / (2.0 * variance)
-        return total
-
-    def amplitude(self, chosen: Sequence[int], i: int) -> tuple[float, float]:
-        """Mean amplitude in the runs, and its deviation, of line i of those chosen, fitted together."""
-        columns = np.array([c for k in chosen for c in (2 * k, 2 * k + 1)])
-        sizes, weights = [], []
-        for gram, part, (variance, _) in zip(self.grams, self.parts, self.floor, strict=True):
-            inverse = np.linalg.inv(gram[np.ix_(columns, columns)])
-            of_line = slice(2 * i, 2 * i + 2)
-            sizes.append(float(np.linalg.norm((inverse @ part[columns])[of_line])))
-            weights.append(2.0 / (variance * float(np.trace(inverse[of_line, of_line]))))
-        return float(np.average(sizes, weights=weights)), 1.0 / math.sqrt(sum(weights))
-
-    def sure(self, gain: float) -> float:
-        """A gain as if the noise were known."""
-        return self.freedom * math.log1p(max(gain, 0.0) / self.freedom)
-
-    def settled(self, places: Floats, loose: Booleans) -> tuple[Floats, Floats]:
-        """Places of lines, of those that are loose by least squares from these on, and the deviations of all."""
-        nearest, deviations = SEARCH_STEP / max(run.turns for run in self.runs), np.zeros(len(places))
-        for _ in range(ROUNDS):
-            left, right = np.zeros((sum(loose), sum(loose))), np.zeros(sum(loose))
-            for i, (run, value, (variance, _)) in enumerate(zip(self.runs, self.values, self.floor, strict=True)):
-                x = run.angle - run.angle[0]
-                waves = without(self.nuisances[i], _waves(x, places))
-                shares = np.linalg.lstsq(waves, value, rcond=None)[0].reshape(-1, 2)
-                turned = x[:, None] * places
-                slopes = x[:, None] * (shares[:, 1] * np.cos(turned) - shares[:, 0] * np.sin(turned))
-                slopes = without(waves, without(self.nuisances[i], slopes))[:, loose]
-                left += slopes.T @ slopes / variance
-                right += slopes.T @ value / variance
-            change = np.zeros(len(places))
-            change[loose] = np.linalg.solve(left, right)  # Gauss-Newton
-            places = places + np.clip(change, -nearest, nearest)
-            if np.max(np.abs(change)) < 1e-6 * nearest:
-                break
-        deviations[loose] = np.sqrt([v if v > 0.0 else np.inf for v in np.diag(np.linalg.inv(left)).tolist()])
-        return places, deviations
-
-
-def _waves(x: Floats, places: Floats) -> Floats:
-    """Cosine and sine (n, 2 m) of lines, in turn."""
-    turned = x[:, None] * places
-    return np.stack([np.cos(turned), np.sin(turned)], axis=-1).reshape(len(x), -1)
-
-
-def _around(
+def _gains_around(
     runs: Sequence[Run], places: Floats, neighbours: Sequence[FoundLine], order: float, pairs: int = 0,
     loose: bool = False,
-) -> Around:  # fmt: skip
+) -> LineGains:  # fmt: skip
     """Places around an order: the first ones of pairs, and others that are apart from the neighbours."""
     turns = [line.place for line in neighbours if line.kind != "frequency"]
     standing = [line.place for line in neighbours if line.kind == "frequency"]
@@ -166,48 +75,49 @@ def _around(
     top = 1.2 * orders[-1] + 20.0 / min(run.turns for run in runs)
     estimates = [fit_run(run, orders, 0.0, top, standing).floor.estimates(order) for run in runs]
     noise = [(0.25 * len(run.time) * float(m[0]), float(f[0])) for run, (m, f) in zip(runs, estimates, strict=True)]
-    return Around(runs, places[free], neighbours, noise, loose)
+    return LineGains(runs, places[free], neighbours, noise, loose)
 
 
 def completed(
-    runs: Sequence[Run], lines: Sequence[FoundLine], two: Clocks | None, false_alarm: float, span: tuple[float, float]
+    runs: Sequence[Run], lines: Sequence[FoundLine], turning: Clocks | None, false_alarm: float,
+    span: tuple[float, float],
 ) -> list[FoundLine]:  # fmt: skip
     """Lines with those of the wave generator that stand out at their places, and two in the place of one that beats."""
-    turns, once = max(run.turns for run in runs), 1.0 if two is None else two.order((1, 0))
+    turns, once = max(run.turns for run in runs), 1.0 if turning is None else turning.order((1, 0))
     complete, present = list(lines), [line.place for line in lines if line.kind != "frequency"]
     usual = [j * once for j in USUAL_ORDERS if span[0] <= j * once <= span[1]]
     lacking = [k for k in usual if all(abs(k - order) * turns > LINE_GAP for order in present)]
     while lacking:
-        tried = [_tried(runs, complete, k, two, len(usual)) for k in lacking]
+        tried = [_tested(runs, complete, k, turning, len(usual)) for k in lacking]
         best = min(range(len(tried)), key=lambda i: tried[i].false_alarm)
         if not tried[best].false_alarm < false_alarm:
             break
         complete.append(tried[best])
         del lacking[best]
-    return _parted(runs, complete, two)
+    return _with_beats(runs, complete, turning)
 
 
-def _grid(order: float, two: Clocks | None, turns: float) -> tuple[Floats, float]:
+def _grid(order: float, turning: Clocks | None, turns: float) -> tuple[Floats, float]:
     """Places of two lines around an order, and how far from it; the order alone where the runs cannot part them."""
-    if two is not None or order >= SMALLEST_N or order / LARGEST_N * turns < BEATS:
+    if turning is not None or order >= SMALLEST_N or order / LARGEST_N * turns < BEATS:
         return np.array([order]), 0.0
     reach = SEARCH_STEP * math.ceil(min(SEARCH_WIDTH, turns * order / SMALLEST_N) / SEARCH_STEP) + 1.0
     return order + np.arange(-reach, reach + SEARCH_STEP / 2.0, SEARCH_STEP) / turns, reach / turns
 
 
-def _tried(
-    runs: Sequence[Run], lines: Sequence[FoundLine], order: float, two: Clocks | None, trials: int
+def _tested(
+    runs: Sequence[Run], lines: Sequence[FoundLine], order: float, turning: Clocks | None, trials: int
 ) -> FoundLine:  # fmt: skip
     """The line of an order, alone or with one that beats with it, and the probability that noise has it."""
     turns = max(run.turns for run in runs)
-    (places, reach), group = _grid(order, two, turns), _group(order, two, turns)
+    (places, reach), group = _grid(order, turning, turns), _group(order, turning, turns)
     if group:
         places, reach = np.array(list(group.values())), 0.0
-    around = _around(runs, places, lines, order, len(group), loose=True)
-    alone = around.sure(float(around.gains(np.array([[int(np.argmin(np.abs(around.places - order)))]]))[0]))
+    fit = _gains_around(runs, places, lines, order, len(group), loose=True)
+    alone = fit.sure(float(fit.gains(np.array([[int(np.argmin(np.abs(fit.places - order)))]]))[0]))
     alarm = chance_of(alone, trials, len(runs), between=False)
     if len(places) > 1:
-        both = around.sure(float(np.max(around.gains(_twos(around, order)))))
+        both = fit.sure(float(np.max(fit.gains(_pairs_half_a_beat_apart(fit, order)))))
         alarm = min(alarm, chance_of(both, trials * max(3.0, 2.0 * reach * turns), 2 * len(runs)))
     speeds = np.abs([run.speed for run in runs])
     several = float(np.ptp(speeds)) > SAME_SPEED * float(np.max(speeds))
@@ -215,76 +125,61 @@ def _tried(
     return FoundLine(order, error, "order" if several else "undecided", 0.0, alarm)
 
 
-def _twos(around: Around, order: float) -> Integers:
+def _pairs_half_a_beat_apart(fit: LineGains, order: float) -> Integers:
     """Indices (m, 2) of places that half a beat parts, as far apart as the turns of some gear put lines."""
-    turns = max(run.turns for run in around.runs)
-    first, second = np.triu_indices(len(around.places), 1)
-    apart = np.abs(around.places[second] - around.places[first])
+    turns = max(run.turns for run in fit.runs)
+    first, second = np.triu_indices(len(fit.places), 1)
+    apart = np.abs(fit.places[second] - fit.places[first])
     return np.column_stack([first, second])[(apart * turns > 0.99 * BEATS) & (apart <= max(order / SMALLEST_N, BEATS))]
 
 
-def _parted(runs: Sequence[Run], lines: Sequence[FoundLine], two: Clocks | None) -> list[FoundLine]:
+def _with_beats(runs: Sequence[Run], lines: Sequence[FoundLine], turning: Clocks | None) -> list[FoundLine]:
     """Lines with their pairs, and two in the place of one where the runs hold two that beat."""
     turns, remaining = max(run.turns for run in runs), list(lines)
     for line in lines:
         if line.kind == "frequency" or line not in remaining:
             continue
-        group = _group(line.place, two, turns)
-        if short := _group(line.place, two, turns, short=True):
+        group = _group(line.place, turning, turns)
+        if short := _group(line.place, turning, turns, short=True):
             members = [k for k in remaining if k.kind != "frequency" and _beside(k.place, short, turns)]
             first = members[0] if len(members) == 1 else line._replace(place=short[next(iter(short))])
             reach = max(abs(member.place - first.place) for member in members)
             remaining = [k for k in remaining if k not in members] + [first._replace(pairs=tuple(short), reach=reach)]
-        elif group or len(_grid(line.place, two, turns)[0]) > 1:
-            remaining = _resolved(runs, line, remaining, two, group)
+        elif group or len(_grid(line.place, turning, turns)[0]) > 1:
+            remaining = _resolved(runs, line, remaining, turning, group)
     return sorted(remaining, key=lambda line: line.place)
 
 
 def _resolved(
-    runs: Sequence[Run], line: FoundLine, lines: list[FoundLine], two: Clocks | None, group: dict[Pair, float]
+    runs: Sequence[Run], line: FoundLine, lines: list[FoundLine], turning: Clocks | None, group: dict[Pair, float]
 ) -> list[FoundLine]:  # fmt: skip
     """Lines with one or two in the place of those around a line; frequencies there may be the second one too."""
     turns = max(run.turns for run in runs)
-    width = 3.0 / turns if two is None else max([LINE_GAP / turns, *(abs(k - line.place) for k in group.values())])
+    width = 3.0 / turns if turning is None else max([LINE_GAP / turns, *(abs(k - line.place) for k in group.values())])
     members = [k for k in lines if k.kind != "frequency" and abs(k.place - line.place) <= width]
     if len(members) > 2 or any(member.joint for member in members):
         return lines
     once = np.array([2.0 * np.pi / abs(run.speed) for run in runs])  # order of 1 Hz
     standing = [k for k in lines if k.kind == "frequency" and np.min(np.abs(k.place * once - line.place)) <= width]
-    places, reach = _grid(line.place, two, turns)
+    places, reach = _grid(line.place, turning, turns)
     if group:
         places = np.array([*group.values(), *(line.place + np.arange(-2.0, 2.0, SEARCH_STEP) / turns)])
     for taken in [[*members, *standing], members] if standing else [members]:
         neighbours = [k for k in lines if k not in taken]
-        around = _around(runs, places, neighbours, line.place, len(group))
-        new = _of_pairs(around, members, group) if group else _free(around, members, reach * turns)
+        fit = _gains_around(runs, places, neighbours, line.place, len(group))
+        new = _of_ratio(fit, members, group) if group else _of_any_ratio(fit, members, reach * turns)
         complete = [*neighbours, *new]
-        if taken == members or _misfit(runs, complete) < _misfit(runs, lines):
+        if taken == members or misfit(runs, complete) < misfit(runs, lines):
             return complete
     return lines
 
 
-def _misfit(runs: Sequence[Run], lines: Sequence[FoundLine]) -> float:
-    """Misfit of lines and slow parts to the runs: twice the logarithm of the likelihood, less is better."""
-    lowest = min(line.place for line in lines if line.kind != "frequency")
-    left = [without(_columns(run, lines, lowest), run.value) for run in runs]
-    return sum(len(remainder) * math.log(max(float(remainder @ remainder), 1e-300)) for remainder in left)
-
-
-def _columns(run: Run, lines: Sequence[FoundLine], lowest: float, loose: bool = False) -> Floats:
-    """Slow parts, cosines and sines (n, m) of lines; with what they change by where their places do, if loose."""
-    turns = [2.0 * np.pi * run.time if line.kind == "frequency" else run.angle for line in lines]
-    waves = [_waves(x - x[0], np.array([line.place])) for line, x in zip(lines, turns, strict=True)]
-    slopes = [(x - x[0])[:, None] / np.ptp(x) * wave for x, wave in zip(turns, waves, strict=True) if loose]
-    return np.column_stack([run.slow_columns(lowest), *waves, *slopes])
-
-
-def _group(order: float, two: Clocks | None, turns: float, *, short: bool = False) -> dict[Pair, float]:
+def _group(order: float, turning: Clocks | None, turns: float, *, short: bool = False) -> dict[Pair, float]:
     """Pairs of the wave generator's lines around an order, if the runs can part them, or cannot; else none."""
-    j = 0 if two is None else max(1, round(order / two.order((1, 0))))
-    if two is None or j not in LOBE_ORDERS or short != (turns < BEATS * two.beat((j, 0))):
+    j = 0 if turning is None else max(1, round(order / turning.order((1, 0))))
+    if turning is None or j not in LOBE_ORDERS or short != (turns < BEATS * turning.beat((j, 0))):
         return {}
-    group = {pair: two.order(pair) for pair in ((j, 0), (j, -j), (j, j))}
+    group = {pair: turning.order(pair) for pair in ((j, 0), (j, -j), (j, j))}
     return group if _beside(order, group, turns) else {}
 
 
@@ -293,25 +188,25 @@ def _beside(order: float, group: dict[Pair, float], turns: float) -> bool:
     return min(group.values()) - 1.0 / turns < order < max(group.values()) + 1.0 / turns
 
 
-def _free(around: Around, members: Sequence[FoundLine], places: float) -> list[FoundLine]:
+def _of_any_ratio(fit: LineGains, members: Sequence[FoundLine], places: float) -> list[FoundLine]:
     """One line or two at any place, as far apart as both turns of some gear put them."""
-    turns = max(run.turns for run in around.runs)
-    single = around.gains(np.arange(len(around.places))[:, None])
-    two = _twos(around, members[0].place)
-    both = around.gains(two)
-    best, member = two[int(np.argmax(both))], int(np.argmax(single))
-    chance = chance_of(around.sure(float(np.max(both) - single[member])), 2.0 * places, len(around.runs))
+    turns = max(run.turns for run in fit.runs)
+    single = fit.gains(np.arange(len(fit.places))[:, None])
+    index_pairs = _pairs_half_a_beat_apart(fit, members[0].place)
+    both = fit.gains(index_pairs)
+    best, member = index_pairs[int(np.argmax(both))], int(np.argmax(single))
+    chance = chance_of(fit.sure(float(np.max(both) - single[member])), 2.0 * places, len(fit.runs))
     if chance >= PAIR_CHANCE:
-        return [members[0]._replace(second=_room(around, member, best))] if len(members) == 1 else list(members)
-    settled, errors = around.settled(around.places[best], np.ones(2, dtype=bool))
+        return [members[0]._replace(second=_largest_second(fit, member, best))] if len(members) == 1 else list(members)
+    settled, errors = fit.settled(fit.places[best], np.ones(2, dtype=bool))
     apart = float(np.ptp(settled))
-    if apart * turns < BEATS or np.inf in errors or np.max(np.abs(settled - around.places[best])) * turns > 1.0:
+    if apart * turns < BEATS or np.inf in errors or np.max(np.abs(settled - fit.places[best])) * turns > 1.0:
         return [line._replace(second=1.0) for line in members]
     reach = np.minimum(WHOLE_DEVIATIONS * errors, 0.4 * apart)
     orders = np.where(np.abs(settled - np.round(settled)) <= reach, np.round(settled), settled)
     loose = orders != np.round(orders)
     if loose.any() and not loose.all():
-        orders, closer = around.settled(orders, loose)
+        orders, closer = fit.settled(orders, loose)
         errors[loose] = closer[loose]
     return [
         members[0]._replace(place=k, error=2.0 * e, joint=True)
@@ -319,41 +214,41 @@ def _free(around: Around, members: Sequence[FoundLine], places: float) -> list[F
     ]
 
 
-def _room(around: Around, member: int, both: Sequence[int]) -> float:
+def _largest_second(fit: LineGains, member: int, both: Sequence[int]) -> float:
     """Amplitude of a second line that the runs do not exclude (95 %), over that of the single line."""
-    size, error = min(around.amplitude(both, i) for i in (0, 1))
-    return (size + 2.0 * error) / around.amplitude([member], 0)[0]
+    size, error = min(fit.amplitude(both, i) for i in (0, 1))
+    return (size + 2.0 * error) / fit.amplitude([member], 0)[0]
 
 
-def _of_pairs(around: Around, members: Sequence[FoundLine], group: dict[Pair, float]) -> list[FoundLine]:
+def _of_ratio(fit: LineGains, members: Sequence[FoundLine], group: dict[Pair, float]) -> list[FoundLine]:
     """Lines of the pairs of one group: those without which noise does not explain the runs."""
     pairs = list(group)
-    single = around.gains(np.arange(len(around.places))[:, None])
+    single = fit.gains(np.arange(len(fit.places))[:, None])
     chosen = [int(np.argmax(single[: len(pairs)]))]
     gain = float(single[chosen[0]])
     while len(chosen) < len(pairs):
         others = [i for i in range(len(pairs)) if i not in chosen]
-        more = around.gains(np.array([[*chosen, i] for i in others]))
-        step = around.sure(float(np.max(more)) - gain)
-        if chance_of(step, len(others), len(around.runs), between=False) >= PAIR_CHANCE:
+        more = fit.gains(np.array([[*chosen, i] for i in others]))
+        step = fit.sure(float(np.max(more)) - gain)
+        if chance_of(step, len(others), len(fit.runs), between=False) >= PAIR_CHANCE:
             break
         chosen, gain = [*chosen, others[int(np.argmax(more))]], float(np.max(more))
     if np.max(single) > gain + 2.0 * len(chosen) + 1.0:
         return list(members)  # a line of another place
-    names = _as_likely(around, chosen, pairs, single) if len(chosen) == 1 else [(pairs[i],) for i in chosen]
+    names = _likely_pairs(fit, chosen, pairs, single) if len(chosen) == 1 else [(pairs[i],) for i in chosen]
     shared = members[0]._replace(error=0.0, reach=0.0)
     return [shared._replace(place=group[pairs[i]], pairs=some) for i, some in zip(chosen, names, strict=True)]
 
 
-def _as_likely(around: Around, chosen: list[int], pairs: list[Pair], single: Floats) -> list[tuple[Pair, ...]]:
+def _likely_pairs(fit: LineGains, chosen: list[int], pairs: list[Pair], single: Floats) -> list[tuple[Pair, ...]]:
     """Pair of a single line, with those that are as likely alone or beside it (Laplace's approximation)."""
     (first,) = chosen
-    named, size = [pairs[first]], around.amplitude([first], 0)[0]
+    named, size = [pairs[first]], fit.amplitude([first], 0)[0]
     for i, pair in enumerate(pairs):
         if i != first:
-            _, error = around.amplitude([first, i], 1)
-            more = float(around.gains(np.array([[first, i]]))[0]) - float(single[first])
-            together = around.sure(more) - math.log1p(0.5 * (size / error) ** 2)
+            _, error = fit.amplitude([first, i], 1)
+            more = float(fit.gains(np.array([[first, i]]))[0]) - float(single[first])
+            together = fit.sure(more) - math.log1p(0.5 * (size / error) ** 2)
             if max(together, float(single[i]) - float(single[first]) + math.log(20.0)) > 0.0:
                 named.append(pair)
     return [tuple(named)]

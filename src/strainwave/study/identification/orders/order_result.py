@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ....base.facts import aligned
 from ....base.quantities import number as checked_number
 from ....base.quantities import numbers, shown
 from ....base.records import Labelled, Result
@@ -237,16 +238,16 @@ class OrderScan(Result):
         size, unit = (ARCSEC, " arcsec") if self.unit == "rad" else (1.0, f" {self.unit}" if self.unit else "")
         speeds = ", ".join(dict.fromkeys(f"{speed:.4g}" for speed in self.speeds))
         lines = [f"Order scan of {len(self.speeds)} runs at {speeds} rad/s"]
+        rows = [
+            ["line", f"amplitude{unit}", "95 %: from", "to", "phase deg", "+-", "false alarm", "order or frequency"]
+        ]
         for line in self.lines:
-            low, high = [number(end / size, 4) for end in line.interval()]
-            title = (
-                f"{line.frequency:.4g} Hz"
-                if line.kind == "frequency"
-                else f"order {line.order:g} +- {line.order_error:.2g}"
-            )
-            phase = f"{number(math.degrees(line.phase))} +- {number(math.degrees(line.phase_error), 2)} deg"
-            amplitude = f"{number(line.amplitude / size)}{unit} (95 %: {low} to {high}), phase {phase}"
-            lines.append(f"  {title}: {amplitude}; {line.why}; false alarm {line.false_alarm:.0e}")
+            sizes = [number(value / size) for value in (line.amplitude, *line.interval())]
+            order = f"order {line.order:g} +- {line.order_error:.2g}"
+            title = f"{line.frequency:.4g} Hz" if line.kind == "frequency" else order
+            phase = number(math.degrees(line.phase)), number(math.degrees(line.phase_error), 2)
+            rows.append([title, *sizes, *phase, f"{line.false_alarm:.0e}", line.why])
+        lines += [f"  {row}" for row in aligned(rows) if self.lines]
         if math.isfinite(self.delay_error):
             low, high = [number(1e3 * end) for end in self.delay_interval()]
             lines.append(f"  the value lags {number(1e3 * self.delay)} ms behind the angle (95 %: {low} to {high})")

@@ -1,7 +1,7 @@
-"""Windows of records, each with a start of its own, and least squares over them by variations of the system.
+"""Multiple shooting: least squares over windows of records, each window with a state at its start of its own.
 
-The derivatives of what a system does by its numbers and its start are differences of lanes: the system as it is and
-variants that differ by so little that the outputs change by `EFFECT` of their size.
+A motion's derivatives by the numbers of the system and by its start are differences of lanes: of the system as it is
+and of variants that differ by so little that the outputs change by `EFFECT` of their size.
 """
 
 from collections.abc import Callable, Sequence
@@ -17,8 +17,8 @@ from .experiment import Experiment, Record, sizes_of, start_states
 from .intervals import without
 
 EFFECT = 1e-6  # of the outputs' size: what a variation of a number changes
-FIRST_STEP = 1e-6  # of a number, before its effect is known
-MOST_STEP = 1e-3  # of a number
+FIRST_VARIATION = 1e-6  # of a number, before its effect is known
+MOST_VARIATION = 1e-3  # of a number
 NO_EFFECT = 1e-12  # of the outputs' size: rounding
 DAMPING = 1e-3  # Levenberg's first factor near a solution
 WEAK_SHARE = 1e-2  # of what the strongest number changes
@@ -60,8 +60,8 @@ class Point:
         """Derivatives (n, free) and residuals (n,) with what the starts can do taken out."""
         columns, residuals = [], []
         for r, j, s in zip(self.residuals, self.by_value, self.by_start, strict=True):
-            columns.append(cleared(j, s))
-            residuals.append(cleared(r[:, None], s)[:, 0])
+            columns.append(without_start(j, s))
+            residuals.append(without_start(r[:, None], s)[:, 0])
         return np.concatenate(columns), np.concatenate(residuals)
 
 
@@ -71,55 +71,61 @@ class LeastSquares:
 
     Attributes
     ----------
-    of : Experiment
-        The experiment.
+    experiment : Experiment
+        The measured records, and the system with its free numbers.
     windows : list of Window
         Samples that are compared, each window from a start of its own.
     noise : (outputs,) array
         Size of the noise of each output.
     parts : int
         Steps between two samples.
+    variations : (free,) array
+        Change of each number in its variant.
+    unmeasured_sizes : (states,) array
+        Sizes of the states as computed in the first window, for those that were not measured.
+    prepared : dict
+        Inputs and outputs of each record by the delays for which they were prepared.
     """
 
-    of: Experiment
+    experiment: Experiment
     windows: list[Window]
     noise: Floats
     parts: int
     variations: Floats = field(default_factory=lambda: np.zeros(0))
-    unseen: Floats = field(default_factory=lambda: np.zeros(0))
-    kept: dict[Any, Any] = field(default_factory=dict)
+    unmeasured_sizes: Floats = field(default_factory=lambda: np.zeros(0))
+    prepared: dict[Any, Any] = field(default_factory=dict)
 
     def begin(self, values: Floats) -> Point:
         """Values with starts from the measured outputs."""
-        of = self.of.of_outputs(values)
+        of = self.experiment.of_outputs(values)
         starts = []
         for window in self.windows:
             outputs = (window.record.outputs - of["offset"][:, None]) / of["gain"][:, None]
-            starts.append(start_states(self.of, outputs, window.first, window.record.step))
+            starts.append(start_states(self.experiment, outputs, window.first, window.record.step))
         w, start = self.windows[0], starts[0]
-        lanes = self.of.lanes([values], w.record.step, self.parts)
-        seen = self._run(w, self._ready(w.record, values)[0], lanes, start[:, None], np.arange(len(start)))
+        lanes = self.experiment.lanes([values], w.record.step, self.parts)
+        seen = self._run(w, self._prepared(w.record, values)[0], lanes, start[:, None], np.arange(len(start)))
         size = np.std(seen[:, :, 0], axis=1)  # how large all states become in the first window
-        self.unseen = np.where(np.isfinite(size) & (size > 0.0), size, 1.0)
+        self.unmeasured_sizes = np.where(np.isfinite(size) & (size > 0.0), size, 1.0)
         return self.point_at(values, starts)
 
     def sizes(self, record: Record) -> Floats:
         """Sizes of the states (states,) of a record, those that were not measured as computed."""
-        sizes = sizes_of(self.of, record)
-        return np.where(sizes > 0.0, sizes, self.unseen if len(self.unseen) else 1.0)
+        sizes = sizes_of(self.experiment, record)
+        return np.where(sizes > 0.0, sizes, self.unmeasured_sizes if len(self.unmeasured_sizes) else 1.0)
 
     def point_at(self, values: Floats, starts: Sequence[Floats]) -> Point:
         """Residuals and derivatives at values and starts."""
         if not len(self.variations):
-            self.variations = np.where(values != 0.0, FIRST_STEP * np.abs(values), FIRST_STEP)
+            self.variations = np.where(values != 0.0, FIRST_VARIATION * np.abs(values), FIRST_VARIATION)
             for _ in range(3):
                 self._learn(values, starts[0])
         delta = self.variations
         variants = [values, *(values + delta[i] * np.eye(len(values))[i] for i in range(len(values)))]
         step = self.windows[0].record.step
-        lanes = self.of.lanes(variants + [values] * len(starts[0]), step, self.parts)
+        lanes = self.experiment.lanes(variants + [values] * len(starts[0]), step, self.parts)
         rows = [
-            self._window(w, self._ready(w.record, values), lanes, values, start)
+            self._window(w, self._prepared(w.record, values), lanes, values, start)
             for w, start in zip(self.windows, starts, strict=True)
         ]
         residuals, by_value, by_start = map(list, zip(*rows, strict=True))
@@ -127,32 +133,32 @@ class LeastSquares:
 
     def residuals(self, values: Floats, starts: Sequence[Floats]) -> list[Floats]:
         """Residuals alone, of each window."""
-        lanes = self.of.lanes([values], self.windows[0].record.step, self.parts)
-        outputs = self.of.of_outputs(values)
+        lanes = self.experiment.lanes([values], self.windows[0].record.step, self.parts)
+        outputs = self.experiment.of_outputs(values)
         rows = []
         for w, start in zip(self.windows, starts, strict=True):
-            pieces, measured, _ = self._ready(w.record, values)
+            pieces, measured, _ = self._prepared(w.record, values)
             seen = self._run(w, pieces, lanes, start[:, None])[:, :, 0]
             model = outputs["offset"][:, None] + outputs["gain"][:, None] * seen
             residual = (model - measured[:, w.first : w.stop]) / self.noise[:, None]
             rows.append(residual[np.isfinite(residual) | ~np.isfinite(seen)])
         return rows
 
-    def _ready(self, record: Record, values: Floats) -> tuple[Floats, Floats, Floats]:
+    def _prepared(self, record: Record, values: Floats) -> tuple[Floats, Floats, Floats]:
         """Pieces of the inputs, outputs as they are compared, and their rates."""
-        delays = self.of.delays(values), self.of.of_outputs(values)["delay"]
+        delays = self.experiment.delays(values), self.experiment.of_outputs(values)["delay"]
         key = id(record), tuple(np.concatenate(delays).tolist())
-        if key not in self.kept:
-            self.kept = {old: ready for old, ready in self.kept.items() if old[0] != id(record)}
-            pieces = record.pieces(self.of, values, self.parts)
-            self.kept[key] = pieces, *record.shifted(delays[1])
-        pieces, outputs, rates = self.kept[key]
+        if key not in self.prepared:
+            self.prepared = {old: ready for old, ready in self.prepared.items() if old[0] != id(record)}
+            pieces = record.pieces(self.experiment, values, self.parts)
+            self.prepared[key] = pieces, *record.shifted(delays[1])
+        pieces, outputs, rates = self.prepared[key]
         return pieces, outputs, rates
 
     def _run(self, w: Window, pieces: Floats, lanes: Lanes, starts: Floats, states: Any = None) -> Floats:
         some = pieces[:, w.first * self.parts : (w.stop - 1) * self.parts]
         begin = w.record.begin + w.first
-        seen = self.of.seen() if states is None else states
+        seen = self.experiment.seen() if states is None else states
         return lanes.run(starts, np.ascontiguousarray(some), seen, len(w), self.parts, w.record.step, begin)
 
     def _learn(self, values: Floats, start: Floats) -> None:
@@ -160,23 +166,23 @@ class LeastSquares:
         w, free = self.windows[0], len(values)
         w = Window(w.record, w.first, min(w.stop, w.first + 4000))
         variants = [values, *(values + self.variations[i] * np.eye(free)[i] for i in range(free))]
-        lanes = self.of.lanes(variants, w.record.step, self.parts)
-        pieces = self._ready(w.record, values)[0]
+        lanes = self.experiment.lanes(variants, w.record.step, self.parts)
+        pieces = self._prepared(w.record, values)[0]
         seen = self._run(w, pieces, lanes, np.repeat(start[:, None], len(variants), axis=1))
         size = np.sqrt(np.mean(seen[:, :, :1] ** 2, axis=1, keepdims=True)) + 1e-300
         change = np.sqrt(np.max(np.mean(((seen[:, :, 1:] - seen[:, :, :1]) / size) ** 2, axis=1), axis=0))
         good = np.isfinite(change) & (change > NO_EFFECT)
         factor = np.where(good, np.clip(EFFECT / np.where(good, change, 1.0), 1e-4, 1e4), 1.0)
-        largest = np.where(values != 0.0, MOST_STEP * np.abs(values), np.inf)
+        largest = np.where(values != 0.0, MOST_VARIATION * np.abs(values), np.inf)
         self.variations = np.minimum(self.variations * factor, largest)
 
     def differences(self, w: Window, values: Floats, lanes: Lanes, start: Floats, by_start: Floats) -> Floats:
         """Differences of lanes (n, lanes - 1) from the first one in a window, in units of noise, the start cleared."""
-        pieces, measured, _ = self._ready(w.record, values)
+        pieces, measured, _ = self._prepared(w.record, values)
         seen = self._run(w, pieces, lanes, np.repeat(start[:, None], lanes.table.shape[1], axis=1))
-        scale = self.of.of_outputs(values)["gain"] / self.noise
+        scale = self.experiment.of_outputs(values)["gain"] / self.noise
         change = scale[:, None, None] * (seen[:, :, 1:] - seen[:, :, :1])
-        return cleared(change[np.isfinite(measured[:, w.first : w.stop])], by_start)
+        return without_start(change[np.isfinite(measured[:, w.first : w.stop])], by_start)
 
     def _window(
         self, w: Window, ready: Any, lanes: Lanes, values: Floats, start: Floats
@@ -184,7 +190,7 @@ class LeastSquares:
         """Residuals (n,) and derivatives by the values (n, free) and the start (n, states) of a window."""
         pieces, measured, rates = ready
         free, states = len(values), len(start)
-        outputs = self.of.of_outputs(values)
+        outputs = self.experiment.of_outputs(values)
         starts = np.repeat(start[:, None], 1 + free + states, axis=1)
         delta = EFFECT * self.sizes(w.record)
         starts[np.arange(states), 1 + free + np.arange(states)] += delta
@@ -194,7 +200,7 @@ class LeastSquares:
         residual = (outputs["offset"][:, None] + gain * motion[:, :, 0] - measured[:, samples]) / noise
         by_lane = gain[:, :, None] * (motion[:, :, 1:] - motion[:, :, :1]) / noise[:, :, None]
         by_value, by_start = by_lane[:, :, :free] / self.variations, by_lane[:, :, free:] / delta
-        for i, output in enumerate(self.of.of_free()):
+        for i, output in enumerate(self.experiment.of_free()):
             if output is None:
                 continue
             by_value[:, :, i] = 0.0
@@ -204,7 +210,7 @@ class LeastSquares:
         return residual[good], by_value[good], by_start[good]
 
 
-def cleared(columns: Floats, by_start: Floats) -> Floats:
+def without_start(columns: Floats, by_start: Floats) -> Floats:
     """Columns (n, m) with what a change of the start can do taken out."""
     return without(by_start / np.maximum(np.linalg.norm(by_start, axis=0), 1e-300), columns)
 
@@ -233,9 +239,9 @@ def solve(
                 )
             change = np.linalg.lstsq(stacked, wanted, rcond=None)[0] / size
             if keep_signs:
-                change = problem.of.without_crossing(point.values, change)
-            change = problem.of.within_bounds(point.values, change)
-            trial = _tried(problem, point, change, damping)
+                change = problem.experiment.without_crossing(point.values, change)
+            change = problem.experiment.within_bounds(point.values, change)
+            trial = _stepped(problem, point, change, damping)
             if trial is not None and trial.cost() < point.cost():
                 break
             damping *= 10.0
@@ -265,7 +271,7 @@ def small(columns: Floats, residual: Floats, change: Floats, share: float = CONV
     return bool(np.all(np.abs(change) <= share * deviation + 1e-14))
 
 
-def _tried(problem: LeastSquares, point: Point, change: Floats, damping: float) -> Point | None:
+def _stepped(problem: LeastSquares, point: Point, change: Floats, damping: float) -> Point | None:
     """The point after a change of the values, and a damped change of the starts with it; None outside the model."""
     starts = []
     rows = zip(problem.windows, point.residuals, point.by_value, point.by_start, point.starts, strict=True)
@@ -275,7 +281,7 @@ def _tried(problem: LeastSquares, point: Point, change: Floats, damping: float) 
         stacked, wanted = np.concatenate([s * size, held]), np.concatenate([r + j @ change, np.zeros(len(start))])
         starts.append(start - np.linalg.lstsq(stacked, wanted, rcond=None)[0] * size)
     try:
-        checked(problem.of.fitted(point.values + change))
+        checked(problem.experiment.fitted(point.values + change))
         return problem.point_at(point.values + change, starts)
     except ValueError:  # a value that the model refuses
         return None
@@ -317,7 +323,7 @@ def fitted_start(of: Experiment, values: Floats, record: Record, samples: int, p
     problem = LeastSquares(of, [Window(record, 0, samples)], noise, parts)
     point = finite(problem.begin(values))
     for _ in range(10):
-        trial = _tried(problem, point, np.zeros(len(values)), START_DAMPING)
+        trial = _stepped(problem, point, np.zeros(len(values)), START_DAMPING)
         if trial is None or not trial.cost() < point.cost():
             break
         point = trial

@@ -1,0 +1,169 @@
+"""Logs in binary files: NumPy, MATLAB, Parquet, MDF 4 and MCAP."""
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...base.results import Floats
+from .bags import read_mcap
+from .mat_file import NoReader, mat_variables
+from .names import canonical, epoch_unit, named
+from .table import Column, refuse
+
+Read = tuple[list[Column], list[str]]
+
+
+def read_npz(path: Path) -> Read:
+    """Arrays of a NumPy file; dates count from the first."""
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
+            arrays = {name: _in_seconds(stored[name]) for name in stored.files}
+    except Exception as error:  # whatever a damaged file makes its reader raise
+        raise _unreadable(path, error, ".npz") from None
+    return _columns(path, arrays)
+
+
+def read_mat(path: Path) -> Read:
+    """Variables and fields of structs of a MATLAB file."""
+    try:
+        content = mat_variables(path)
+    except NoReader:
+        raise
+    except NotImplementedError:
+        raise refuse(path, "is a MATLAB file of version 7.3; save it with -v7") from None
+    except Exception as error:  # as above
+        raise _unreadable(path, error, ".mat") from None
+    arrays: dict[str, Any] = {}
+    for name, value in content.items():
+        if not name.startswith("__"):
+            _flattened(name, value, arrays)
+    return _columns(path, arrays)
+
+
+def _in_seconds(values: Any) -> Any:
+    """Dates as seconds since the first of them, durations as seconds, NaN where there is none; others as they are."""
+    if values.dtype.kind not in "mM" or not values.size:
+        return values
+    flat = values.astype(f"{values.dtype.kind}8[ns]")
+    valid = flat[~np.isnat(flat)]
+    since = flat if flat.dtype.kind == "m" or not valid.size else flat - valid[0]
+    return np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)
+
+
+def _flattened(name: str, value: object, arrays: dict[str, Any]) -> None:
+    for field in getattr(value, "_fieldnames", ()):
+        _flattened(f"{name}.{field}", getattr(value, field), arrays)
+    if isinstance(value, np.ndarray) and value.dtype.names is None:
+        arrays[name] = value
+
+
+def _columns(path: Path, arrays: dict[str, Any]) -> Read:
+    """Vectors as columns; each goes with the vector of the time that has its length, or its own, `NAME_time`."""
+    for name in [name for name, a in arrays.items() if a.dtype.kind == "c"]:
+        vector = arrays.pop(name)
+        arrays |= {f"{name}_real": vector.real, f"{name}_imaginary": vector.imag}
+    plain = {name: np.ravel(a).astype(float) for name, a in arrays.items() if _is_vector(a)}
+    if not plain:
+        raise refuse(path, "has no vectors of numbers; save one for each channel, and `time`")
+    time_names = {name: _time_of(name, plain) for name in plain}
+    times = {time for time in time_names.values() if time is not None}
+    for name, time in time_names.items():
+        if time is not None and len(plain[time]) != len(plain[name]):
+            raise refuse(path, f"{name} has {len(plain[name])} values and {time} {len(plain[time])}; give equally many")
+    columns = [
+        Column(name, "", values, None if time_names[name] is None else _seconds(str(time_names[name]), plain))
+        for name, values in plain.items()
+        if name not in times
+    ]
+    left_out = [name for name, a in arrays.items() if name not in plain and a.size > 1]
+    return columns, [f"{', '.join(left_out)} are no vectors of real numbers and were left out"] if left_out else []
+
+
+def _is_vector(values: Any) -> bool:
+    return values.dtype.kind in "iufb" and np.ndim(np.squeeze(values)) == 1 and values.size > 1
+
+
+def _time_of(name: str, arrays: dict[str, Floats]) -> str | None:
+    plain = named(name).name
+    names = f"{plain}_time", f"time_{plain}", f"t_{plain}", f"{plain}_t"
+    return next((other for other in arrays if named(other).name in names), None)
+
+
+def _seconds(name: str, arrays: dict[str, Floats]) -> Floats:
+    unit = named(name).unit or epoch_unit(arrays[name])
+    return arrays[name] * {"ms": 1e-3, "us": 1e-6, "ns": 1e-9}.get(unit, 1.0)
+
+
+def read_parquet(path: Path) -> Read:
+    """Columns of numbers and dates of a Parquet file."""
+    pandas = import_module("pandas")
+    try:
+        frame = pandas.read_parquet(path)
+    except ImportError:
+        raise ModuleNotFoundError("Parquet needs the extra `logs`: pip install 'strainwave[logs]'") from None
+    except Exception as error:
+        raise _unreadable(path, error, ".parquet") from None
+    index = frame.index
+    if index.name is not None and canonical(named(str(index.name)).name) == "time":
+        frame = frame.reset_index()
+    frame = _without_lists(pandas, frame)
+    numbers = frame.select_dtypes(["number", "datetime", "datetimetz", "timedelta"])
+    if numbers.empty:
+        raise refuse(path, "has no columns of numbers; save one for each channel, and `time`")
+    kinds = [numbers[name].dtype.kind for name in numbers]
+    return [
+        Column(str(name), "s" if kind in "mM" else "", _parquet_column(numbers[name], kind))
+        for name, kind in zip(numbers, kinds, strict=True)
+    ], []
+
+
+def _without_lists(pandas: Any, frame: Any) -> Any:
+    """A table with a column of numbers for each item of a column of lists, `name[0]` and so on, as LeRobot has."""
+    parts = []
+    for name in frame:
+        lists = [np.size(value) for value in frame[name]] if frame[name].dtype == object else []
+        if lists and min(lists) == max(lists) > 1 and not isinstance(frame[name].iloc[0], str):
+            items = np.stack(frame[name].to_numpy())
+            parts.append(pandas.DataFrame(items, frame.index, [f"{name}[{i}]" for i in range(lists[0])]))
+        else:
+            parts.append(frame[[name]])
+    return pandas.concat(parts, axis=1) if parts else frame
+
+
+def _parquet_column(series: Any, kind: str) -> Floats:
+    return np.asarray(_in_seconds(series.to_numpy(f"{kind}8[ns]")) if kind in "mM" else series.to_numpy(float))
+
+
+def read_mdf(path: Path) -> Read:
+    """Channels of an MDF file with the times and units that it gives them."""
+    try:
+        asammdf = import_module("asammdf")
+    except ImportError:
+        raise ModuleNotFoundError("MDF needs the extra `logs`: pip install 'strainwave[logs]'") from None
+    try:
+        with asammdf.MDF(str(path)) as file:
+            signals = [signal for signal in file.iter_channels() if np.asarray(signal.samples).dtype.kind in "iufb"]
+    except Exception as error:  # as above
+        raise _unreadable(path, error, "MDF") from None
+    columns = [
+        Column(str(s.name), str(s.unit or ""), np.asarray(s.samples, float), np.asarray(s.timestamps, float))
+        for s in signals
+        if np.ndim(s.samples) == 1 and len(s.samples) > 1 and canonical(str(s.name)) != "time"
+    ]
+    if not columns:
+        raise refuse(path, "has no channels of numbers; record one for each quantity")
+    return columns, []
+
+
+def _unreadable(path: Path, error: Exception, kind: str) -> ValueError:
+    reason = " ".join(str(error).split())[:120]
+    return refuse(path, f"is no whole {kind} file ({reason}); save it again")
+
+
+BINARY: dict[str, Callable[[Path], Read]] = {
+    ".npz": read_npz, ".mat": read_mat, ".parquet": read_parquet, ".mf4": read_mdf, ".mdf": read_mdf,
+    ".mcap": read_mcap,
+}  # fmt: skip
