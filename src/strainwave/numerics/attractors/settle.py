@@ -34,9 +34,9 @@ class Settled:
     state : (states, lanes) array
         State at base phase 0 at the end; nan where it diverged.
     period : (lanes,) int array
-        Turns after which the motion repeats; 0 where it does not.
+        Turns after which the motion repeats; 0 where it does not, -1 where it takes too many steps.
     diverged : (lanes,) bool array
-        True where it left every bound.
+        True where it left every bound, or takes too many steps.
     lowest, highest : (lanes,) arrays
         Extremes of the first state over the last 8 turns.
     """
@@ -101,7 +101,7 @@ def settled(
         ).variables  # fmt: skip
         turns += skipped + SEEN
         result.state[:, places] = run["final"].values
-        result.period[places] = run["period"].values
+        result.period[places] = np.where(run["status"].values == 2, -1, run["period"].values)
         result.diverged[places] = run["status"].values != 0
         result.lowest[places], result.highest[places] = run["lowest"].values, run["highest"].values
         ended = result.diverged | (result.period > 0 if recognised is None else recognised(result))

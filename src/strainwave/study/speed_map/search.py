@@ -37,6 +37,7 @@ from .resonances import active_orders
 
 MOTION_DIFFERENCE = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
 DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 8, 3000  # transients die by exp(-20) in the longest time
+MOST_STEPS = 500_000  # of a start, some seconds: a drive with parts that decay in microseconds takes more
 LOOSE_TURNS = 256  # turns after which a motion that is not followed is measured
 STAGES = 4  # shares of that time after which those on known motions end
 ESCAPE_FACTOR = 100.0  # times the largest start or motion, beyond which a trajectory does not come back
@@ -238,7 +239,7 @@ def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...
     longest = int(np.clip(ceil(DECAY * turns), LEAST_TURNS, MOST_TURNS))
     sizes = [float(np.median(curve.table[:, OSCILLATION])) for curve in curves]
     smooth = isinstance(system, Oscillator) and is_spring(system) and not breakpoints_of(system.law)
-    method = None if smooth else Dopri5(rtol=ROUGH_TOLERANCE, atol=ROUGH_TOLERANCE * min(sizes))
+    method = None if smooth else Dopri5(rtol=ROUGH_TOLERANCE, atol=ROUGH_TOLERANCE * min(sizes), max_steps=MOST_STEPS)
     twists = start[0], torsion(system, 0.0, tuple(start)), *(curve.table[:, [LOW, HIGH]] for curve in curves)
     bound = ESCAPE_FACTOR * max(start_reach(case, np.sort(omega)), *(float(np.max(np.abs(twist))) for twist in twists))
     model, path = (system, "omega") if smooth else (Bounded(system, bound), "system.omega")
@@ -247,7 +248,7 @@ def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...
         model, {path: omega}, start, settle=first, longest=STAGES * first + 6 * SEEN, method=method, threads=1,
         recognised=lambda ends: _matches(curves, omega, ends),
     )  # fmt: skip
-    return ends, longest >= DECAY * turns
+    return ends, longest >= DECAY * turns and not np.any(ends.period < 0)
 
 
 def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:

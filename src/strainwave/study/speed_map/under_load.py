@@ -48,7 +48,10 @@ BEAT_TEXT = (
     "the error {}, {} s at {} and {} s at {}; the oscillation is that of the turn of "
     f"the motor in which the beat is largest; {A_TURN}"
 )
-TOO_LIGHT = "the damping is so light that trajectories do not settle: motions apart from the main curve may be missing"
+UNSETTLED = (
+    "starts do not settle in the steps they have, as the damping is very light or a part is very stiff: motions apart "
+    "from the main curve may be missing"
+)
 
 
 class Case(NamedTuple):
@@ -187,7 +190,7 @@ def extended(
     result: Found = search(case, loaded.curves, speeds, seeds, span)
     loaded = replace(
         loaded, curves=(*loaded.curves, *result.curves), loose=(*loaded.loose, *result.loose),
-        remarks=loaded.remarks if result.settled else (*loaded.remarks, TOO_LIGHT),
+        remarks=loaded.remarks if result.settled else (*loaded.remarks, UNSETTLED),
     )  # fmt: skip
     return loaded, result.seeds
 
