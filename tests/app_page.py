@@ -41,6 +41,14 @@ def paused(page, before):
     page.wait_for_function("was => window.pauses > was", arg=before)
 
 
+def save(page, button):
+    """Save something by the menu, which stays open."""
+    menu = page.locator("#save")
+    if menu.get_attribute("open") is None:
+        menu.locator("summary").click()
+    page.locator(button).click()
+
+
 def drawn(page, name="torque"):
     return page.locator(f"#plot-{name}").get_attribute("data-drawn")
 

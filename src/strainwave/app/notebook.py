@@ -1,15 +1,19 @@
-"""A result as HTML: its text, its figure as SVG, and a table of its arrays.
+"""A result as HTML: its text, its figure as SVG, and a table of its arrays; a drive as a table of its numbers.
 
 Everything is in the text: no style sheet, no script, no file. Text has the notebook's own colour; the figure has a
 white ground, and so looks the same in light and in dark notebooks.
 """
 
+from collections.abc import Sequence
 from html import escape
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.quantities import parameters
+from ..base.units import ARCSEC
+from ..model.gears.gear import NUMBERS
 from ..plot.svg import stacked
 from .console import number
 from .view import sign
@@ -43,21 +47,52 @@ def figure(result: Any) -> str:
     return stacked(panels, TALL if len(panels) < 2 else LOW, f"figure of {str(result).splitlines()[0]}", CARD_WIDTH)
 
 
+def card(subject: Any) -> str:
+    """HTML of a project, a gear or a model for a notebook: its name, and a table of its numbers.
+
+    Numbers of a project are those of its file, with the source of each; angles of others are in arcsec.
+    """
+    if sources := getattr(subject, "sources", ()):
+        return _card(
+            str(subject),
+            ("number", "value", "source"),
+            [(one.name, sign(one.value.replace("^", "**")), one.word) for one in sources],
+        )
+    units = NUMBERS if hasattr(subject, "series") else {}
+    numbers = [(name, getattr(subject, name), unit) for name, unit in units.items()] or parameters(subject)
+    rows = [(name, *_shown(name, value, unit)) for name, value, unit in numbers if value is not None]
+    return _card(f"{type(subject).__name__} {getattr(subject, 'name', '')}".strip(), ("number", "value", "unit"), rows)
+
+
+def _card(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return f"<div><pre>{escape(title)}</pre>{_table(heads, rows)}</div>"
+
+
+def _shown(name: str, value: float, unit: str) -> tuple[str, str]:
+    angle = unit == "rad" and "phase" not in name
+    return (number(value / ARCSEC), "arcsec") if angle else (number(value), sign(unit))
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Table whose rows are named by their first texts."""
+    head = "".join(f'<th scope="col" style="{CELL}">{name}</th>' for name in heads)
+    body = "".join(
+        f'<tr><th scope="row" style="{CELL}">{escape(name)}</th>'
+        + "".join(f'<td style="{CELL}">{escape(cell)}</td>' for cell in cells)
+        + "</tr>"
+        for name, *cells in rows
+    )
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
 def _arrays(result: Any) -> str:
     """Closed table of the arrays: name, unit, dimensions, least and largest value."""
-    labelled = {**result.coordinates(), **result.variables()}
-    if not labelled:
-        return ""
-    head = "".join(f'<th scope="col" style="{CELL}">{name}</th>' for name in ("array", "unit", "size", "from", "to"))
     rows = []
-    for name, (_, values, unit) in labelled.items():
+    for name, (_, values, unit) in {**result.coordinates(), **result.variables()}.items():
         array = np.asarray(values)
-        size = " × ".join(map(str, array.shape))
-        cells = [sign(unit), size, *_ends(array)]
-        body = "".join(f'<td style="{CELL}">{escape(cell)}</td>' for cell in cells)
-        rows.append(f'<tr><th scope="row" style="{CELL}">{escape(name)}</th>{body}</tr>')
-    table = f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
-    return f"<details><summary>arrays</summary>{table}</details>"
+        rows.append((name, sign(unit), " × ".join(map(str, array.shape)), *_ends(array)))
+    table = _table(("array", "unit", "size", "from", "to"), rows)
+    return f"<details><summary>arrays</summary>{table}</details>" if rows else ""
 
 
 def _ends(array: NDArray[Any]) -> tuple[str, str]:

@@ -119,6 +119,10 @@ class Project:
 
     __repr__ = __str__
 
+    def _repr_html_(self) -> str:
+        """Numbers in a notebook."""
+        return str(above("card")(self))
+
     @property
     def motor(self) -> Literal["free", "held"]:
         """Mode of the motor: it follows its torque ("free") or keeps its speed ("held")."""

@@ -3,6 +3,7 @@
 from math import sqrt
 from typing import Any, Literal, NamedTuple
 
+from ..base.above import above
 from ..base.law import spring_stiffness
 from ..base.protocols import Law, need
 from ..base.quantities import SMALLEST, AngularSpeed, Damping, Inertia, Ratio, checked, choice, shown
@@ -24,6 +25,10 @@ class Drive(NamedTuple):
     N: Ratio
     B: Damping
     law: Any
+
+    def _repr_html_(self) -> str:
+        """Numbers in a notebook."""
+        return str(above("card")(self))
 
     @property
     def J(self) -> float:

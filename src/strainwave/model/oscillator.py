@@ -8,6 +8,7 @@ damping with angle, speed of the torsion and temperature. k is a sum of lines of
 import math
 from typing import Any, NamedTuple
 
+from ..base.above import above
 from ..base.law import breakpoints_of, check_law, depends, kinks_of, losses_of, share, states_of, torque_of, z_rate_of
 from ..base.protocols import joint_orders, lacking, need, scaled
 from ..base.quantities import SMALLEST, Angle, AngularSpeed, Damping, Inertia, Ratio, Reals, States, shown
@@ -32,6 +33,10 @@ class Oscillator(NamedTuple):
     excitation: Any
     omega: AngularSpeed
     error: Any = NoError()
+
+    def _repr_html_(self) -> str:
+        """Numbers in a notebook."""
+        return str(above("card")(self))
 
     def torsion(self, phase: Reals, y: States) -> Any:
         """Torsion u = x - e(phase) [rad]."""

@@ -18,7 +18,21 @@ from ..drive.asked import PEAK, RMS, MotorLimits
 from ..drive.drive_response import DriveResponse
 from ..drive.loop_margin import Bode
 from ..drive.project import Project
-from .panels import BLACK, BLUE, DASHES, DOT_DASH, DOTS, GREY, HERTZ, ORANGE, Axis, Panel, angle, of_speeds, panels_of
+from .panels import (
+    BLACK,
+    BLUE,
+    DASHES,
+    DOT_DASH,
+    DOTS,
+    GREY,
+    ORANGE,
+    Axis,
+    Panel,
+    angle,
+    bode_pair,
+    of_speeds,
+    panels_of,
+)
 
 if TYPE_CHECKING:  # a curve alone is drawn without them
     from ..files.variants.comparison import ProjectComparison
@@ -292,8 +306,7 @@ def comparison_panels(found: "ProjectComparison", speeds: Speeds) -> list[Panel]
 def bode_panels(bode: Bode) -> list[Panel]:
     """Magnitude and phase of the speeds of motor and load over a torque; a held motor has none."""
     ends, title = (float(bode.omega[0]), float(bode.omega[-1])), f"torque on the {bode.source}"
-    size = Panel(title, HERTZ, Axis("speed per torque", "dB re 1 rad/(N*m*s)"), xlim=ends, xlog=True)
-    phase = Panel("", HERTZ, Axis("phase", "deg"), xlim=ends, xlog=True, ystep=90.0)
+    size, phase = bode_pair(title, Axis("speed per torque", "dB re 1 rad/(N*m*s)"), ends)
     if np.any(bode.motor):
         size.line(bode.omega, bode.decibels("motor"), BLUE, "motor speed")
         phase.line(bode.omega, bode.degrees("motor"), BLUE, "motor speed")

@@ -5,9 +5,9 @@ from collections.abc import Iterator
 
 def figures() -> Iterator[object]:
     """Load the modules of the figures, those last that need the most."""
-    from . import compensation, curves, drive, portrait
+    from . import compensation, curves, drive, loop, portrait
 
-    yield compensation, curves, drive, portrait
+    yield compensation, curves, drive, loop, portrait
     from . import studies
 
     yield studies

@@ -17,7 +17,7 @@ from ..study.identification.joint.metered import Metered
 from ..study.identification.log import Log, LogSegment
 from ..study.identification.loops.loop_model import LoopFit
 from ..study.identification.orders.order_result import OrderScan
-from .panels import BLUE, DASHES, GREY, HERTZ, ORANGE, PALE, TIME, Axis, Panel, panels_of
+from .panels import BLUE, DASHES, GREY, ORANGE, PALE, TIME, Axis, Panel, bode_pair, panels_of
 
 TORSION = Axis("torsion", "arcmin", 60.0 * ARCSEC)
 REACH = 1.96  # standard errors of an interval of 95 %
@@ -139,11 +139,9 @@ def measured_bode_panels(
     measured: MeasuredBode, responses: Sequence[tuple[str, Complexes, str, str]] = ()
 ) -> list[Panel]:
     """Size and phase of a measured Bode plot; over them responses (n,) with their names, colours and dashes."""
-    ends, unit = (float(measured.omega[0]), float(measured.omega[-1])), "dB"
-    if measured.quantity == "plant":
-        unit = "dB re 1 rad/(N*m*s)"
-    size = Panel("", HERTZ, Axis(measured.quantity, unit), xlim=ends, xlog=True)
-    phase = Panel("", HERTZ, Axis("phase", "deg"), xlim=ends, xlog=True, ystep=90.0)
+    unit = "dB re 1 rad/(N*m*s)" if measured.quantity == "plant" else "dB"
+    ends = float(measured.omega[0]), float(measured.omega[-1])
+    size, phase = bode_pair("", Axis(measured.quantity, unit), ends)
     size.points(measured.omega, measured.decibels, ORANGE, "measured", ".", ORANGE)
     if measured.phased:
         phase.points(measured.omega, measured.degrees, ORANGE, "measured", ".", ORANGE)

@@ -264,6 +264,12 @@ def placed_above(
             yield note.text, middle, row
 
 
+def bode_pair(title: str, size: Axis, ends: tuple[float, float]) -> tuple[Panel, Panel]:
+    """Magnitude and phase over frequencies between two ends [rad/s]."""
+    phase = Panel("", HERTZ, Axis("phase", "deg"), xlim=ends, xlog=True, ystep=90.0)
+    return Panel(title, HERTZ, size, xlim=ends, xlog=True), phase
+
+
 @singledispatch
 def panels_of(result: object) -> list[Panel]:
     """Panels of the figure of a result, from top to bottom; none where nothing is drawn of it."""

@@ -93,9 +93,10 @@ def ticks(low: float, high: float, count: int, unit: float = 0.0) -> tuple[list[
     return values, [f"{v:.{decimals}f}".replace("-", "−") for v in values]
 
 
-def log_ticks(low: float, high: float) -> tuple[list[float], list[str]]:
-    """Powers of ten between two ends, and 2 and 5 times them where there are few, with their labels."""
-    parts = (1.0,) if high > 1e4 * low else (1.0, 2.0, 5.0) if high > 10.0 * low else (1.0, 2.0, 3.0, 5.0, 7.0)
+def log_ticks(low: float, high: float, count: int = 8) -> tuple[list[float], list[str]]:
+    """Powers of ten between two ends, and 2 and 5 times them where there is room for so many, with their labels."""
+    finer = ((10.0 ** (0.5 * count), (1.0,)), (10.0, (1.0, 2.0, 5.0)), (0.0, (1.0, 2.0, 3.0, 5.0, 7.0)))
+    parts = next(parts for ratio, parts in finer if high > ratio * low)
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     values = [m * 10.0**k for k in decades for m in parts if low <= m * 10.0**k <= high]
     return (values, [number(v) for v in values]) if len(values) > 1 else ticks(low, high, 4)
@@ -161,7 +162,7 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
         return np.asarray(h - _shares(values, bottom, top, ylog) * h)
 
     xs, names = _shown_ticks(panel.x, left, right, xlog, max(4, round(w / 75.0)))
-    ys, heights = _shown_ticks(panel.y, bottom, top, ylog, max(4, round(h / 45.0)), panel.ystep)
+    ys, heights = _shown_ticks(panel.y, bottom, top, ylog, max(8 if ylog else 4, round(h / 45.0)), panel.ystep)
     px, py = across(xs).tolist(), up(ys).tolist()
     grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)
     svg = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']
@@ -206,7 +207,7 @@ def _shown_ticks(
 ) -> tuple[Floats, list[str]]:  # fmt: skip
     """Positions [SI] of the ticks of an axis, and their names in its unit."""
     ends = low / axis.size, high / axis.size
-    values, names = log_ticks(*ends) if log else ticks(*ends, count, step)
+    values, names = log_ticks(*ends, count) if log else ticks(*ends, count, step)
     return axis.size * np.array(values), names
 
 

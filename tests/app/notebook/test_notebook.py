@@ -2,6 +2,7 @@
 
 import builtins
 import re
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -13,6 +14,7 @@ import strainwave as sw
 
 pytestmark = pytest.mark.slow
 
+AXES = Path(sw.__file__).parent / "app/projects"
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -76,3 +78,25 @@ def test_what_a_summary_says_is_escaped():
     assert "<script" not in html
     assert "a&lt;b&gt;&amp;" in html
     ElementTree.fromstring(html)
+
+
+CARDS = {
+    "Project": (lambda: sw.read_project(AXES / "robot-joint.yaml"), [("load.inertia", "3.5 kg·m²", "yours"),
+                                                                     ("motor.loop.bandwidth", "25 Hz", "assumed")]),
+    "Gear CSG-40-50": (lambda: sw.catalogue.gear("CSG-40-50"), [("K1", "100000", "N·m/rad"), ("max_rpm", "4000", "rpm"),
+                                                                 ("hysteresis_loss", "60", "arcsec")]),
+    "Drive": (lambda: sw.HDC_40_050, [("J_m", "0.000526", "kg·m²"), ("law.K", "7160", "N·m/rad")]),
+    "Oscillator": (lambda: sw.Oscillator(2.0, 3.0, sw.Linear(5.0), sw.Harmonic(1.0, 1, 0.5), 7.0,
+                                         sw.KinematicError((sw.Line(2, np.pi / 648_000.0),))),
+                   [("omega", "7", "rad/s"), ("excitation.phase", "0.5", "rad"),
+                    ("error.lines.0.amplitude", "1", "arcsec")]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", CARDS)
+def test_a_card_has_the_numbers_with_the_units_of_figures(kind):
+    made, numbers = CARDS[kind]
+    page = ElementTree.fromstring(made()._repr_html_())
+    assert page.find("pre").text.startswith(kind)
+    rows = [tuple(cell.text or "" for cell in row) for row in page.iter("tr")]
+    assert set(numbers) < set(rows)

@@ -94,6 +94,21 @@ def test_margins_are_those_of_the_loop(folder, results):
     assert results["loop_margins"]["delay_margin_s"] == pytest.approx(found.delay_margin, rel=1e-3)
 
 
+def test_the_figure_of_the_loop_marks_its_margin_and_stands_behind_its_heading(folder, results):
+    section = page(folder).partition("<h2>The whole drive train</h2>")[2]
+    assert section.lstrip().startswith("<figure>")
+    marked = re.search(r">([\d.]+)° at ([\d.]+) Hz<", section)
+    assert float(marked[1]) == pytest.approx(results["loop_margins"]["phase_margin_deg"], abs=0.6)
+    for text in (
+        "open loop",
+        "closed loop",
+        "gain crossover",
+        "step of the reference",
+        "step of the torque on the load",
+    ):
+        assert f">{text}<" in section
+
+
 ARM = """\
 gear: {ratio: 100, law: {type: piecewise_linear, T1: 14 N*m, T2: 48 N*m, K1: 3.1e4 N*m/rad, K2: 5.0e4 N*m/rad,
   K3: 5.7e4 N*m/rad}}
@@ -107,15 +122,18 @@ excitation: {accuracy: 60 arcsec}
 """
 
 
-@pytest.mark.parametrize("text", [AXIS, ARM], ids=["axis", "arm"])
-def test_the_report_has_at_most_four_pages_of_paper(tmp_path, folder, browser, text):
-    if text is ARM:
+SAMPLED = AXIS + "controller: {period: 0.25 ms, delay: 0.25 ms}\n"
+
+
+@pytest.mark.parametrize("text", [AXIS, ARM, SAMPLED], ids=["axis", "arm", "sampled"])
+def test_the_report_of_a_drive_with_a_loop_has_at_most_three_pages_of_paper(tmp_path, folder, browser, text):
+    if text is not AXIS:
         folder = tmp_path
-        (folder / "axis.yaml").write_text(ARM)
+        (folder / "axis.yaml").write_text(text)
         sw.report.write(folder / "axis.yaml", folder)
     sheet = browser.new_page()
     sheet.goto((folder / "report.html").as_uri())
-    assert 2 <= len(re.findall(rb"/Type\s*/Page\b", sheet.pdf(prefer_css_page_size=True))) <= 4
+    assert 2 <= len(re.findall(rb"/Type\s*/Page\b", sheet.pdf(prefer_css_page_size=True))) <= 3
     sheet.close()
 
 

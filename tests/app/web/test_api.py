@@ -233,7 +233,26 @@ def test_words_of_a_project_stay_words_in_a_script(client):
     state = {**GEAR, "values": {"title": title}}
     script = client.post("/api/export/script", json={"state": state, "view": "motion", "speed": 900.0}).text
     words = {node.value for node in ast.walk(ast.parse(script)) if isinstance(node, ast.Constant)}
-    assert any(isinstance(text, str) and f"title: {title}\n" in text for text in words)
+    assert title in words
+    state = {"project": JOINT.replace("title: joint", f"title: {title}")}
+    script = client.post("/api/export/script", json={"state": state, "view": "motion", "speed": 900.0}).text
+    words = {node.value for node in ast.walk(ast.parse(script)) if isinstance(node, ast.Constant)}
+    assert any(isinstance(text, str) and title in text for text in words)
+
+
+def test_a_script_repeats_the_session_with_one_line_an_action(client, tmp_path, monkeypatch, capsys):
+    first, last = {"load.inertia": "2 kg*m^2"}, {"load.inertia": "2 kg*m^2", "motor.loop.bandwidth": "20 Hz"}
+    before = [{"values": {}, "view": "response"}, {"values": first, "view": "motion", "speed": 900.0},
+              {"values": first, "view": "move"}, {"values": {}, "view": ""}]  # fmt: skip
+    state = {**GEAR, "values": last}
+    shown = posted(client, "/api/response", state=state)["largest"]
+    said = printed(client, tmp_path, monkeypatch, capsys, "response", state, before=before)
+    assert said == pytest.approx([shown["oscillation_arcsec"], shown["speed"]], rel=1e-4)
+    script = client.post("/api/export/script", json={"state": state, "view": "response", "before": before}).text
+    lines = script.partition("no file is written\n")[2].splitlines()
+    calls = ("project.response(", "sw.replaced(drive, {'load.inertia'", "sw.drive_motion(project, 900.0", "sw.move(",
+             "project = drive", "sw.replaced(drive, {'load.inertia'", "project.response(")  # fmt: skip
+    assert [call in line for call, line in zip(calls, lines, strict=False)] == [True] * len(calls)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from app_page import drawn, largest, paused, pauses, until_drawn_again
+from app_page import drawn, largest, paused, pauses, save, until_drawn_again
 
 SURE = "() => document.getElementById('answer').textContent.includes('How sure')"
 
@@ -107,7 +107,7 @@ def test_project_script_and_data_are_downloaded(page, tmp_path):
         ('[aria-label="Save response as SVG"]', "-response.svg", "<svg"),
     ):
         with page.expect_download() as found:
-            page.locator(button).click()
+            save(page, button)
         path = tmp_path / found.value.suggested_filename
         found.value.save_as(path)
         assert path.name == f"CSG-40-50{ending}"
@@ -203,3 +203,52 @@ def test_a_view_that_is_left_while_it_is_drawn_adds_nothing_to_the_next(page):
     page.wait_for_function(SURE)
     names = page.evaluate("() => [...document.querySelectorAll('.plot')].map((box) => box.id)")
     assert names == ["plot-response", "plot-torque"]
+
+
+def test_a_picture_is_dimmed_while_a_newer_answer_is_under_way(page):
+    held = []
+    page.route("**/api/response", lambda route: held.append(route))
+    page.locator('[id="value-load.inertia"]').fill("2")
+    page.wait_for_selector("#plots.waiting")
+    assert page.evaluate("() => Number(getComputedStyle(document.getElementById('plot-response')).opacity)") < 1.0
+    held[0].continue_()
+    page.wait_for_selector("#plots:not(.waiting)")
+    assert page.evaluate("() => Number(getComputedStyle(document.getElementById('plot-response')).opacity)") == 1.0
+
+
+def test_the_pictures_of_a_move_show_the_same_times(page):
+    page.get_by_role("tab", name="Move").click()
+    page.wait_for_selector("#plot-move-speed[data-drawn]")
+    page.evaluate("() => window.Plotly.relayout('plot-move-motor', {'xaxis.range[0]': 0.1, 'xaxis.range[1]': 0.3})")
+    for name in ("error", "torque", "speed"):
+        axis = f"() => document.getElementById('plot-move-{name}').layout.xaxis.range"
+        assert page.evaluate(axis) == [0.1, 0.3]
+
+
+def test_a_job_names_the_pictures_that_it_will_show(page):
+    page.get_by_role("tab", name="Tuning").click()
+    promised = page.locator(".awaited").all_inner_texts()
+    assert [text.partition(":")[0] for text in promised] == ["Pointing", "Tracking", "Disturbance"]
+    page.get_by_role("tab", name="Speed map").click()
+    assert page.locator(".awaited").count() == 1
+    page.locator("#search").uncheck()
+    page.locator("#begin").click()
+    page.wait_for_selector("#plot-speed-map[data-drawn]")
+    assert page.locator(".awaited").count() == 0
+
+
+def test_the_script_of_the_page_repeats_its_session(page, tmp_path):
+    rests = pauses(page)
+    page.locator('[id="value-load.inertia"]').fill("2")
+    paused(page, rests)
+    page.get_by_role("tab", name="Speed map").click()  # is looked at, and not computed
+    page.get_by_role("tab", name="Motion at a speed").click()
+    page.locator("#speed").fill("900")
+    page.wait_for_function("() => document.getElementById('answer').textContent.includes('900 rpm')")
+    with page.expect_download() as found:
+        save(page, "#save-script")
+    found.value.save_as(tmp_path / "session.py")
+    lines = (tmp_path / "session.py").read_text(encoding="utf-8").partition("no file is written\n")[2].splitlines()
+    response, changed = "found = project.response(", "project = sw.replaced(drive, {'load.inertia': '2 kg*m^2'}"
+    begins = (response, changed, response, "found = sw.drive_motion(project, 900")
+    assert [line.strip().startswith(begin) for line, begin in zip(lines, begins, strict=False)] == [True] * len(begins)

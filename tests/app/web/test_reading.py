@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from app_page import DONE, DROP, drawn, largest, until_drawn_again
+from app_page import DONE, DROP, drawn, largest, save, until_drawn_again
 
 LAST = {
     "response": "torque", "motion": "phase", "move": "move-speed", "speed-map": "speed-map",
@@ -84,7 +84,7 @@ def test_address_of_a_view_gives_its_picture_again_and_its_data(blank, view, tmp
             blank.wait_for_selector(f"#plot-{LAST[view]}[data-drawn]")
         for ending, begins in (("csv", b'"'), ("svg", b"<svg"), ("png", b"\x89PNG")):
             with blank.expect_download() as found:
-                blank.locator(f'[aria-label="Save {name} as {ending.upper()}"]').click()
+                save(blank, f'[aria-label="Save {name} as {ending.upper()}"]')
             found.value.save_as(tmp_path / "taken")
             content = (tmp_path / "taken").read_bytes()
             assert content.startswith(begins)
@@ -177,6 +177,8 @@ def test_whole_session_by_keyboard_from_a_gear_to_an_answer(page, tmp_path):
     page.wait_for_function(
         "() => document.getElementById('answer').textContent.startsWith('Pointing error at 900 rpm')"
     )
+    tab_to(page, "save-menu")
+    page.keyboard.press("Enter")
     tab_to(page, "save-project")
     with page.expect_download() as found:
         page.keyboard.press("Enter")

@@ -3,7 +3,7 @@
 import re
 
 import pytest
-from app_page import DONE, DROP, address_of, said
+from app_page import DONE, DROP, address_of, said, save
 from measured_axis import PROJECT, measured
 
 SURE = "() => document.getElementById('answer').textContent.includes('How sure')"
@@ -27,7 +27,7 @@ def test_the_page_its_speed_map_and_its_report_pass_the_same_drive(blank, tmp_pa
     blank.wait_for_function(SURE)
     assert blank.locator("#answer").get_attribute("class") == mark  # 4000 rpm are above the average speed of the gear
     with blank.expect_download() as found:
-        blank.locator("#save-report").click()
+        save(blank, "#save-report")
     found.value.save_as(tmp_path / "report.html")
     assert headline in (tmp_path / "report.html").read_text(encoding="utf-8")
     blank.get_by_role("tab", name="Speed map").click()

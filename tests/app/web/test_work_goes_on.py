@@ -1,7 +1,7 @@
 """Jobs go on while another view is shown, the report waits beside a map; a log whose names are not known."""
 
 import numpy as np
-from app_page import DROP, MANY_LOADS
+from app_page import DROP, MANY_LOADS, save
 
 
 def begun(page):
@@ -28,15 +28,15 @@ def test_a_map_goes_on_while_another_view_is_shown_and_its_picture_stays(held_pa
 def test_a_report_waits_for_a_map_and_says_so(held_page):
     page = held_page
     begun(page)
-    page.locator("#save-report").click()
+    save(page, "#save-report")
     stage = page.locator("#report-stage")
     page.wait_for_function("() => document.getElementById('report-stage').textContent.includes('waiting for')")
     assert stage.inner_text() == "waiting for a speed map of this page or of another"
     assert page.locator("#save-report").inner_text() == "Cancel report"
-    assert page.locator("#save-report").bounding_box()["y"] < 100
+    assert page.locator("#save-report").bounding_box()["y"] < 250
     share = page.evaluate("() => document.getElementById('progress').value")
     page.wait_for_function("was => document.getElementById('progress').value > was", arg=share)
-    page.locator("#save-report").click()
+    save(page, "#save-report")
     page.wait_for_function("() => document.getElementById('save-report').textContent === 'Report'")
     page.locator("#cancel").click()
     page.wait_for_function("() => document.getElementById('stage').textContent === 'cancelled'")

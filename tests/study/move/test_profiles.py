@@ -105,3 +105,13 @@ def test_a_profile_that_is_none_is_refused_in_one_sentence(profile, kind, said):
     with pytest.raises(kind, match=said) as caught:
         path_of(profile)
     assert "\n" not in str(caught.value)
+
+
+def test_a_text_is_the_part_of_the_command():
+    text = "trapezoid, angle: 90 deg, time: 0.6 s"
+    path = path_of([text, "dwell, time: 0.1 s"])
+    assert path.duration == pytest.approx(0.7, rel=1e-12)
+    assert path.angle[-1] == pytest.approx(math.pi / 2.0, rel=1e-12)
+    assert np.max(np.abs(path.speed)) == pytest.approx(1.5 * (math.pi / 2.0) / 0.6, rel=1e-12)  # ramps of a third each
+    with pytest.raises(ValueError, match="the profile 'ramp, angle: 1 rad' is wrong: type: 'ramp' is not known"):
+        path_of("ramp, angle: 1 rad")

@@ -8,12 +8,9 @@ import click
 from ...base.facts import Fact
 from ...drive.asked import MotorLimits
 from ...drive.project import Project
-from ...files.fields.kinds import Entry, Kind, Wrong
-from ...files.fields.kinds import read as read_value
-from ...files.fields.schema import PART, PAYLOAD
+from ...files.fields.schema import PAYLOAD
+from ...files.profile_text import WrongText, of_fields, profile_part
 from ...files.reading import read_project
-from ...files.scan_file import read_profile
-from ...files.yaml_text import name, read
 from ...plot.panels import named
 from ...plot.studies import move_panels
 from ...plot.svg import stacked
@@ -57,13 +54,15 @@ def move(
     0.6 s", "dwell, time: 0.4 s". Without it the profile of the project file is taken.
     """
     drive = read_project(project)
-    parts = [profile_part(text, delimiter=delimiter, decimal=decimal) for text in profile]
+    try:
+        parts = [profile_part(text, delimiter=delimiter, decimal=decimal) for text in profile]
+        carried = {} if payload is None else {"payload": of_fields(payload, f"{{{payload}}}", PAYLOAD, "payload")}
+    except WrongText as error:
+        raise click.BadParameter(str(error)) from None
     angles = {"start": (start, "any"), "window": (window, "positive")}
-    options: dict[str, Any] = {
+    options: dict[str, Any] = carried | {
         name: quantity(f"--{name}", text, "rad", sign) for name, (text, sign) in angles.items() if text is not None
     }
-    if payload is not None:
-        options["payload"] = _read(payload, f"{{{payload}}}", PAYLOAD, "payload")
     avoided = [span("--band", ends, "rad/s", 'for example "500 rpm" "700 rpm"') for ends in bands]
     with Progress(drive.title) as progress:
         if avoid:
@@ -83,26 +82,6 @@ def move(
         _write(drive, result, facts, output)
     written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"
     click.echo(reported(drive.title, facts, as_json, written))
-
-
-def profile_part(text: str, **table: str | None) -> Any:
-    """One part of a profile: of a CSV file, or of fields such as "trapezoid, angle: 90 deg, time: 0.6 s"."""
-    if text.lower().endswith(".csv"):
-        return read_profile(text, **table)
-    return _read(text, f"{{type: {text}}}", PART, "profile")
-
-
-def _read(text: str, fields: str, kind: Kind, subject: str) -> Any:
-    """Read fields in the form of a project file (click.BadParameter where the text is wrong)."""
-    located, errors = read(f"{subject}: {fields}"), list[Wrong]()
-    problems = [(problem.field, problem.sentence) for problem in located.problems]
-    if not problems and located.content is not None:
-        value = read_value(kind, located.content[subject], Entry((), errors))
-        if not errors:
-            return value
-        problems = [(name(wrong.keys), wrong.sentence) for wrong in errors if wrong.sentence]
-    reasons = "; ".join(sentence if field == "file" else f"{field}: {sentence}" for field, sentence in problems)
-    raise click.BadParameter(f"the {subject} {text!r} is wrong: {reasons}")
 
 
 def _write(project: Project, result: Move, facts: tuple[Fact, ...], output: Path) -> None:

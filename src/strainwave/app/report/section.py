@@ -78,11 +78,10 @@ class Part(NamedTuple):
         small = "".join(paragraph(text, "note") for text in self.notes)
         shown = "".join(tabled(view, table) for table in self.tables)
         drawn = "".join(figured(*((one, "") if isinstance(one, str) else one)) for one in self.figures)
-        if self.kind and drawn:
-            drawn = f'<div class="{self.kind}">{drawn}</div>'
-        elif self.kind and sentences:
-            return f'<div class="{self.kind}">{sentences}{small}</div>'
-        return self.page or sentences + shown + small + drawn
+        text = sentences + shown + small
+        if self.kind and text:
+            return f'<div class="{self.kind}">{drawn}{f"<div>{text}</div>" if drawn else text}</div>'
+        return self.page or (text + drawn if self.appendix else drawn + text)  # on paper a heading keeps its figure
 
 
 Section = Callable[[View], Part]  # gives a part of the report

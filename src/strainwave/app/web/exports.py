@@ -1,15 +1,15 @@
-"""Files that the page exports: the Python script of a view, and the report."""
+"""Files that the page exports: the Python script of a session, and the report."""
 
-import re
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
+from textwrap import indent
 
 from ...drive.project import Project
 from ..report.report import write
-from .state import Refused, ScriptRequest, project_of, yaml_of
+from .state import Action, Refused, ScriptRequest, Seen, State, first_sources, project_of, yaml_of
 
-FRAME = '''"""{title}: {what}, as `strainwave app` shows it. With the name of a file, as picture.svg, it draws."""
+FRAME = '''"""{title}: the session of `strainwave app`, a line an action. With a file name, as picture.svg, it draws."""
 
 import sys
 from pathlib import Path
@@ -23,8 +23,10 @@ PROJECT = """\\
 
 
 def main():
-    project = from_text(PROJECT, Path("project.yaml"))  # in memory: no file is written
+    project = drive = from_text(PROJECT, Path("project.yaml"))  # in memory: no file is written
 {body}
+    return found
+
 
 if __name__ == "__main__":
     shown = main()
@@ -32,63 +34,54 @@ if __name__ == "__main__":
         shown.plot().figure.savefig(sys.argv[1])
 '''
 RESPONSE = """\
-    found = project.response(coexisting=False)
-    top = found.top
-    print(f"largest oscillation {np.degrees(found.oscillation[top]) * 3600:.6g} arcsec")
-    print(f"at {found.omega[top] * project.speeds.scale:.6g} {project.speeds.unit}")
-    return found
-"""
+top = found.top
+print(f"largest oscillation {np.degrees(found.oscillation[top]) * 3600:.6g} arcsec")
+print(f"at {found.omega[top] * project.speeds.scale:.6g} {project.speeds.unit}")"""
 MOTION = """\
-    found = sw.drive_motion(project, SPEED / project.speeds.scale)
-    x = np.degrees(found.error) * 3600
-    print(f"the {found.name} lies between {x.min():.6g} and {x.max():.6g} arcsec")
-    print(f"and oscillates by {np.degrees(found.oscillation) * 3600:.6g} arcsec about its mean")
-    return found.begun
-"""
-MOVE = """\
-    profile = None if project.move is not None else sw.SCurve(np.pi / 2, 0.6)
-    found = sw.move(project, profile)
-    print(f"largest pointing error {np.degrees(found.peak_error) * 3600:.6g} arcsec in {found.duration:.6g} s")
-    return found
-"""
+x = np.degrees(found.error) * 3600
+print(f"the {found.name} lies between {x.min():.6g} and {x.max():.6g} arcsec")
+print(f"and oscillates by {np.degrees(found.oscillation) * 3600:.6g} arcsec about its mean")
+found = found.begun"""
+MOVE = 'print(f"largest pointing error {np.degrees(found.peak_error) * 3600:.6g} arcsec in {found.duration:.6g} s")'
 SPEED_MAP = """\
-    found = sw.speed_map(project, loads=LOADS, search=SEARCH)
-    for low, high in found.windows * found.axis.scale:
-        print(f"allowed: {low:.6g} to {high:.6g} {found.axis.unit}")
-    return found
-"""
+for low, high in found.windows * found.axis.scale:
+    print(f"allowed: {low:.6g} to {high:.6g} {found.axis.unit}")"""
 COMPENSATION = """\
-    found = sw.compensate(project)
-    for name, rest in (("before", found.before), ("after", found.after)):
-        print(f"{name}: {np.degrees(rest.rms) * 3600:.6g} arcsec rms")
-    print(*found.warnings, *found.remarks, sep="\\n")
-    return found
-"""
-PLACEHOLDER = re.compile(r"\b(?:SPEED|SEARCH|LOADS)\b")
-VIEWS = {
-    "response": ("the pointing error over the speed", RESPONSE),
-    "motion": ("the motion at a speed", MOTION),
-    "move": ("the move", MOVE),
-    "speed-map": ("the speed map", SPEED_MAP),
-    "compensation": ("the error before and after compensation", COMPENSATION),
+for name, rest in (("before", found.before), ("after", found.after)):
+    print(f"{name}: {np.degrees(rest.rms) * 3600:.6g} arcsec rms")
+print(*found.warnings, *found.remarks, sep="\\n")"""
+VIEWS = {  # a view's call, and what the last one prints
+    "response": ("project.response(coexisting=False)", RESPONSE),
+    "motion": ("sw.drive_motion(project, {speed!r} / project.speeds.scale)", MOTION),
+    "move": ('sw.move(project, None if project.move else "s_curve, angle: 90 deg, time: 0.6 s")', MOVE),
+    "speed-map": ("sw.speed_map(project, loads={loads!r}, search={search!r})", SPEED_MAP),
+    "compensation": ("sw.compensate(project)", COMPENSATION),
+    "tuning": ("sw.tune(project)", "print(found)"),
 }
 
 
 def script_of(request: ScriptRequest) -> str:
-    """Python script that computes the data of a view (Refused)."""
-    project = project_of(request.state)
-    text = yaml_of(project).replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
-    title = " ".join(project.title.split()).replace("\\", "").replace('"', "'")
-    subject, body = VIEWS[request.view]
-    values: dict[str, object] = {}
-    if request.view == "motion":
-        if request.speed is None:
-            raise Refused("the script of a motion needs its speed")
-        values = {"SPEED": request.speed}
-    elif request.view == "speed-map":
-        values = {"SEARCH": request.search, "LOADS": list(request.loads) or None}
-    body = PLACEHOLDER.sub(lambda name: repr(values[name[0]]), body)  # one pass: values are never looked at again
-    return FRAME.format(title=title, what=subject, text=text.rstrip("\n") + "\n", body=body)
+    """Python script that repeats a session: a line for each change of the drive and for each view of it (Refused)."""
+    base, title = State(gear=request.state.gear, project=request.state.project), project_of(request.state).title
+    text = yaml_of(project_of(base)).replace("\\", "\\\\").replace('"""', '\\"\\"\\"')
+    lines, values = list[str](), dict[str, str]()
+    for action in (*request.before, request):
+        if (now := action.values if isinstance(action, Action) else request.state.values) != values:
+            values = now
+            changed = values | first_sources(project_of(base), values)
+            lines.append(f"project = sw.replaced(drive, {changed!r}, retune=True)" if values else "project = drive")
+        if action.view:
+            lines.append(f"found = {_call(action)}")
+    body = "\n".join([*lines, VIEWS[request.view][1]])
+    title = " ".join(title.split()).replace("\\", "").replace('"', "'")
+    return FRAME.format(title=title, text=text.rstrip("\n") + "\n", body=indent(body, "    "))
+
+
+def _call(action: Seen) -> str:
+    """Call that computes a view (Refused)."""
+    if action.view == "motion" and action.speed is None:
+        raise Refused("the script of a motion needs its speed")
+    return VIEWS[action.view][0].format(speed=action.speed, loads=list(action.loads) or None, search=action.search)
 
 
 def report_of(project: Project, progress: Callable[[str, float], None]) -> str:

@@ -13,6 +13,7 @@ from ...base.results import SolveError
 from ...base.sentences import sign
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
+from ...drive.loops.loop_curves import loop_curves
 from ...drive.project import Project
 from ...files.variants.replaced import replaced
 from ...study.compensation.compensate import benches_of, compensate
@@ -105,6 +106,7 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
             for name, point in points.items()
         ],
         "speed_unit": project.speeds.unit,
+        "steps": {"before": _steps(project), "after": _steps(result.applied(project))},
         "before": _curve(result.response_before, project.speeds.scale),
         "after": _curve(result.response_after, project.speeds.scale),
         "limit_arcsec": None if project.limit is None else project.limit / ARCSEC,
@@ -112,6 +114,13 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
         "numbers": without_calls(str(result)),
         "remarks": result.remarks,
     }  # fmt: skip
+
+
+def _steps(project: Project) -> dict[str, Any]:
+    """Speed of the load after a step of the reference, angle after one of torque, over the time; empty if unstable."""
+    assert project.loop is not None  # one that is tuned
+    found = loop_curves(project.loop)
+    return {"time": found.time, "reference": found.speeds[1], "torque": found.angles[1] / ARCSEC}
 
 
 def compensated(project: Project, progress: Progress) -> dict[str, Any]:

@@ -37,6 +37,7 @@ KINDS = {
     ".css": "text/css",
     ".svg": "image/svg+xml",
     ".txt": "text/plain",
+    ".md": "text/plain",
 }
 FIRST = "CSG-40-50"
 SOON = 1.0  # s of processor time between two looks at whether what comes later is still wanted; a process starts in it
@@ -104,7 +105,8 @@ class Connection(H11Protocol):
 
 def assets() -> dict[str, bytes]:
     """Files of the page by their names, those in `.xz` unpacked: nothing else is ever sent."""
-    contents = {file.name: file.read_bytes() for file in (files(__package__) / "static").iterdir()}
+    listed = [*(files(__package__) / "static").iterdir(), files("strainwave.app") / "skill.md"]
+    contents = {file.name: file.read_bytes() for file in listed}
     packed = {name for name in contents if name.endswith(".xz")}
     unpacked = {name.removesuffix(".xz"): lzma.decompress(contents[name]) for name in packed}
     return {name: code for name, code in (contents | unpacked).items() if "." + name.rpartition(".")[2] in KINDS}

@@ -33,6 +33,7 @@ FIRST_RPM = 3000.0  # rpm of a gear's first project, where the gear's own averag
 
 MOST_VALUES, LONGEST = 64, 80
 MOST_LOADS = 40  # of a speed map
+MOST_ACTIONS = 200  # of a session
 
 
 class Refused(ValueError):
@@ -82,14 +83,14 @@ class MotionRequest(OfState):
     speed: Annotated[float, Field(gt=0.0, lt=1e7)]
 
 
-class MapRequest(OfState):
-    """A request that may be about a speed map, with its `search` and `loads`."""
+class Mapped(Body):
+    """What a speed map is asked for."""
 
     search: bool = True
     loads: Annotated[list[float], Field(max_length=MOST_LOADS)] = []
 
 
-class JobRequest(MapRequest):
+class JobRequest(Mapped, OfState):
     """A job: the speed map, the compensation, the tuning, or the report.
 
     With `search` the speed map looks for motions that do not join a curve. Its `loads` [N*m] are those of the project
@@ -99,11 +100,24 @@ class JobRequest(MapRequest):
     kind: Literal["speed-map", "compensation", "tuning", "report"]
 
 
-class ScriptRequest(MapRequest):
-    """The script of a view: of a motion with its `speed`, of a speed map with its `search` and `loads`."""
+class Seen(Mapped):
+    """A view that was looked at: a motion with its `speed`, a speed map with its `search` and `loads`."""
 
-    view: Literal["response", "motion", "move", "speed-map", "compensation"] = "response"
+    view: Literal["response", "motion", "move", "speed-map", "compensation", "tuning", ""] = "response"
     speed: Annotated[float, Field(gt=0.0, lt=1e7)] | None = None
+
+
+class Action(Seen):
+    """An action of a session: the changed values of the drive, and the view of it; none where that is ""."""
+
+    values: dict[str, str] = Field(default_factory=dict, max_length=MOST_VALUES)
+
+
+class ScriptRequest(Seen, OfState):
+    """The script of a session: its actions `before`, and the present drive in its view."""
+
+    view: Literal["response", "motion", "move", "speed-map", "compensation", "tuning"] = "response"
+    before: Annotated[list[Action], Field(max_length=MOST_ACTIONS)] = []
 
 
 class LogColumns(Body):

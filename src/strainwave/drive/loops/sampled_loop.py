@@ -43,6 +43,8 @@ class SampledPlant:
         A, B, seen = _continuous(loop, control_parts(outside))
         self.A, self.B = held(A, B, sampling.period, sampling.delay)
         self.seen = np.pad(seen, ((0, 0), (0, len(self.A) - len(A))))
+        of_load = loop.plant.B[:, loop.plant.inputs.index("load torque")]
+        self.of_load = held(A, np.pad(of_load, (0, len(A) - len(of_load))), sampling.period, 0.0)[1]
         self.loop, self.poles = loop, np.linalg.eigvals(A)
 
     def answer(self, omega: Floats) -> Complexes:

@@ -99,15 +99,20 @@ class WorstMargins:
         return f"sampled every {period} ms with {delay} ms of delay"
 
     @property
+    def caption(self) -> str:
+        """Sampling and load of the worst margins, as a part of a sentence."""
+        return f"{self.sampled}{self.worst[0].text}"
+
+    @property
     def fault(self) -> str:
         """That the loop is unstable, and how fast what grows, in a sentence; empty of a stable one."""
         if self.stable:
             return ""
-        load, worst = self.worst
+        _, worst = self.worst
         hertz, time = abs(worst.slowest.imag) / (2.0 * pi), 1.0 / worst.slowest.real if worst.slowest.real else inf
         what = f"a vibration of {number(hertz, 3)} Hz" if hertz else "a motion"
         grows = f"{what} grows by a factor e every {number(1e3 * time, 3)} ms"
-        return f"The motor's loop is unstable with this gear: {grows}, {self.sampled}{load.text}."
+        return f"The motor's loop is unstable with this gear: {grows}, {self.caption}."
 
     @property
     def weak(self) -> str:

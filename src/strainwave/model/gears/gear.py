@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
+from ...base.above import above
 from ...base.quantities import checked, number, shown
 from ...base.units import ARCSEC, RPM
 from ..drive import Drive
@@ -162,6 +163,10 @@ class Gear:
     source: str = ""
     notes: tuple[str, ...] = ()
     doubts: tuple[tuple[str, str], ...] = ()
+
+    def _repr_html_(self) -> str:
+        """Numbers in a notebook."""
+        return str(above("card")(self))
 
     def accuracy_of(self, grade: str = "catalogue") -> float | None:
         """Accuracy [rad] of the usual grade, or that of the one that is called special."""

@@ -143,8 +143,9 @@ def move(
     project : Project or DriveTrain
         The drive. A project that names neither a mode nor a loop of its motor gets a position loop of 30 Hz, and
         `remarks` says so.
-    profile : Trapezoid, SCurve, AngleProfile, Dwell, or a list of them
-        Angle of the load over time; a list is a duty cycle. Default: that of the project file.
+    profile : Trapezoid, SCurve, AngleProfile, Dwell, str, or a list of them
+        Angle of the load over time; a list is a duty cycle. A text is as "trapezoid, angle: 90 deg, time: 0.6 s", or
+        the name of a CSV file. Default: that of the project file.
     start : float, optional
         Angle of the load at the begin [rad]. Default: that of the project file, of the first point of an
         `AngleProfile`, or 0.

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base import quantities
+from ...base.above import above
 from ...base.protocols import lacking
 from ...base.quantities import LARGEST, checked, number, shown
 from ...base.results import Floats
@@ -130,17 +131,17 @@ Part = Trapezoid | SCurve | Dwell | AngleProfile
 
 
 def parts_of(profile: Any) -> tuple[Part, ...]:
-    """Parts of a profile, one or a list of them.
+    """Parts of a profile, one or a list of them, each an object or a text as the command takes it.
 
     Raises
     ------
     ValueError
         If there are none, or a part has a number that is out of range.
     """
-    parts = tuple(profile) if lacking(profile, "path") else (profile,)
+    parts = tuple(profile) if lacking(profile, "path") and not isinstance(profile, str) else (profile,)
     if not parts:
         raise ValueError(f"the profile is empty; give {PARTS}")
-    return tuple(checked(part) for part in parts)
+    return tuple(checked(above("profile_part")(part) if isinstance(part, str) else part) for part in parts)
 
 
 def path_of(profile: Any, start: float | None = None) -> Path:

@@ -224,7 +224,7 @@ def compensation(view: View) -> Part:
             Table(others, "controller stiffness rms_before_rad rms_after_rad", "On gears of another stiffness"),
         ],
         notes=remarks,
-        figures=[(figure([panels], 240.0, "pointing error before and after"), TURNS.format(speeds.base, speed))],
+        figures=[(figure([panels], 180.0, "pointing error before and after"), TURNS.format(speeds.base, speed))],
         lines=[f"controller {result.name} at {speed}: {result.said}" for result in results],
     )
 

@@ -18,6 +18,7 @@ from ...console import number, percent
 from ...view import View, sizes
 from ..section import Part, Table
 from .opening import YIELDS
+from .whole_train import mode_data
 
 LIMITS = (
     ("Rated torque", "rated_torque", "N·m", "catalogue, output side"),
@@ -112,17 +113,14 @@ def damping(view: View) -> dict[str, Any]:
     stiffness = float(spring_stiffness(drive.law, view.analysis.point.x))
     omegas = {mode: math.sqrt(max(stiffness, 0.0) / J) for mode, J in (("free", drive.J), ("held", drive.J_l))}
     ratios = {mode: drive.B * omega / (2.0 * stiffness) for mode, omega in omegas.items() if omega}
-    modes = [_mode(f"error equation, motor {mode}", omegas[mode], ratios[mode]) for mode in ratios]
-    modes += [_mode("whole drive train", abs(p), -p.real / abs(p)) for p in ([] if study is None else study.modes)]
+    modes = [{"of": f"error equation, motor {mode}"} | mode_data(omegas[mode], ratios[mode]) for mode in ratios]
+    poles = [] if study is None else study.modes
+    modes += [{"of": "whole drive train"} | mode_data(abs(p), -p.real / abs(p)) for p in poles]
     loss = None
     if loop is not None:
         alike = loop.full.energy / (math.pi * loop.torque * loop.full.span)
         loss = {"J_per_cycle": loop.full.energy, "at_Nm": loop.torque, "as_damping_ratio": alike}
     return {"B_Nms_per_rad": drive.B, "modes": modes, "hysteresis_loss": loss}
-
-
-def _mode(of: str, omega: float, ratio: float) -> dict[str, Any]:
-    return {"of": of, "omega_rad_per_s": omega, "hertz": omega / (2.0 * math.pi), "damping_ratio": ratio}
 
 
 def _damping_quantities(numbers: dict[str, Any]) -> list[Quantity]:

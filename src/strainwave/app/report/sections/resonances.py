@@ -168,18 +168,11 @@ def _peak_error(regime: Regime, peak: tuple[float, float] | None) -> dict[str, A
 
 
 def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
-    return (
-        None
-        if certificate is None
-        else {
-            "order": certificate.order,
-            "valid": certificate.valid,
-            "predicted_error": certificate.amplitude,
-            "error_at_speed": certificate.amplitude_at_speed,
-            "speed_error": abs(certificate.speed),
-            "sentence": certificate.sentence,
-        }
-    )
+    if certificate is None:
+        return None
+    named = {name: getattr(certificate, name) for name in ("order", "valid", "sentence")}
+    errors = {"predicted_error": certificate.amplitude, "error_at_speed": certificate.amplitude_at_speed}
+    return named | errors | {"speed_error": abs(certificate.speed)}
 
 
 HEIGHT = 330.0

@@ -32,7 +32,7 @@ def speed_range(view: View) -> Part:
     message = view.analysis.drive.curve.message
     others = "The curve " + message + "." if message.startswith("reached both ends;") else ""
     notes = [*([] if view.project.undamped else sweep_sentences(view.analysis.drive)), others]
-    drawn = [stacked([panel], drive.HEIGHT, f"{panel.y.name} against speed") for panel in drive_figure(view)[1:]]
+    drawn = [stacked([panel], 190.0, f"{panel.y.name} against speed") for panel in drive_figure(view)[1:]]
     tables = [Table(sure, title="How sure")]
     return Part("Torque through the speed range", data, (), tables, notes, drawn, kind="pair")
 

@@ -14,6 +14,7 @@ from ....drive.train_curve import follows_its_angle
 from ....model.excitation import NoError
 from ....model.laws.friction import NO_FRICTION
 from ....model.train.shafts import NO_DRAG
+from ....plot.loop import loop_rows
 from ....plot.panels import BLACK, BLUE, DASHES, MOTOR, ORANGE, Panel
 from ....plot.svg import figure
 from ....study.analysis.train_study import TrainStudy, spread
@@ -28,6 +29,8 @@ from .resonances import envelope, jump_speeds
 
 MOTOR_RATIO = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
 LITTLE = "the choice changes little"
+MARGINS = " A margin in dB is what the gain may rise, with a minus what it may fall."
+STEPS = " The reference steps in its speed; the torque turns the angles, at the load's side."
 RESPONSE = "Linear response of the speeds to a torque on the"
 
 
@@ -47,11 +50,18 @@ def whole_train(view: View) -> Part:
         f"train is {'stable' if data['stable'] else 'NOT stable'}; its modes, and the speeds in rpm at which an "
         "order of the excitation meets them:"
     )
-    on = "load, as the motor is held" if data["control"] == "Held" else "motor"
-    drawn = figure([study.bode.panels()], 290.0, "Bode plot"), f"{RESPONSE} {on}, about that operating point."
     table = Table(data["modes"], "hertz damping_ratio met_at_rpm")
     both = {"train": data, "reduction": reduced}
-    return Part("The whole drive train", both, [text], [table], study.remarks, [drawn], lines=[])
+    return Part("The whole drive train", both, [text], [table], study.remarks, [_linear(view, study)], lines=[])
+
+
+def _linear(view: View, study: TrainStudy) -> tuple[str, str]:
+    """Figure of the motor's loop, or of a motor without one, and its caption."""
+    if loop := view.project.loop:
+        text = f"The motor's loop, {loop.caption}.{MARGINS}{STEPS * loop.stable}"
+        return figure(loop_rows(loop), 170.0, "Bode plot and steps of the motor's loop"), text
+    on = "load, as the motor is held" if study.train.motor.held else "motor"
+    return figure([study.bode.panels()], 290.0, "Bode plot"), f"{RESPONSE} {on}, about that operating point."
 
 
 def run_up_of_train(view: View) -> Part:
@@ -112,15 +122,18 @@ def modes(view: View) -> list[dict[str, Any]]:
     """Modes of the train about its operating point, and the speeds at which the excitation meets them."""
     orders, (low, high), study = equation_orders(view.analysis.system), view.analysis.speeds, view.analysis.train
     return [
-        {
-            "omega_rad_per_s": abs(p),
-            "hertz": abs(p) / (2.0 * np.pi),
-            "damping_ratio": -p.real / abs(p),
+        mode_data(abs(p), -p.real / abs(p))
+        | {
             "met_at_rpm": {f"{k:.6g}": abs(p) / k / RPM for k in orders},
             "met_in_range": any(low <= abs(p) / k <= high for k in orders),
         }
         for p in ([] if study is None else study.modes)
     ]
+
+
+def mode_data(omega: float, ratio: float) -> dict[str, Any]:
+    """A mode [rad/s] and its damping ratio as data."""
+    return {"omega_rad_per_s": omega, "hertz": omega / (2.0 * np.pi), "damping_ratio": ratio}
 
 
 def parts(view: View) -> str:

@@ -39,7 +39,7 @@ async function show(answered) {
   if (!answered) await keep();
   say("");
   let waiting = true;
-  const slow = setTimeout(() => say("computing …"), 400);
+  const slow = setTimeout(() => { say("computing …"); byId("plots").classList.add("waiting"); }, 400);
   const looking = setInterval(async () => {
     const now = await call("/api/status").catch(() => ({}));
     if (waiting && now.compiling) say(now.compiling);
@@ -51,6 +51,7 @@ async function show(answered) {
   waiting = false;
   clearTimeout(slow);
   clearInterval(looking);
+  byId("plots").classList.remove("waiting");
   byId("first")?.remove();
   if (remarks) remark(remarks);
 }
@@ -250,6 +251,9 @@ async function begin() {
   byId("reset").addEventListener("click", () => { state.values = {}; again(); });
   for (const what of ["project", "script"]) byId("save-" + what).addEventListener("click", () => trying(() => take(what)));
   byId("save-report").addEventListener("click", () => (busy("report") ? stop("report") : trying(() => take("report"))));
+  const menu = byId("save");
+  addEventListener("click", ({ target }) => menu.contains(target) || menu.removeAttribute("open"));
+  addEventListener("keydown", ({ key }) => key === "Escape" && menu.open && [menu.removeAttribute("open"), menu.firstElementChild.focus()]);
   document.addEventListener("job", ({ detail: name }) => {
     if (name === "report") {
       byId("save-report").textContent = busy(name) ? "Cancel report" : "Report";

@@ -49,7 +49,7 @@ export const stopAll = () => [...jobs.values()].filter(going).forEach(drop);
 export const progressOf = (one) => one.stage + (one.seconds_left === null ? "" : `, about ${Math.ceil(one.seconds_left)} s left`);
 
 // The controls of a view that a job fills, and its picture. `begin` gives {start, ...more}.
-export async function jobView(question, label, begin, paint) {
+export async function jobView([question, ...pictures], label, begin, paint) {
   const controls = byId("controls"), view = state.view;
   if (!controls.querySelector("#begin")) {
     const bar = element("progress", { max: 1, value: 0, id: "progress" });
@@ -83,9 +83,15 @@ export async function jobView(question, label, begin, paint) {
     remember();
   }
   const result = one.result;
-  if (!result && question) answer(question);
+  byId("plots").classList.toggle("outdated", Boolean(changed) || going(one));
+  if (!result && question) {
+    answer(question);
+    const awaited = pictures.map((textContent) => element("figure", { className: "awaited", textContent }));
+    if (!document.querySelector(".plot")) byId("plots").replaceChildren(...awaited);
+  }
   if (!result || (one.painted === result && one.epoch === epoch)) return one.remarks ?? [];
   Object.assign(one, { painted: result, epoch });
+  document.querySelectorAll(".awaited").forEach((box) => box.remove());
   one.remarks = await paint(result, one);
   if (result.numbers) numbers(result.numbers);
   return one.remarks ?? [];

@@ -49,7 +49,7 @@ export async function log() {
   if (painted !== epoch) remarks = await paintLog(found);
   const names = (found.channels ?? []).map((c) => c.name);
   if (!names.includes("motor_angle") || !names.includes("load_angle")) return remarks;
-  const more = await jobView("", "Identify the drive", () => {
+  const more = await jobView([""], "Identify the drive", () => {
     const body = new Blob([JSON.stringify({ state: asked() }), "\n", file]);
     return { start: () => call("/api/identify" + query(), { raw: body }) };
   }, paintIdentified);

@@ -1,7 +1,7 @@
 // The views that a job fills: the map over speed and load, the compensation and the tuning.
 import { call } from "/static/api.js";
 import { jobView, outdated } from "/static/jobs.js";
-import { answer, ask, between, BLUE, button, byId, element, GREEN, pictures, placed, RED, round, sentences, signed, tabled } from "/static/plots.js";
+import { answer, ask, between, BLUE, button, byId, element, GREEN, link, pictures, placed, RED, round, sentences, signed, tabled } from "/static/plots.js";
 import { asked, state } from "/static/state.js";
 
 const job = (body) => () => call("/api/jobs", { body: { state: asked(), ...body } });
@@ -17,17 +17,17 @@ export async function speedMap() {
     loads.addEventListener("input", () => { state.options.loads = loads.value; outdated(); });
     controls.append(element("label", {}, "Loads [N·m] ", loads), element("label", {}, search, " look for subharmonics and other motions apart from the curves (takes longer)"));
   }
-  return jobView("Which speeds are allowed under which load.", "Compute the speed map", () => {
+  return jobView(["Which speeds are allowed under which load.", "The oscillation over speed and load, forbidden speeds framed"], "Compute the speed map", () => {
     return { start: job({ kind: "speed-map", ...mapOptions() }) };
   }, paintSpeedMap);
 }
 
 // What is asked of the speed map. A comma between two digits may be a decimal one or not, and is asked about.
-export function mapOptions() {
-  const text = state.options.loads ?? "", texts = text.split(/[;,\s]+/).filter(Boolean), loads = texts.map(Number);
+export function mapOptions(options = state.options) {
+  const text = options.loads ?? "", texts = text.split(/[;,\s]+/).filter(Boolean), loads = texts.map(Number);
   const wrong = /\d,\d/.test(text) ? text.trim() : texts.find((_, i) => !Number.isFinite(loads[i]));
   if (wrong !== undefined) throw new Error(`loads: ${wrong} is not clear; write torques in N·m with semicolons between them, such as -89.5; -44; 0`);
-  return { search: state.options.search !== "no", loads };
+  return { search: options.search !== "no", loads };
 }
 
 async function paintSpeedMap(r) {
@@ -45,7 +45,7 @@ async function paintSpeedMap(r) {
 }
 
 export async function compensation() {
-  return jobView("The pointing error before and after compensation in the motor's loop, at the speed where the largest order meets the resonance.", "Design and run", () => ({ start: job({ kind: "compensation" }) }), paintCompensation);
+  return jobView(["The pointing error before and after compensation in the motor's loop, at the speed where the largest order meets the resonance.", "Its rms and its peak, before and after", "The error in time, before and after", "Its rms on gears that are softer and stiffer"], "Design and run", () => ({ start: job({ kind: "compensation" }) }), paintCompensation);
 }
 
 async function paintCompensation(r) {
@@ -68,7 +68,7 @@ async function paintCompensation(r) {
 }
 
 export async function tuning() {
-  return jobView("The gains of the motor's loop that make the largest oscillation small, keep the margins and make compliance and settling no worse.", "Tune the loop", () => ({ start: job({ kind: "tuning" }) }), paintTuning);
+  return jobView(["The gains of the motor's loop that make the largest oscillation small, keep the margins and make compliance and settling no worse.", "Pointing: the oscillation over the speed, before and after", "Tracking: the load after a step of the reference, before and after", "Disturbance: the load after a step of torque on it, before and after"], "Tune the loop", () => ({ start: job({ kind: "tuning" }) }), paintTuning);
 }
 
 async function paintTuning(r) {
@@ -76,7 +76,15 @@ async function paintTuning(r) {
   const curve = (one, name, color, dash) => (one ? [{ x: one.speed, y: one.oscillation_arcsec, name, mode: "lines", line: { color, dash }, hovertemplate: `%{x:.5g} ${r.speed_unit}<br>%{y:.4g} arcsec<extra>${name}</extra>` }] : []);
   const limit = r.limit_arcsec !== null && r.after ? curve({ speed: [r.after.speed[0], r.after.speed.at(-1)], oscillation_arcsec: [r.limit_arcsec, r.limit_arcsec] }, "limit", GREEN, "dot") : [];
   const table = Object.fromEntries(["before", "after"].flatMap((key) => (r[key] ? [[`speed ${key} [${r.speed_unit}]`, r[key].speed], [`oscillation ${key} [arcsec]`, r[key].oscillation_arcsec]] : [])));
-  await draw("tuning", { data: [...curve(r.before, "before", RED, "dash"), ...curve(r.after, "after", BLUE), ...limit], layout: { xaxis: { title: `speed [${r.speed_unit}]` }, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" } }, table, label: signed(r.said) });
+  await draw("tuning", { data: [...curve(r.before, "before", RED, "dash"), ...curve(r.after, "after", BLUE), ...limit], layout: { xaxis: { title: `speed [${r.speed_unit}]` }, yaxis: { title: "pointing: oscillation [arcsec, 0-to-peak]", rangemode: "tozero" } }, table, label: signed(r.said) });
+  const step = (key, color, dash, part, unit) => ({ x: r.steps[key].time, y: r.steps[key][part], name: key, mode: "lines", line: { color, dash }, hovertemplate: `%{x:.4g} s<br>%{y:.4g} ${unit}<extra>${key}</extra>` });
+  const stepped = async (name, part, title, unit, label) => {
+    const columns = Object.fromEntries(["before", "after"].flatMap((key) => [[`time ${key} [s]`, r.steps[key].time], [`${title} ${key} [${unit || 1}]`, r.steps[key][part]]]));
+    await draw(name, { data: [step("before", RED, "dash", part, unit), step("after", BLUE, "solid", part, unit)], layout: { xaxis: { title: "time [s]" }, yaxis: { title: unit ? `${title} [${unit}]` : title } }, table: columns, label: `${label}, after ${between(r.steps.after[part], unit)}` });
+  };
+  await stepped("tuning-reference", "reference", "tracking: speed of the load over its reference", "", "The load after a step of the reference");
+  await stepped("tuning-torque", "torque", "disturbance: angle of the load", "arcsec/(N·m)", "The load after a step of torque on it");
+  link(["tuning-reference", "tuning-torque"]);
   const shown = { oscillation_arcsec: "largest oscillation [arcsec]", settling_s: "settling after a torque [s]", move_settling_s: "settling of the move [s]", compliance_arcsec_per_N_m: "compliance [arcsec per N·m]", peak_sensitivity: "peak sensitivity", gain_margin: "gain margin", phase_margin_deg: "phase margin [°]", motor_torque: "motor torque [N·m]" };
   const rows = [...Object.entries(r.gains).map(([name, unit], i) => [`${name} [${unit}]`, ...r.points.map((p) => round(p.gains[i]))]), ...Object.entries(shown).filter(([key]) => r.points.some((p) => p[key] !== null)).map(([key, text]) => [text, ...r.points.map((p) => round(p[key], 3))])];
   placed("prepend", element("div", { className: "wide", id: "tuned" }, tabled(["gains", ...r.points.map((p) => p.name)], rows), button("use", "Take these gains into the drive", () => ask("project", r.project))));

@@ -63,7 +63,7 @@ export function answer(text, good, stale = false) {
 export const tabled = (head, rows, fields = {}) => element("table", fields, ...[head, ...rows].map((row, i) => element("tr", {}, ...row.map((one) => element(i ? "td" : "th", {}, one)))));
 
 // A long title has its unit on a line of its own, so that it fits a phone.
-const lines = (title) => (title.length > 32 ? title.replace(" [", "<br>[") : title);
+const lines = (title) => (title.length > 32 ? title.replace(" [", "<br>[").replace(": ", ":<br>") : title);
 
 function layoutOf(layout) {
   const styles = getComputedStyle(document.documentElement);
@@ -101,13 +101,14 @@ export async function draw(name, { data, layout, table, label, size = "" }) {
   if (!box) {
     box = element("div", { id: "plot-" + name, className: "plot " + size });
     box.setAttribute("role", "img");
-    const take = element("div", { className: "take" });
-    for (const format of ["svg", "png", "csv"]) {
-      const one = button(`take-${name}-${format}`, format.toUpperCase(), () => save(box, name, format));
-      one.setAttribute("aria-label", `Save ${name} as ${format.toUpperCase()}`);
+    const take = element("div", { className: "take" }, name.replaceAll("-", " ") + " ");
+    for (const format of ["SVG", "PNG", "CSV"]) {
+      const one = button(`take-${name}-${format}`, format, () => save(box, name, format.toLowerCase()));
+      one.setAttribute("aria-label", `Save ${name} as ${format}`);
       take.append(one);
     }
-    plots.append(element("figure", {}, box, take));
+    document.querySelector("#save > div").append(take);
+    plots.append(element("figure", {}, box));
     for (const former of plots.querySelectorAll(".plot[data-drawn]")) window.Plotly.Plots.resize(former); // beside which it stands now
   }
   box.setAttribute("aria-label", label);
@@ -151,20 +152,19 @@ async function save(box, name, format) {
   return download(file, new Blob([bytes], { type: "image/png" }));
 }
 
-// Pictures over the same speeds: their zoom and their crosshair are one.
+// Pictures over the same speeds or times: their zoom and their crosshair are one.
 export function link(names) {
-  const boxes = names.map((name) => byId("plot-" + name));
-  for (const [i, box] of boxes.entries()) {
-    if (box.linked) continue;
+  const boxes = names.map((name) => byId("plot-" + name)), { Plotly } = window;
+  for (const box of boxes.filter((one) => !one.linked)) {
     box.linked = true;
-    const other = boxes[1 - i], { Plotly } = window;
+    const others = boxes.filter((one) => one !== box);
     box.on("plotly_relayout", (event) => {
       const range = [event["xaxis.range[0]"], event["xaxis.range[1]"]];
-      if (range[0] !== undefined) Plotly.relayout(other, { "xaxis.range": range });
-      else if (event["xaxis.autorange"] && !other.layout.xaxis.autorange) Plotly.relayout(other, { "xaxis.autorange": true });
+      if (range[0] !== undefined) for (const other of others) Plotly.relayout(other, { "xaxis.range": range });
+      else if (event["xaxis.autorange"]) for (const other of others.filter((one) => !one.layout.xaxis.autorange)) Plotly.relayout(other, { "xaxis.autorange": true });
     });
-    box.on("plotly_hover", (event) => Plotly.Fx.hover(other, { xval: event.xvals[0] }, "xy"));
-    box.on("plotly_unhover", () => Plotly.Fx.unhover(other));
+    box.on("plotly_hover", (event) => others.forEach((other) => Plotly.Fx.hover(other, { xval: event.xvals[0] }, "xy")));
+    box.on("plotly_unhover", () => others.forEach((other) => Plotly.Fx.unhover(other)));
   }
 }
 export const crosshair = { showspikes: true, spikemode: "across", spikesnap: "data", spikethickness: 1, spikedash: "dot" };
@@ -191,6 +191,8 @@ export function legends() {
 
 export function clear() {
   epoch += 1;
+  byId("plots").className = "";
   for (const box of document.querySelectorAll(".plot")) window.Plotly.purge(box);
+  for (const take of document.querySelectorAll(".take")) take.remove();
   byId("plots").replaceChildren();
 }

@@ -25,6 +25,18 @@ async function unpacked(text) {
 }
 
 const past = [], future = [];
+export let session = []; // actions since the drive was opened: changed values, view and its options
+let opened = "";
+
+function note() {
+  const { gear, project, values, view, options } = state, from = String(project ?? gear);
+  if (opened !== from) session = [];
+  opened = from;
+  const last = session.at(-1), action = { values: { ...values }, view, options: { ...options } };
+  if (last && last.view === view && (!pausing || JSON.stringify(last.values) === JSON.stringify(values))) session.pop();
+  session.push(action);
+}
+
 let drive = null, pausing = true, timer = 0;
 const driveNow = () => JSON.stringify({ gear: state.gear, project: state.project, values: state.values });
 
@@ -37,6 +49,7 @@ export async function remember() {
   for (const [name, value] of Object.entries(state.values)) query.set("v." + name, value);
   for (const [name, value] of Object.entries(state.options)) query.set("o." + name, value);
   const hash = "#" + query, now = driveNow(), began = pausing && drive !== null;
+  note();
   if (now !== drive && began) {
     past.push(drive);
     future.length = 0;

@@ -4,7 +4,7 @@ import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { compensation, mapOptions, speedMap, tuning } from "/static/maps.js";
 import { answer, ask, between, BLUE, button, byId, COLOURS, crosshair, draw, element, epoch, GREEN, link, numbers, ORANGE, parts, pictures, PINK, RED, round, sentences, signed, sure, tabled } from "/static/plots.js";
-import { about, asked, remember, state, stem } from "/static/state.js";
+import { about, asked, remember, session, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
 
@@ -196,6 +196,7 @@ async function move() {
   await draw("move-motor", { data: over(r.motor_torque, "motor torque", "N·m", BLUE, r.most_motor_torque, "largest torque of the motor"), layout: { shapes: [end], xaxis: x, yaxis: { title: "motor torque [N·m]" } }, table, label: `Torque of the motor over the move, ${between(r.motor_torque, "N·m")}`, size: "second" });
   await draw("move-torque", { data: over(r.gear_torque, "gear torque", "N·m", RED), layout: { showlegend: false, xaxis: x, yaxis: { title: "gear torque [N·m]" } }, table, label: `Torque in the gear over the move, ${between(r.gear_torque, "N·m")}`, size: "second" });
   await draw("move-speed", { data: over(r.motor_speed, "motor speed", "rpm", GREEN), layout: { showlegend: false, xaxis: x, yaxis: { title: "motor speed [rpm]" } }, table, label: `Speed of the motor over the move, ${between(r.motor_speed, "rpm")}`, size: "second" });
+  link(["move-error", "move-motor", "move-torque", "move-speed"]);
   numbers(r.numbers);
   return r.remarks;
 }
@@ -207,18 +208,22 @@ export const VIEWS = {
   tuning: { name: "Tuning", show: tuning }, log: { name: "Log", show: log },
 };
 
-function scriptView() {
+// A view as its script names it; one of a job that was not run is none.
+function scripted({ view, options }, present) {
+  const fast = ["response", "motion", "move"].includes(view), seen = { view: present || fast || options.run === view ? view : "" };
+  if (view === "motion") seen.speed = Number(options.speed);
+  return view === "speed-map" ? { ...seen, ...mapOptions(options) } : seen;
+}
+
+function script() {
   if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify PROJECT LOG does the same");
-  if (state.view === "tuning") throw new Error("the tuning has no script of the page; strainwave tune PROJECT does the same");
-  const view = { view: state.view };
-  if (state.view === "motion") view.speed = Number(byId("speed").value);
-  if (state.view === "speed-map") Object.assign(view, mapOptions());
-  return view;
+  const before = session.slice(0, -1).filter((one) => one.view !== "log").slice(-200);
+  return { state: asked(), ...scripted(state, true), before: before.map((one) => ({ values: one.values, ...scripted(one) })) };
 }
 
 export async function take(what) {
   if (what === "project") return download(stem() + ".yaml", await call("/api/export/project", { body: { state: asked() } }), "application/yaml");
-  if (what === "script") return download(stem() + ".py", await call("/api/export/script", { body: { state: asked(), ...scriptView() } }), "text/x-python");
+  if (what === "script") return download(stem() + ".py", await call("/api/export/script", { body: script() }), "text/x-python");
   const one = await run("report", () => call("/api/jobs", { body: { state: asked(), kind: "report" } }));
   if (one.state === "failed") throw new Error(one.error);
   return one.state === "done" && download(stem() + ".html", one.result, "text/html");
