@@ -727,3 +727,16 @@ def test_the_map_of_a_forcing_speaks_of_the_forcing_and_judges_no_rule_of_a_moto
     drawn = (tmp_path / "speed-map.svg").read_text(encoding="utf-8")
     assert "forcing frequency" in drawn
     assert "rpm" not in drawn
+
+
+@pytest.mark.slow
+def test_a_drive_too_stiff_to_search_says_so_and_has_its_curve(tmp_path):
+    """A loop of 30 Hz for 13000/50^2 kg m^2 stops a rotor of 4.5e-4 kg m^2 alone in 1/2.2e6 s."""
+    (tmp_path / "heavy.yaml").write_text(
+        "gear: CSG-40-50\nmotor: {inertia: 4.5 kg*cm^2, loop: {type: cascade, bandwidth: 30 Hz, damping: 0.7}}\n"
+        "load: {inertia: 13000 kg*m^2}\ndamping: {ratio: 3 %}\nspeed: {from: 1000 rpm, to: 3000 rpm, shaft: motor}\n"
+        "limit: {oscillation: 100 arcsec}\nexcitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}\n"
+    )
+    found = sw.speed_map(sw.read_project(tmp_path / "heavy.yaml"))
+    assert any("starts do not settle in the steps" in text for text in found.remarks)
+    assert found.forbidden[0].size == 0

@@ -222,13 +222,9 @@ def _settle(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]
     groups = [np.flatnonzero(octave == k) for k in np.unique(octave)]
     results = [_settled(case, omega[group], start[:, group], curves) for group in groups]
     order = np.argsort(np.concatenate(groups))
-    joined = Settled(
-        *(
-            np.concatenate([getattr(ends, name) for ends, _ in results], axis=-1)[..., order]
-            for name in ("state", "period", "diverged", "lowest", "highest")
-        )
-    )
-    return joined, all(enough for _, enough in results)
+    names = "state", "period", "diverged", "lowest", "highest"
+    parts = [np.concatenate([getattr(ends, name) for ends, _ in results], axis=-1)[..., order] for name in names]
+    return Settled(*parts), all(enough for _, enough in results)
 
 
 def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
