@@ -21,7 +21,7 @@ from zipfile import ZipFile
 ROOT = Path(__file__).resolve().parent.parent
 LARGEST = 3_000_000  # bytes of the wheel
 DATA = (
-    "app/report/page.html.j2",
+    "app/report/page.css",
     "app/projects/antenna.yaml",
     "app/web/static/index.html",
     "base/units.txt",
