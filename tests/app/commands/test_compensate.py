@@ -164,7 +164,7 @@ def test_the_worst_angle_of_the_load_counts(drive):
 WRONG = [
     (("--controller", "magic"), 1, "there is no controller 'magic'; there are loop, angle, inverse"),
     (("--speed", "450"), 1, "'450' has no unit"),
-    (("--speed", "8000 rpm"), 1, "samples every 2000 us are too slow for order 2 at 8000 rpm"),
+    (("--speed", "8000 rpm"), 1, "samples every 2 ms are too slow for order 2 at 8000 rpm"),
     (("--softer", "120 %"), 2, "is not between -100 % and 100 %"),
     (("--softer", "20 %", "--plant", "drive.yaml"), 2, "give one of them"),
     (("--plant", "gone.yaml"), 3, "gone.yaml:1:1: file: does not exist"),

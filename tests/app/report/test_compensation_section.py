@@ -61,7 +61,7 @@ def test_speeds_of_a_forcing_are_in_its_own_unit():
 def test_what_cannot_be_computed_is_said_with_the_reason():
     part = compensation(view(bandwidth="150 Hz"))
     data = part.data["compensation"]
-    assert "the plain loop is unstable with samples every 2000 us" in data["not_computed"]
+    assert "the plain loop is unstable with samples every 2 ms" in data["not_computed"]
     assert data["controllers"] == []
     assert not part.figures
     (line,) = part.lines

@@ -231,9 +231,9 @@ def _refuse_slow(bench: Bench, signed: float) -> None:
     fastest = 2.0 * np.pi / (SAMPLES * bench.sampling.period * highest)
     if speed > fastest:
         raise ValueError(
-            f"samples every {1e6 * bench.sampling.period:.4g} us are too slow for order "
+            f"samples every {1e3 * bench.sampling.period:.4g} ms are too slow for order "
             f"{in_turns(highest, bench.model)} at {bench.speeds.said(speed)}, as a period of it needs {SAMPLES:g} of "
-            f"them: sample at least every {1e6 * bench.sampling.period * fastest / speed:.3g} us, or stay below "
+            f"them: sample at least every {1e3 * bench.sampling.period * fastest / speed:.3g} ms, or stay below "
             f"{bench.speeds.said(fastest)}"
         )
     turns = turns_of(bench)
@@ -241,7 +241,7 @@ def _refuse_slow(bench: Bench, signed: float) -> None:
     if speed < least:
         raise ValueError(
             f"{turns:.6g} turns at {bench.speeds.said(speed)} are more than the {MOST_SAMPLES:g} samples that are run "
-            f"every {1e6 * bench.sampling.period:.4g} us; stay above {bench.speeds.said(least, 3)}, or sample more "
+            f"every {1e3 * bench.sampling.period:.4g} ms; stay above {bench.speeds.said(least, 3)}, or sample more "
             "slowly"
         )
 

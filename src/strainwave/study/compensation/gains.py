@@ -56,8 +56,8 @@ def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
         )
     if not response.stable:
         raise ValueError(
-            f"the plain loop is unstable with samples every {1e6 * bench.sampling.period:.4g} us and "
-            f"{1e6 * bench.sampling.delay:.4g} us of delay, its speed the difference of two angles over a period; "
+            f"the plain loop is unstable with samples every {1e3 * bench.sampling.period:.4g} ms and "
+            f"{1e3 * bench.sampling.delay:.4g} ms of delay, its speed the difference of two angles over a period; "
             "lower its bandwidth or sample faster"
         )
     return response
