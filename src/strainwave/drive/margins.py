@@ -69,12 +69,12 @@ class MotorLoop:
     @property
     def stable(self) -> bool:
         """True if the closed loop is stable."""
-        return self.closed.stable
+        return bool(np.all(self.growing.real < 0.0))
 
     @property
     def growing(self) -> Complexes:
-        """Poles [1/s] of the closed loop, but for those of states that stay where they are."""
-        return self.closed.moving
+        """Poles [1/s] of the closed loop, but for those at 0 of states that stay where they are."""
+        return self.closed.moving[int(self.closed.drifts) :]
 
     def __call__(self, omega: ArrayLike) -> Complexes:
         """Open loop (n,) at frequencies [rad/s]; 1 + L = 0 is the closed loop's characteristic equation."""

@@ -88,6 +88,11 @@ class StateSpace(Result):
         at_rest = np.sort(size)[:memory] <= ROUNDING * np.max(size, initial=0.0)
         return np.asarray(self.poles[np.argsort(size)[int(np.sum(at_rest)) :]])
 
+    @property
+    def drifts(self) -> bool:
+        """True if no torque follows the motor's angle, as with a speed loop without an integral."""
+        return "motor deviation" in self.states and not np.any(self.A[:, self.states.index("motor deviation")])
+
     def response(self, omega: ArrayLike) -> Complexes:
         """Frequency response (outputs, inputs, n) at frequencies [rad/s], y over u."""
         unit = np.eye(len(self.A))

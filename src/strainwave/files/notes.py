@@ -151,7 +151,8 @@ def _slipping(project: Project) -> Iterator[str]:
         gain = "K_i" if isinstance(loop, SpeedLoop) else "K_p"
         yield (
             f"motor.loop has {gain} 0: a mean torque slows the motor and its angle drifts off the reference; the "
-            "results are for the mean speeds that it has, and the pointing error is without that drift."
+            "results are for the mean speeds that it has, and the pointing error is without that drift. "
+            "Motions apart from the curve are not looked for."
         )
 
 

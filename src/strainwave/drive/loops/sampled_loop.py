@@ -39,7 +39,7 @@ class SampledPlant:
     """
 
     def __init__(self, loop: Any, outside: Any, sampling: Sampling) -> None:
-        self.period, self.memory = sampling.period, sum(" z" in name for name in loop.plant.states)
+        self.period, self.memory = sampling.period, sum(" z" in name for name in loop.plant.states) + loop.closed.drifts
         A, B, seen = _continuous(loop, control_parts(outside))
         self.A, self.B = held(A, B, sampling.period, sampling.delay)
         self.seen = np.pad(seen, ((0, 0), (0, len(self.A) - len(A))))
@@ -71,7 +71,7 @@ class SampledLoop:
 
     @property
     def growing(self) -> Complexes:
-        """Poles [1/s] of the closed loop, log z/T, but for what a law's memory keeps where it is left."""
+        """Poles [1/s] of the closed loop, log z/T, but for those at 0 of states that stay where they are."""
         still = np.argsort(np.abs(self.poles - 1.0))[: self.plant.memory]
         moving = np.delete(self.poles, still[np.abs(self.poles[still] - 1.0) < ON_CIRCLE])
         return np.asarray(np.log(np.where(moving == 0.0, 1e-300, moving)) / self.period)

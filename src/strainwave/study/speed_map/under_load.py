@@ -81,7 +81,10 @@ class Case(NamedTuple):
 
     @property
     def searched(self) -> bool:
-        """True if other motions are looked for; where all is linear there is one."""
+        """True if other motions are looked for; where all is linear there is one, and one that drifts never repeats."""
+        train = self.train
+        if train is not None and not train.motor.free and state_space(train, speed=train.omega).drifts:
+            return False
         part = None if self.system is self.equation else linear_part_of(self.system)
         laws = (self.equation.law,) if self.system is self.equation else None if part is None else part.laws
         return is_searched(self.equation) and not (laws and all(map(is_linear, laws)))
