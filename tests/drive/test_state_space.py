@@ -202,11 +202,11 @@ def test_bad_input_and_prints():
 
 @pytest.mark.parametrize("sampling", [None, sw.controllers.Sampling(5e-4, 5e-4)])
 def test_a_speed_loop_without_an_integral_is_stable_though_its_angle_stays_where_it_is(sampling):
-    """J_m v' = -K_p v decays and the angle is in no torque. Behind a slow lag a large gain is unstable all the same."""
+    """J_m v' = -K_p v decays and the angle is in no torque. Behind two slow lags a large gain is unstable."""
     train = DRIVE.train(control=sw.train.SpeedLoop(0.3))
     assert sw.margins(train, sampling=sampling).stable
     poles = sw.state_space(train).poles
     assert np.sum(np.abs(poles) < 1e-9 * np.max(np.abs(poles))) == 1
     assert np.all(np.sort(poles.real)[:-1] < 0.0)
-    grows = DRIVE.train(control=sw.train.Lagged(sw.train.SpeedLoop(300.0), 0.05))
+    grows = DRIVE.train(control=sw.train.Lagged(sw.train.Lagged(sw.train.SpeedLoop(300.0), 0.05), 0.05))
     assert not sw.margins(grows, sampling=sampling).stable
