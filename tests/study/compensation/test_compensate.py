@@ -345,3 +345,11 @@ def test_a_controller_that_settles_more_slowly_than_the_loop_is_measured_once_it
     error = late.error[late.time > 20.0]
     assert found.after.rms == pytest.approx(np.std(error), rel=0.2)
     assert found.after.rms < 0.6 * ARCSEC
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("speed", [20.0, 43.0, 80.0])
+def test_a_fast_adaptation_has_left_a_tenth_after_ln_10_time_constants(speed):
+    """Few turns pass meanwhile: at 43 rad/s the run has no 50 of them."""
+    found = sw.compensate(DRIVE, "adaptive", speed=speed, sampling=SAMPLING, robust=False)
+    assert found.converged == pytest.approx(math.log(10.0) / found.rate, rel=0.05)

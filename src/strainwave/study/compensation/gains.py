@@ -104,9 +104,14 @@ def steady_run(
 
 
 def adapting(bench: Bench, controller: Any, speed: float, end: float) -> LoopRun:
-    """A run from the first sample on, of which so many samples are kept, each at another phase of the lowest order."""
+    """A run from the first sample on, of which so many samples are kept, each at another phase of the lowest order.
+
+    Of a run of few turns more are kept of a turn: a block of them has at least one.
+    """
     period = 2.0 * pi / (abs(speed) * min(bench.orders)) / bench.sampling.period  # in samples
-    every = round((end / bench.sampling.period / KEPT_SAMPLES // period + GOLDEN) * period)
+    wanted = end / bench.sampling.period / KEPT_SAMPLES
+    parts = min(BLOCK // 2, max(1.0, GOLDEN * period // wanted))
+    every = round((wanted // period + GOLDEN) * period / parts)
     return run_loop(bench.closed(controller, speed), end, y0=bench.start(speed), every=max(1, every))
 
 
