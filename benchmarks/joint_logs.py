@@ -1,6 +1,6 @@
 """Made logs of joints for `identify_log`: two inertias by hand, set-valued friction, independent of the package.
 
-    python benchmarks/joint_logs.py reversing 30      # or: oneway, outside, current; how many
+    python benchmarks/joint_logs.py reversing 30      # or: rests, oneway, outside, current; how many
 
 The motor has a sampled cascade; fourth-order steps of 1/16000 s, friction of the load that sticks. Seeds are fixed.
 """
@@ -122,9 +122,10 @@ def profile(motion, T, t, w, rng):
                       [0.0, 0.0, 1.3 * w, 1.3 * w, 0.0, -1.3 * w, -1.3 * w, 0.0, 0.0])  # fmt: skip
     else:
         v, d = np.zeros_like(t), T / 6.0
+        shares = [0.1, 0.25, 0.35, 0.5] if motion == "rests" else [0.0, 0.3, 0.6, 0.9]
         for i in range(6):
             top = rng.uniform(0.3, 1.6) * w * (1 if i % 2 == 0 else -1)
-            v += np.interp(t, i * d + d * np.array([0.0, 0.3, 0.6, 0.9]), [0.0, top, top, 0.0], left=0.0, right=0.0)
+            v += np.interp(t, i * d + d * np.array(shares), [0.0, top, top, 0.0], left=0.0, right=0.0)
     return np.column_stack([np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1])) * STEP]), v])
 
 
@@ -180,7 +181,7 @@ def made(seed, motion=None, outside=None, shaft=None):
         stamps = stamps + rng.uniform(-jitter, jitter, len(stamps)) / rate
     if rng.random() < 0.5:
         stamps = stamps[rng.random(len(stamps)) > 0.005]
-    skew, noise, bits = rng.uniform(0.0, 1e-3), 0.3, rng.integers(17, 25, 2)
+    skew, noise, bits = rng.uniform(0.0, 1e-3), 0.0 if motion == "rests" else 0.3, rng.integers(17, 25, 2)
     qm = CubicSpline(t, out[:, 0])(stamps)
     ql = CubicSpline(t, out[:, 1])(stamps + skew)
     unit = TURN / 2.0**bits
@@ -256,11 +257,11 @@ def errors(found, truth):
     return rows
 
 
-def reversing(many, first=1, held=True, shaft=None):
+def reversing(many, first=1, held=True, shaft=None, motion=None):
     """Errors, coverage and time of logs with reversals."""
     rows, full, cpu, out = {name: [] for name in (*NUMBERS, *OF_CURRENT)}, 0, [], {"tofro": [], "trapezoids": []}
     for seed in range(first, first + many):
-        log, truth = made(seed, shaft=shaft)
+        log, truth = made(seed, motion, shaft=shaft)
         found, seconds = fitted(log, truth)
         told = errors(found, truth)
         full += found.usable and {"K1", "B", "skew", "coulomb", "gravity"} <= set(told)
@@ -286,6 +287,11 @@ def reversing(many, first=1, held=True, shaft=None):
     for motion, some in out.items():
         if some:
             print(f"{motion}: held-out within 1.5 floors in {100 * np.mean(np.array(some) < 1.5):.0f} % of {len(some)}")
+
+
+def rests(many, first=9001):
+    """Logs with rests of half a second between moves, of an encoder that counts without noise."""
+    reversing(many, first, held=False, motion="rests")
 
 
 def current(many, first=3001):
@@ -326,5 +332,7 @@ def outside(many, first=2001):
 
 
 if __name__ == "__main__":
-    study = {"reversing": reversing, "oneway": oneway, "outside": outside, "current": current}[sys.argv[1]]
+    study = {"reversing": reversing, "rests": rests, "oneway": oneway, "outside": outside, "current": current}[
+        sys.argv[1]
+    ]
     study(*(int(number) for number in sys.argv[2:]))

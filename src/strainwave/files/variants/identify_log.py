@@ -12,7 +12,7 @@ from ...base.facts import Fact, lines
 from ...base.quantities import number, shown
 from ...base.results import Floats
 from ...base.sentences import listed, on_screen, sign, silent
-from ...base.units import ARCSEC
+from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits, Source
 from ...drive.project import Project
 from ...model.excitation import Harmonic, KinematicError, Line
@@ -24,6 +24,7 @@ from ...study.identification.joint import solve
 from ...study.identification.joint.answer import Answer, answered, residuals_of
 from ...study.identification.joint.estimates import Tie
 from ...study.identification.joint.model import line_names
+from ...study.identification.joint.pieces import angles_of
 from ...study.identification.log import Log
 from ..fields.groups import ASSUMED, MEASURED
 from ..logs.read import read_log
@@ -40,6 +41,7 @@ UNITS = {
 LAW = ("K1", "K2", "K3", "T1", "T2")
 USUAL = 1.54, 1.79, 4.3e-4, 1.6e-3  # K2, K3, T1, T2 over K1: medians of the 179 laws of the catalogue
 SURE = 3.4  # standard deviations that an amplitude of a line in the project is away from 0: a file takes 30 %
+TOO_FAST = 3.0  # times the largest speed of the gear's input, in a tenth of a log: an angle of another unit
 HELD = 0.5  # share of a moving load's readings that are the ones before
 
 
@@ -203,7 +205,7 @@ def identify_log(
     inertia = None if load_inertia is None else number("load_inertia [kg*m^2]", load_inertia, positive=True)
     constant = None if torque_constant is None else number("torque_constant [N*m/A]", torque_constant, positive=True)
     if project is not None:
-        law, ratio = _slopes(project), project.drive.N
+        law, ratio, record = _slopes(project), project.drive.N, project.gear
         inertia = project.subject.load.J if inertia is None else inertia
         sheet = project.motor_limits
         constant = sheet.K_t if constant is None and sheet is not None and np.isfinite(sheet.K_t) else constant
@@ -211,6 +213,7 @@ def identify_log(
         record = gear_of(str(gear))
         law, ratio = _slopes(record), record.ratio
     records = _logs(logs)
+    _refuse_fast(records, None if record is None else record.max_speed)
     answer = answered(records, ratio, law, inertia, constant, progress)
     causes = (*answer.causes, *(_held(records) if answer.explained < EXPLAINED_SHARE else ()))
     fit = answer.estimates
@@ -237,6 +240,16 @@ def _logs(logs: Any) -> list[Any]:
         if not isinstance(one, Log) and "time" not in one:
             raise ValueError(f"log has no channel 'time'; it has {', '.join(map(str, one))}")
     return read
+
+
+def _refuse_fast(logs: Sequence[Any], limit: float | None) -> None:
+    """Refuse angles in which the motor turns far faster than the gear allows."""
+    for i, log in enumerate(logs):
+        time, motor, *_ = angles_of(log, i)
+        speed = float(np.quantile(np.abs(np.diff(motor) / np.diff(time)), 0.9)) if len(time) > 1 else 0.0
+        if limit is not None and speed > TOO_FAST * limit:
+            fact = f"in log {i + 1} the motor turns at {speed / RPM:.4g} rpm, and the gear allows {limit / RPM:.4g} rpm"
+            raise ValueError(f"{fact}; the angles seem to be in deg and were read in rad: give units")
 
 
 def _slopes(of: Any) -> tuple[float, ...]:

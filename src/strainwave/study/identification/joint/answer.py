@@ -77,7 +77,7 @@ class Answer:
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound
 def answered(
     logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None, constant: float | None,
-    progress: Callable[[str, float], None],
+    progress: solve.Progress,
 ) -> Answer:  # fmt: skip
     """Fit a joint to its logs; law is the datasheet's K1, K2, K3, T1, T2, constant the torque of a current [N*m/A].
 
@@ -88,7 +88,7 @@ def answered(
     SolveError
         If the motion leaves every bound.
     """
-    joint = _best(logs, ratio, law, inertia, progress)
+    joint, causes = _best(logs, ratio, law, inertia, progress)
     if not np.isfinite(solve.rms(joint)):
         fastest = max(float(np.max(np.abs(piece.motor_rate))) for piece in joint.pieces) / RPM
         raise SolveError(
@@ -99,8 +99,8 @@ def answered(
     if inertia is None:
         joint, by, notes = _weighed(joint, logs, ratio, law, constant, progress)
         inertia = None if by is None else joint.values["inertia"]
-    noise, causes = solve.scatter(joint), list[str]()
-    if by is None and inertia is not None:
+    noise = solve.scatter(joint)
+    if by is None and inertia is not None and not causes:
         causes = _misgiven(joint, logs, ratio, law, inertia)
     if not causes and (solve.rms(joint) > LEFT * noise or solve.shown(joint, solve.OUTSIDE)):
         progress("causes", 0.8)
@@ -133,7 +133,7 @@ def answered(
 
 def _weighed(
     joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], constant: float | None,
-    progress: Callable[[str, float], None],
+    progress: solve.Progress,
 ) -> tuple[Joint, str | None, list[str]]:  # fmt: skip
     """The fit with the load's inertia by a channel whose torque is known, the channel's name, and doubts.
 
@@ -185,13 +185,20 @@ def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: flo
 
 
 def _best(
-    logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None,
-    progress: Callable[[str, float], None],
-) -> Joint:  # fmt: skip
-    """The fit; without an inertia the best of several resonances, with K1 as the datasheet has it."""
-    if inertia is not None:
-        return solve.fitted(_first(logs, ratio, law, inertia, solve.BASIC), float(np.sqrt(law[0] / inertia)), progress)
-    return _of_any_inertia(logs, ratio, law, lambda joint, omega: solve.fitted(joint, omega, progress))
+    logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None, progress: solve.Progress
+) -> tuple[Joint, list[str]]:  # fmt: skip
+    """The fit, and that the inertia given does not fit; without one the best of several resonances, K1 as printed.
+
+    With an inertia that is far too small a fit takes long: it is asked first whether a far other one fits.
+    """
+    if inertia is None:
+        return _of_any_inertia(logs, ratio, law, lambda joint, omega: solve.fitted(joint, omega, progress)), []
+    first, omega = _first(logs, ratio, law, inertia, solve.BASIC), float(np.sqrt(law[0] / inertia))
+    if omega > 2.0 * np.pi * GUESSES[-1]:
+        other, causes = _other(logs, ratio, law, inertia, np.inf, memory=False)
+        if causes:
+            return other, causes
+    return solve.fitted(first, omega, progress), []
 
 
 def _of_any_inertia(
@@ -204,16 +211,24 @@ def _of_any_inertia(
 
 def _misgiven(joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], given: float) -> list[str]:
     """That the inertia given does not fit, where a far other one, with K1 as the datasheet has it, leaves nothing."""
-    if solve.rms(joint) < LEFT * solve.scatter(joint) and 1.0 / UNLIKE < joint.values["K1"] / law[0] < UNLIKE:
+    v = joint.values
+    spring = v["K1"] + v["hysteresis"] * (v["yield_twist"] > v["T1"] / v["K1"])  # what does not yield is a spring
+    if solve.rms(joint) < LEFT * solve.scatter(joint) and 1.0 / UNLIKE < spring / law[0] < UNLIKE:
         return []
-    memory = "hysteresis" in joint.free
+    return _other(logs, ratio, law, given, BETTER * solve.rms(joint), memory="hysteresis" in joint.free)[1]
+
+
+def _other(
+    logs: Sequence[Any], ratio: float, law: Sequence[float], given: float, limit: float, *, memory: bool
+) -> tuple[Joint, list[str]]:  # fmt: skip
+    """The fit with any inertia, completed where it leaves less than a limit; and that the one given does not fit."""
     free = _of_any_inertia(logs, ratio, law, lambda first, w: solve.running(first, w, solve.FIRST_LINES, memory))
-    free = solve.completed(free) if solve.rms(free) < BETTER * solve.rms(joint) else free
+    free = solve.completed(free) if solve.rms(free) < limit else free
     fitted = free.values["inertia"]
     if solve.rms(free) > LEFT * solve.scatter(free) or 1.0 / UNLIKE < fitted / given < UNLIKE:
-        return []
+        return free, []
     hint = f"with the gear's K1 it is near {fitted:.3g} kg·m²"
-    return [f"that the load inertia given, {given:.3g} kg·m², does not fit ({hint})"]
+    return free, [f"that the load inertia given, {given:.3g} kg·m², does not fit ({hint})"]
 
 
 def _caused(

@@ -135,11 +135,9 @@ def _of_input(joint: Joint) -> Floats:
     """Changes (rows, draws) of the weighted angles by what the motor's encoder may misread."""
     rng, changes = np.random.default_rng(0), []
     for i, piece in enumerate(joint.pieces):
-        drive, start, moved = joint.drive(i, joint.values), joint.starts[i], []
-        for errors in np.moveaxis(piece.misread(rng, DRAWS), -1, 0):
-            other = drive.copy()
-            other[:2] += errors
-            moved.append(joint.predicted(i, joint.values, start, other))
+        drive, start = joint.drive(i, joint.values), joint.starts[i]
+        drives = (drive + np.pad(errors, ((0, 2), (0, 0))) for errors in np.moveaxis(piece.misread(rng, DRAWS), -1, 0))
+        moved = [joint.predicted(i, joint.values, start, other) for other in drives]
         before = joint.predicted(i, joint.values, start, drive)
         changes.append((np.stack(moved, axis=1) - before[:, None]) * piece.weight[:, None])
     return np.concatenate(changes)
@@ -168,11 +166,8 @@ def _named_values(joint: Joint) -> tuple[dict[str, float], Floats]:
     free, values, rows = list(joint.free), dict[str, float](), list[Floats]()
 
     def add(name: str, value: float, parts: dict[str, float]) -> None:
-        row = np.zeros(len(free))
-        for part, rate in parts.items():
-            row[free.index(part)] = rate
         values[name] = value
-        rows.append(row)
+        rows.append(np.array([parts.get(part, 0.0) for part in free]))
 
     units = {name: joint.values[name] if joint.is_log(name) else joint.scales[name].unit for name in free}
     for name in free:
@@ -192,9 +187,8 @@ def _limit(joint: Joint, name: str, value: float) -> float:
         return TELL_SKEW
     if name.startswith("line"):
         return max(TELL_LINE, 0.3 * value)
-    if name not in TELL:
-        return TELL_SHARE
-    return TELL[name] * (value if joint.is_log(name) else joint.scales["T2"].first)
+    unit = value if joint.is_log(name) else joint.scales["T2"].first
+    return TELL[name] * unit if name in TELL else TELL_SHARE
 
 
 def one_way(joint: Joint) -> bool:
@@ -245,7 +239,6 @@ def _move(name: str, reach: float) -> str:
         "skew": "a jerk after which the load rings, or torques beyond T1",
         "viscous": "a jerk after which the load rings, or torques beyond T1",
         "coulomb": "slow reversals of the load", "gravity": "a longer travel of the load",
+        "line": "more turns of the motor in one go",
     }  # fmt: skip
-    if name.startswith("line"):
-        return "more turns of the motor in one go"
-    return str(moves.get(name, f"larger torques than {reach:.3g} N·m"))
+    return str(moves.get(name.split("(")[0], f"larger torques than {reach:.3g} N·m"))

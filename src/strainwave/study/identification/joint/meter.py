@@ -39,7 +39,7 @@ class Meter:
 
     def __init__(self, joint: Joint, name: str, parts: list[Part]) -> None:
         self.joint, self.name, self.parts = joint, name, parts
-        self.of_motor = name in OF_MOTOR
+        self.of_motor, self.unit = name in OF_MOTOR, "A" if name == "current" else "N*m"
         pieces = [joint.pieces[part.piece] for part in parts]
         self.grids = [piece.step * np.arange(len(piece) + 1) for piece in pieces]
         self.splines = [through(piece.read_time - piece.begin, piece.read) for piece in pieces]

@@ -135,11 +135,6 @@ def constant_of(channel: str, current: float | None) -> float | None:
     return current if channel == "current" else 1.0
 
 
-def unit_of(channel: str) -> str:
-    """Unit of a channel."""
-    return "A" if channel == "current" else "N*m"
-
-
 def metered(meter: Meter, fit: Linear, of_free: Floats, constant: float | None, weighs: bool | None) -> Metered:
     """Numbers of a channel; of_free is the covariance of the joint's free numbers and starts.
 
@@ -153,18 +148,18 @@ def metered(meter: Meter, fit: Linear, of_free: Floats, constant: float | None, 
     rates = np.array([[by.get(name, 0.0) for name in fit.names] for _, by in numbers.values()])
     full = rates @ covariance @ rates.T
     share = math.sqrt(covariance[0, 0]) / abs(fit.values["scale"])
-    wide = {name: math.sqrt(full[i, i]) for i, name in enumerate(numbers)}
     all_names = ("load inertia" if weighs else main, *(MOTOR if meter.of_motor else ()))
     tied = [(all_names, "the load's inertia, or the channel's torque constant")]
     if weighs is not None:
-        tied = _ties(meter, fit, {name: (numbers[name][0], sd) for name, sd in wide.items()}, share, all_names)
+        wide = {name: (value, math.sqrt(full[i, i])) for i, (name, (value, _)) in enumerate(numbers.items())}
+        tied = _ties(meter, fit, wide, share, all_names)
     unidentified = {name: f"the log does not tell {name}; it takes {move}" for group, move in tied for name in group}
     kept = [i for i, name in enumerate(numbers) if name not in unidentified]
     estimates = Estimates(
         {name: numbers[name][0] for name in numbers if name not in unidentified}, full[np.ix_(kept, kept)],
         derived_freedom(rates[kept], covariance, fit.freedom), unidentified, tied, of_free,
     )  # fmt: skip
-    return Metered(meter.name, unit_of(meter.name), estimates, share, fit.curves, _notes(meter, fit, constant, weighs))
+    return Metered(meter.name, meter.unit, estimates, share, fit.curves, _notes(meter, fit, constant, weighs))
 
 
 def _numbers(meter: Meter, fit: Linear, given: float | None, main: str) -> dict[str, tuple[float, dict[str, float]]]:
@@ -209,7 +204,7 @@ def _ties(
 
 def _notes(meter: Meter, fit: Linear, constant: float | None, weighs: bool | None) -> list[str]:
     """Sentences on a channel."""
-    share, unit = 100.0 * max(fit.explained, 0.0), unit_of(meter.name)
+    share, unit = 100.0 * max(fit.explained, 0.0), meter.unit
     notes = [f"The model explains {share:.1f} % of {meter.name}; {fit.left:.3g} {unit} rms are left."]
     if fit.explained < EXPLAINED:
         return notes

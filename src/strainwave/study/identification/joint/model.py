@@ -116,8 +116,7 @@ class Joint:
 
     def turned(self, piece: Piece) -> Floats:
         """Angle of the load at the motor's stamps (2 n + 1,)."""
-        time = np.arange(len(piece.load)) * 0.5 * piece.step
-        return np.asarray(np.interp(time - self.lead, time, piece.load))
+        return np.asarray(np.interp(piece.grid - self.lead, piece.grid, piece.load))
 
     def aligned(self) -> "Joint":
         """The joint whose gravity and lines are taken with the skew that was found."""
@@ -212,9 +211,8 @@ class Joint:
 
     def changed(self, name: str, by: float) -> dict[str, float]:
         """Values with one number changed by so many of its units."""
-        scale = self.scales[name]
         value = self.values[name]
-        new = value * float(np.exp(by)) if self.is_log(name) else value + by * scale.unit
+        new = value * float(np.exp(by)) if self.is_log(name) else value + by * self.scales[name].unit
         return {**self.values, name: new}
 
     @staticmethod

@@ -110,18 +110,16 @@ def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats,
     """
     arrays: list[Floats] = []
     for name in ("motor_angle", "load_angle"):
-        channel = channel_of(log, name)
-        if channel is None:
+        if (channel := channel_of(log, name)) is None:
             channels = log.channels if isinstance(log, Log) else [key for key in log if key != "time"]
-            tie = "no torsion is seen, and the stiffness and the load's inertia are tied"
             raise ValueError(
                 f"log {which + 1} has no channel {name!r}; it has {joined(channels)}: name its column. Without both "
-                f"angles {tie}; order_scan reads lines of a torque"
+                "angles no torsion is seen, and the stiffness and the load's inertia are tied; order_scan reads lines "
+                "of a torque"
             )
         t, values = channel
         if len(t) > 1 and np.min(steps := np.diff(t)) <= 0.0:
-            stamp = float(t[int(np.argmin(steps))])
-            raise ValueError(f"log {which + 1}: stamps go back or repeat at {stamp:.9g} s; sort it")
+            raise ValueError(f"log {which + 1}: stamps go back or repeat at {t[np.argmin(steps)]:.9g} s; sort it")
         arrays += [t, values]
     return arrays[0], arrays[1], arrays[2], arrays[3]
 
@@ -239,23 +237,21 @@ def _piece(
     if min(len(tm), len(tl)) < FEWEST:
         return None
     n = int((tm[-1] - tm[0]) / step)
-    grid = tm[0] + 0.5 * step * np.arange(2 * n + 1)
+    s = 0.5 * step * np.arange(2 * n + 1)
     turned = through(tm - tm[0], motor)
     followed = CubicSpline(tl - tm[0], load)
-    inside = (tl >= grid[0] + MARGIN) & (tl <= grid[-1] - MARGIN)
+    inside = (tl >= tm[0] + MARGIN) & (tl <= tm[0] + s[-1] - MARGIN)
     if np.count_nonzero(inside) < FEWEST:
         return None
-    s = grid - tm[0]
     within = np.clip(s, tl[0] - tm[0], tl[-1] - tm[0])
-    speeds = turned(s, 1), followed(within, 1)
     step_of = float(np.median(np.diff(tl)))
     stamps = tl[inside]
     counts = np.array([count_of(load), count_of(motor) / ratio])
     shafts = load[inside], np.interp(stamps, tm, motor) / ratio
     lasting = np.array([_lasting(stamps, values, count, step_of) for values, count in zip(shafts, counts, strict=True)])
     return Piece(
-        float(tm[0]), step, turned(s), speeds[0], tm, motor, followed(within), speeds[1], stamps, load[inside], counts,
-        lasting, np.ones(len(stamps)), ratio, log,
+        float(tm[0]), step, turned(s), turned(s, 1), tm, motor, followed(within), followed(within, 1), stamps,
+        load[inside], counts, lasting, np.ones(len(stamps)), ratio, log,
     )  # fmt: skip
 
 
@@ -270,8 +266,7 @@ def through(time: Floats, values: Floats) -> BSpline:
 
 def count_of(values: Floats) -> float:
     """Count of an encoder [rad], the least change of its readings; 0 where they are not counted."""
-    levels = np.unique(values)
-    steps = np.diff(levels)
+    steps = np.diff(np.unique(values))
     if len(steps) < 2:
         return 0.0
     count = float(np.min(steps[steps > 1e-12], initial=np.inf))
@@ -281,7 +276,5 @@ def count_of(values: Floats) -> float:
 
 def _lasting(time: Floats, values: Floats, count: float, step: float) -> Floats:
     """For how many samples (m,) the error of a counted reading lasts beyond the first."""
-    if count == 0.0:
-        return np.zeros(len(values))
     speed = np.abs(np.gradient(uniform_filter1d(values, SMOOTH), time))
     return np.asarray(np.maximum(np.minimum(count / np.maximum(speed, 1e-300), LASTS) / step - 1.0, 0.0))

@@ -10,6 +10,8 @@ from ..intervals import slices, whitened, whitener
 from .march import spring_torque
 from .model import Joint, Pair, line_names
 
+Progress = Callable[[str, float], None]  # of a stage and a share
+
 FIRST_LINES: tuple[Pair, ...] = ((2, 0), (4, 0), (1, 0), (2, 2))
 BASIC = ("K1", "K2", "K3", "T1", "T2", "B", "coulomb", "viscous", "gravity_cos", "gravity_sin",
          "offset", "skew")  # fmt: skip
@@ -73,6 +75,7 @@ HIGHEST, WIDEST = 8, 4  # lines looked for: so many times the motor's turn, and 
 SURE = 40.0  # of whitened residuals: the fall of the sum of squares that a line or term must bring
 ADDED_LINES = 6  # more than the first ones
 SMALL = 1e-3  # of its first value: the hysteresis that is looked for
+WAVES, MIRRORED = {"cos": np.cos, "sin": np.sin}, 8  # rounds of the fit from a mirror
 INSIDE, OUTSIDE = ("hysteresis", "load_friction", "gravity_mean"), ("gap", "asymmetry", "drag")
 CLOSE, TRIED, FROM = 0.97, 0.93, 0.6  # of the largest torque: a corner that is tried, and where; of the datasheet's
 HOPELESS = 10.0  # readings' scatters of a residual that is of other causes
@@ -80,7 +83,7 @@ FAR_OFF, MUCH = 2.0, 0.1  # readings' scatters of a residual with other causes, 
 POWER_OF_TERM = 0.003  # of the residual's power, that a term must take
 
 
-def fitted(joint: Joint, omega: float, progress: Callable[[str, float], None]) -> Joint:
+def fitted(joint: Joint, omega: float, progress: Progress) -> Joint:
     """The joint with its numbers, terms and lines: the best of fits that begin without and with a hysteresis."""
     fits: list[Joint] = []
     for share, hysteresis in ((0.1, False), (0.4, True)):
@@ -97,8 +100,7 @@ def fitted(joint: Joint, omega: float, progress: Callable[[str, float], None]) -
 def running(joint: Joint, omega: float, lines: Sequence[Pair], hysteresis: bool) -> Joint:
     """The joint with its first numbers: drawn to the log by less and less, then running freely."""
     drawn = replace(started(joint), gains=DRAWN * np.array([omega, omega * omega])).with_lines(*lines)
-    if hysteresis:
-        drawn = _hysteretic(drawn)
+    drawn = _hysteretic(drawn) if hysteresis else drawn
     for gains in (1.0, 1.0, 0.2):
         drawn = solved(replace(drawn, gains=gains * drawn.gains), rms(drawn), 10).aligned()
     return settled(started(replace(drawn, gains=np.zeros(2))))
@@ -109,7 +111,21 @@ def completed(joint: Joint) -> Joint:
     if not np.isfinite(rms(joint)):
         return joint
     joint = with_terms(joint, INSIDE)
-    return nudged(with_corners(with_terms(with_more_lines(shaken(joint)), INSIDE)))
+    return nudged(with_corners(hardened(with_terms(with_more_lines(shaken(joint)), INSIDE))))
+
+
+def hardened(joint: Joint) -> Joint:
+    """The joint whose law stiffens where it fits as well as one that softens: its mirror, about another mean torque."""
+    v, (low, high) = joint.values, reached(joint)
+    if "K1" not in joint.free or v["K1"] <= v["K2"]:
+        return joint
+    T1, side = joint.scales["T1"].first, np.sign(low + high)
+    twist, torque = -side * (T1 / v["K2"] + v["T1"] / v["K1"]), -side * (T1 + v["T1"])
+    load = float(np.mean(np.concatenate([piece.load for piece in joint.pieces])))
+    values = v | {"K1": v["K2"], "K2": v["K1"], "T1": T1, "offset": v["offset"] + twist}
+    values |= {"gravity_" + name: v["gravity_" + name] + torque * float(f(load)) for name, f in WAVES.items()}
+    trial = settled(replace(joint, values=values, starts=joint.starts - np.array([twist, 0.0, 0.0])), MIRRORED)
+    return trial if rms(trial) < SAME * rms(joint) else joint
 
 
 def nudged(joint: Joint) -> Joint:
@@ -183,7 +199,6 @@ class Score:
     """Whitened residual of a joint, and what columns that it lacks would take of it."""
 
     def __init__(self, joint: Joint) -> None:
-        self.joint = joint
         residuals = joint.residuals()
         self.parts = slices([len(one) for one in residuals], len(joint.weights))
         weights = joint.weights
@@ -204,10 +219,8 @@ class Score:
         for i in range(0, white.shape[1], each):
             some = white[:, i : i + each]
             side, matrix = some.T @ self.residual, some.T @ some
-            if not np.all(np.diag(matrix) > 0.0):
-                falls.append(0.0)
-                continue
-            falls.append(float(side @ np.linalg.lstsq(matrix, side, rcond=1e-9)[0]))
+            moves = np.all(np.diag(matrix) > 0.0)
+            falls.append(float(side @ np.linalg.lstsq(matrix, side, rcond=1e-9)[0]) if moves else 0.0)
         return np.array(falls) * len(self.residual) / max(self.power, 1e-300)
 
 
@@ -240,7 +253,8 @@ def with_terms(joint: Joint, names: Sequence[str]) -> Joint:
     """The joint with those of the terms that its residual shows."""
     while gains := shown(joint, names):
         best = max(gains, key=lambda name: gains[name])
-        trial = _with_term(joint, best)
+        more = _hysteretic(joint) if best == "hysteresis" else replace(joint, free=(*joint.free, best))
+        trial = settled(more)
         joint = trial if fell(joint, trial) else joint
         names = [name for name in names if name != best]
     return joint
@@ -280,12 +294,6 @@ def _term_column(joint: Joint, name: str) -> Floats:
         return joint.columns([name])[:, 0]
     little = replace(joint, values=joint.values | {name: SMALL * joint.scales[name].first})
     return np.concatenate([a - b for a, b in zip(joint.residuals(), little.residuals(), strict=True)]) / SMALL
-
-
-def _with_term(joint: Joint, name: str) -> Joint:
-    if name != "hysteresis":
-        return settled(replace(joint, free=(*joint.free, name)), 2)
-    return settled(_hysteretic(joint), 3)
 
 
 def _hysteretic(joint: Joint) -> Joint:
