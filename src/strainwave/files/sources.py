@@ -41,7 +41,8 @@ def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> I
         if motor.inertia is None:
             yield Source("motor.inertia", f"{gear.input_inertia:.4g} kg*m^2", CATALOGUE, "the wave generator alone")
         if spec.hysteresis == CATALOGUE:
-            yield Source("hysteresis", CATALOGUE, CATALOGUE, "fitted to the hysteresis loss; it yields over a quarter")
+            word = (spec.sources or {}).get("hysteresis", CATALOGUE)
+            yield Source("hysteresis", CATALOGUE, word, "fitted to the hysteresis loss; it yields over a quarter")
         if isinstance(spec.load_friction, str):
             yield Source("load_friction", CATALOGUE, CATALOGUE, "from its efficiency")
     if not motor.named:
