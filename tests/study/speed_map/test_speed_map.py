@@ -137,7 +137,7 @@ def test_both_motions_of_a_hysteresis_are_in_the_map_and_the_limit_forbids_by_th
         {True: told.jump_up, False: told.jump_down}, rel=1e-4
     )
     up, down = (f"{speed / RPM:.5g} rpm" for speed in (told.jump_up, told.jump_down))
-    assert f"; the error jumps up at {up} and drops at {down}" in str(found)  # as `response`
+    assert f"jumps up at {up} and drops at {down}" in str(found)  # as `response`
     inside = (found.speeds > told.jump_up) & (found.speeds < told.jump_down)
     assert np.all(found.motions[0, inside] == 2)
     middle = 0.5 * (told.jump_up + told.jump_down)
