@@ -17,7 +17,7 @@ from ..model.controllers.closed_loop import Sampling
 from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
 from ..numerics.operating_point import bracketed_root
-from .loops.linear_control import around_poles, control_response, linear_control
+from .loops.linear_control import LinearControl, around_poles, control_response, linear_control
 from .loops.sampled_loop import SampledLoop, sampled_loop
 from .state_space import StateSpace, state_space
 
@@ -47,7 +47,7 @@ class MotorLoop:
         return state_space(self.train.with_motor(control=FREE), at=self.still, speed=self.closed.speed)
 
     @cached_property
-    def control(self) -> Any:
+    def control(self) -> LinearControl:
         """The linear control."""
         return linear_control(self.train.motor.control, self.closed.at, self._of_control)
 

@@ -23,6 +23,7 @@ from ..numerics.balance.rates import jacobians_at
 
 Names = tuple[str, ...]
 
+INTERNAL = " z"  # in the name of an internal state, as "gear z1"
 ROUNDING = 1e-9  # of the largest pole: a smaller one is at 0
 STEP = 1e-3  # units of the states for differences: x [rad] far inside any law's bends
 DIFFERENCE = 6e-9  # of a state: half of the difference of the torque, as of the rates
@@ -82,10 +83,15 @@ class StateSpace(Result):
         return bool(np.all(self.moving.real < 0.0))
 
     @property
+    def memory(self) -> int:
+        """Number of internal states of laws and of the control."""
+        return sum(INTERNAL in name for name in self.states)
+
+    @property
     def moving(self) -> Complexes:
         """Poles [1/s] but for those at 0 of states that stay where they are."""
-        size, memory = np.abs(self.poles), sum(" z" in name for name in self.states)
-        at_rest = np.sort(size)[:memory] <= ROUNDING * np.max(size, initial=0.0)
+        size = np.abs(self.poles)
+        at_rest = np.sort(size)[: self.memory] <= ROUNDING * np.max(size, initial=0.0)
         return np.asarray(self.poles[np.argsort(size)[int(np.sum(at_rest)) :]])
 
     @property
@@ -190,7 +196,7 @@ def _outputs_by_state(train: DriveTrain, state: Floats, j: int) -> Floats:
 def _unit(name: str) -> str:
     if name in UNITS:
         return UNITS[name]
-    if name.startswith(("x", "coupling")) and " z" not in name:
+    if name.startswith(("x", "coupling")) and INTERNAL not in name:
         return "rad/s" if name.endswith("'") else "rad"
     return ""
 

@@ -25,7 +25,7 @@ from .balance.choice import balance_of
 from .balance.harmonics import grown, most_harmonics, starting_harmonics
 from .balance.rates import periodic
 from .balance.truncation import ORBIT, Tail, tail_along
-from .continuation.passage import linear_start, settled_start
+from .continuation.starts import linear_start, settled_start
 from .continuation.trace import Trace, describe, solve
 from .integration.methods import Dopri5
 from .integration.simulate import simulate

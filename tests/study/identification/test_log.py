@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.study.identification.identified import with_torsion
+from strainwave.study.identification.channels import with_torsion
 
 RNG = np.random.default_rng(7)
 

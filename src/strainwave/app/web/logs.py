@@ -17,7 +17,7 @@ from ...drive.project import Project
 from ...files.logs.names import canonical, named
 from ...files.logs.read import columns_of, read_log
 from ...files.variants.identify_log import IdentifiedLog, identify_log
-from ...study.identification.identified import with_torsion
+from ...study.identification.channels import with_torsion
 from ...study.identification.joint.answer import torsion_of
 from ...study.identification.log import Log
 from ...study.identification.orders.order_scan import order_scan

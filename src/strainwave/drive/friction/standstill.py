@@ -33,6 +33,7 @@ STUCK_INERTIA = 1e12  # times its inertia: a shaft that sticks
 STILL_POLE = 1e-3  # of the largest pole: a smaller one is no motion
 INTEGRATED_SAG = 1e-9  # rad for 1 N*m: deviation of a motor that an integrator holds
 METHOD = Dopri5(rtol=1e-8)
+ANGLE, SPEED = 2, 3  # states of the motor: its deviation [rad] and the rate of it
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,30 +227,40 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     span = 2.0 * pi / fastest
     longest = LONGEST_WAIT / float(np.min(-poles.real[-poles.real > STILL_POLE**2 * fastest], initial=fastest))
     core, T = core_of(train.motor.control), breakaway(train.motor.drag)
-    state[2] += 2.0 * T / torque_of(core, 1.0, 0.0, (0.0,) * states_of(core))  # its torque is twice what breaks it away
-    t, angle, moves, rested = np.zeros(1), state[2:3], np.zeros(1, bool), False
+    state[ANGLE] += 2.0 * T / torque_of(core, 1.0, 0.0, (0.0,) * states_of(core))  # twice what breaks it away
+    t, angle, moves, rested = np.zeros(1), state[[ANGLE]], np.zeros(1, bool), False
     while not rested:
         run = simulate(train, state, (t[-1], t[-1] + span), method=METHOD)
         if not run.status:
             raise SolveError(f"the motion between two stops was not found: {run.status.name}")
-        state, slides = run.y[:, -1], np.abs(run.y[3]) > REST
-        t, angle, moves = np.append(t, run.t), np.append(angle, run.y[2]), np.append(moves, slides)
+        state, slides = run.y[:, -1], np.abs(run.y[SPEED]) > REST
+        t, angle, moves = np.append(t, run.t), np.append(angle, run.y[ANGLE]), np.append(moves, slides)
         rested, span = span >= longest and not np.any(slides), span if np.any(slides) else min(2.0 * span, longest)
         ends = np.flatnonzero(moves[:-1] & ~moves[1:]) + 1
         stops, times = np.append(angle[0], angle[ends]), np.append(0.0, t[ends])
         strokes, slips = np.abs(np.diff(stops)), len(ends)
         if slips and np.max(strokes[-4:]) < SMALLEST_SLIP * np.max(strokes):
-            return nan, nan, False, slips
-        turns = np.diff(stops[-3:])
-        if slips > 5 and np.allclose(strokes[-4:], strokes[-1], rtol=CYCLE_DIFFERENCE) and turns[0] * turns[1] < 0.0:
+            break
+        if _is_cycle(stops):
             return float(times[-1] - times[-3]), float(strokes[-1]) / (2.0 * train.N), True, slips
         if slips >= SLIPS:
-            break
-    else:
-        return nan, nan, False, slips
-    last, moments = stops[SLIPS // 2 :], times[SLIPS // 2 :]
+            period, size = _mean_cycle(stops, times)
+            return period, size / train.N, False, slips
+    return nan, nan, False, slips
+
+
+def _is_cycle(stops: Floats) -> bool:
+    """True if the last slips between stops [rad] are equally long and go to and fro."""
+    strokes, turns = np.abs(np.diff(stops)), np.diff(stops[-3:])
+    equal = len(strokes) > 5 and np.allclose(strokes[-4:], strokes[-1], rtol=CYCLE_DIFFERENCE)
+    return bool(equal and turns[0] * turns[1] < 0.0)
+
+
+def _mean_cycle(stops: Floats, times: Floats) -> tuple[float, float]:
+    """Mean period [s] and size [rad] of the later ones of `SLIPS` slips between stops; nan where they fade or drift."""
+    last, moments, strokes = stops[SLIPS // 2 :], times[SLIPS // 2 :], np.abs(np.diff(stops))
     middle = 0.5 * (np.max(last) + np.min(last))
     turns = moments[1:][(last[1:] - middle) * (last[:-1] - middle) < 0.0]
     if len(turns) < 2 or strokes[-1] < FADING_SHARE * strokes[SLIPS // 2]:
-        return nan, nan, False, slips
-    return 2.0 * float(np.mean(np.diff(turns))), float(np.ptp(last)) / (2.0 * train.N), False, slips
+        return nan, nan
+    return 2.0 * float(np.mean(np.diff(turns))), 0.5 * float(np.ptp(last))

@@ -1,6 +1,6 @@
 """A control of the motor, linear about a state: its matrices, its frequency response, places around its poles."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,21 @@ from ...model.train.controls import inertia_of
 STEP = 1e-6  # of the states of a control, for differences
 
 
-def control_response(parts: tuple[Any, ...], omega: Floats) -> Complexes:
+class LinearControl(NamedTuple):
+    """A control about a state: the torque by_angle x + by_speed v + inertia v' + C z, with z' = A z + B (x, v).
+
+    x and v are the angle as the control sees it [rad] and the motor's speed [rad/s], z its own states.
+    """
+
+    by_angle: float
+    by_speed: float
+    inertia: float
+    A: Floats
+    B: Floats
+    C: Floats
+
+
+def control_response(parts: LinearControl, omega: Floats) -> Complexes:
     """Torques (n, 2) of a `linear_control` against an angle as it sees it, and by its speed against the motor's."""
     by_angle, by_speed, inertia, A, B, C = parts
     s = 1j * omega
@@ -27,14 +41,14 @@ def around_poles(poles: Complexes, places: Floats) -> Floats:
     return np.asarray(omega[omega > 0.0])
 
 
-def control_parts(control: Control) -> tuple[Any, ...]:
+def control_parts(control: Control) -> LinearControl:
     """A control, linear about rest, as `linear_control` gives it."""
     count = states_of(control)
     return linear_control(control, np.zeros(4 + count), np.arange(4 + count) >= 4)
 
 
-def linear_control(control: Control, state: Floats, of_control: Any) -> tuple[Any, ...]:
-    """Derivatives of a control's torque by angle and speed; its inertia; A, B (by both), C of its own states."""
+def linear_control(control: Control, state: Floats, of_control: Any) -> LinearControl:
+    """A control about the state of its drive, by differences; `of_control` marks its own states."""
     z, count = state[of_control], states_of(control)
     start = np.concatenate([state[2:4], z])
 
@@ -50,4 +64,5 @@ def linear_control(control: Control, state: Floats, of_control: Any) -> tuple[An
         return np.array(z_rate_of(control, y[0], y[1], share(control, tuple(y[2:]))), float)
 
     by, own_rates = slopes(torque, 1), slopes(rates, count)
-    return by[0, 0], by[0, 1], float(inertia_of(control)), own_rates[:, 2:], own_rates[:, :2], by[:, 2:]
+    inertia = float(inertia_of(control))
+    return LinearControl(by[0, 0], by[0, 1], inertia, own_rates[:, 2:], own_rates[:, :2], by[:, 2:])

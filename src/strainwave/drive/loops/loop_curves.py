@@ -100,7 +100,7 @@ def _motions(loop: MotorLoop | SampledLoop, longest: float) -> tuple[Floats, Flo
 
 def _begin(plain: MotorLoop) -> Floats:
     """States of the plant behind a step of the reference speed to 1, of which the control's inertia takes a part."""
-    plant, inertia = plain.plant, plain.control[2]
+    plant, inertia = plain.plant, plain.control.inertia
     begin = -1.0 * np.array([name == SPEED for name in plant.states])
     torque = plant.B[:, plant.inputs.index("motor torque")]
     return np.asarray(begin + torque * inertia / (1.0 - inertia * float(begin @ torque)))

@@ -17,7 +17,7 @@ from ...model.controllers.closed_loop import Sampling
 from ...model.train.commanded import COMMANDED
 from ...model.train.controls import Lagged
 from ...model.train.filters import Filtered, apart, around
-from .linear_control import around_poles, control_parts
+from .linear_control import LinearControl, around_poles, control_parts
 
 ZERO_POLE = 1e-7  # of half the rate: a pole that stands for 0
 SLOWER_SPAN = 30.0  # how far the frequencies go below the slowest pole
@@ -39,7 +39,7 @@ class SampledPlant:
     """
 
     def __init__(self, loop: Any, outside: Any, sampling: Sampling) -> None:
-        self.period, self.memory = sampling.period, sum(" z" in name for name in loop.plant.states) + loop.closed.drifts
+        self.period, self.memory = sampling.period, loop.plant.memory + loop.closed.drifts
         A, B, seen = _continuous(loop, control_parts(outside))
         self.A, self.B = held(A, B, sampling.period, sampling.delay)
         self.seen = np.pad(seen, ((0, 0), (0, len(self.A) - len(A))))
@@ -61,11 +61,11 @@ class SampledLoop:
     ----------
     plant : SampledPlant
         What its torque moves.
-    parts : tuple
+    parts : LinearControl
         `control_parts` of what the controller computes.
     """
 
-    def __init__(self, plant: SampledPlant, parts: tuple[Any, ...]) -> None:
+    def __init__(self, plant: SampledPlant, parts: LinearControl) -> None:
         self.plant, self.parts, self.period = plant, parts, plant.period
         self.poles = np.linalg.eigvals(self.closed())
 
@@ -136,9 +136,9 @@ def without_outside(control: Any) -> tuple[Any, Any]:
     return (around(core, **parts) if parts else core), outside
 
 
-def _continuous(loop: Any, outside: tuple[Any, ...]) -> tuple[Floats, Floats, Floats]:
+def _continuous(loop: Any, outside: LinearControl) -> tuple[Floats, Floats, Floats]:
     """Matrices of plant, lag and filters under a torque that is held, and rows of the angle and the speed as seen."""
-    plant, A, C = loop.plant, outside[3], outside[5]  # the last state is the torque that is held
+    plant, A, C = loop.plant, outside.A, outside.C  # the last state is the torque that is held
     augmented = np.block([[plant.A, -np.outer(plant.B[:, 0], C[0])], [np.zeros((len(A), len(plant.A))), A]])
     seen = np.hstack([loop.outputs[[0, 2]], np.zeros((2, len(A) - 1))])
     return augmented[:-1, :-1], augmented[:-1, -1], seen

@@ -100,17 +100,23 @@ class Sureness(NamedTuple):
     load: str = ""
 
     def sentences(self, limit: float | None) -> tuple[str, ...]:
-        """A row for every assumed number, and all of them together against the limit [rad]."""
-        if not self.doubts:
-            return self.lost
+        """A row for every assumed number, and the `conclusions`."""
+        return *(doubt.sentence for doubt in self.doubts), *self.conclusions(limit)
+
+    def conclusions(self, limit: float | None) -> tuple[str, ...]:
+        """All assumed numbers together, where there are any, and why other drives have no answer."""
+        return (self.together(limit), *self.lost) if self.doubts else self.lost
+
+    def together(self, limit: float | None) -> str:
+        """All assumed numbers, of which there is one at least, together against the limit [rad]."""
         ends = " to ".join(number(size / ARCSEC, 3) for size in self.largest)
         whats = f"assumed {listed(doubt.what for doubt in self.doubts)}"
-        together = f"{whats}{' together' if len(self.doubts) > 1 else ''}{self.load}: {ends} arcsec"
+        sentence = f"{whats}{' together' if len(self.doubts) > 1 else ''}{self.load}: {ends} arcsec"
         if limit is not None:
             inside, least = self.largest[1] <= limit, self.largest[0] > limit
             where = "within" if inside else "above" if least else "on both sides of"
-            together += f", {where} the limit of {number(limit / ARCSEC)} arcsec"
-        return *(doubt.sentence for doubt in self.doubts), together, *self.lost
+            sentence += f", {where} the limit of {number(limit / ARCSEC)} arcsec"
+        return sentence
 
     def facts(self, limit: float | None = None) -> tuple[Fact, ...]:
         """The rows, and the ends of the largest oscillation."""
@@ -120,7 +126,7 @@ class Sureness(NamedTuple):
             Fact("how_sure.rows", rows),
             *(Fact(f"how_sure.{key}", size) for key, size in zip(keys[4:], self.largest, strict=True) if self.doubts),
             Fact("", tuple(doubt.row() for doubt in self.doubts), "{}"),
-            Fact("", self.sentences(limit)[len(self.doubts) :], "how sure: {}"),
+            Fact("", self.conclusions(limit), "how sure: {}"),
         )
 
 

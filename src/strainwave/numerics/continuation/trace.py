@@ -98,6 +98,11 @@ class Trace:
         return self.outcome == RUNNING
 
 
+def points_at(points: Floats, value: float) -> list[Floats]:
+    """Points of a branch at one value of the parameter."""
+    return list(points[points[:, -1] == value])
+
+
 def state_from(guess: Floats, width: float) -> Floats:
     """State of a continuation that starts at a guess (coefficients, parameter), the latter in units of `width`."""
     state = np.zeros((ROWS, len(guess)))

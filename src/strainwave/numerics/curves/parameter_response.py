@@ -17,7 +17,7 @@ from ..balance.choice import balance_of
 from ..balance.harmonics import grown, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
-from ..continuation.passage import GROWTH, damped_start, linear_start
+from ..continuation.starts import GROWTH, damped_start, linear_start
 from ..continuation.trace import Trace, describe, solve, trace
 
 INSIDE = 0.01  # of the range: where a sweep starts that has no response at its lower end

@@ -21,7 +21,8 @@ from ..balance.choice import balance_of
 from ..balance.harmonics import grown, is_odd_on, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along, tails_together
-from ..continuation.passage import Coexisting, across
+from ..continuation.coexisting import Coexisting
+from ..continuation.passage import across
 from ..continuation.trace import Trace, describe
 from .separate_motions import with_all_said, with_left_over
 

@@ -9,8 +9,8 @@ from ...base.protocols import Balance
 from ...base.results import GROWS, Branch, Floats, Orbit
 from ...base.sentences import Sentence, Speed
 from ...compile.tree import leaf_of, with_leaf
+from ..continuation.coexisting import Coexisting
 from ..continuation.connected import alike
-from ..continuation.passage import Coexisting
 from ..continuation.trace import Trace
 from ..shooting import find_orbit
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Floats
-from ..balance.condensed.motions import first_order_of
+from ..balance.condensed.disturbances import first_order_of
 from .torus_motion import LARGEST_TURNS, highest
-from .torus_problem import Torus, at_crossings
+from .torus_problem import Torus
 
 STARTS, RESOLVED = 16, 1e-6  # slow angles at first, and the share of the highest waves of a map in the end
 LEAST_STEPS, PER_ORDER, PHASE, FINEST = 24, 16, 0.4, 2048  # steps a turn: per order, and [rad] of what is fastest
@@ -181,3 +181,18 @@ def through(matrices: Floats) -> Floats:
         left = product(maps[..., 1::2], maps[..., : maps.shape[-1] - 1 : 2])
         maps = left if maps.shape[-1] % 2 == 0 else np.concatenate([left, maps[..., -1:]], axis=-1)
     return np.moveaxis(maps[..., 0] * np.exp(mean.sum(axis=1)), 2, 0)
+
+
+def at_crossings(problem: Torus, first: Floats, starts: Floats) -> Torus:
+    """The problem with samples at first angles (n,) of the basis, on ways that begin at second angles (m,) [rad]."""
+    (j, k), (_, q) = problem.basis.tolist()
+    slow = (starts[:, None] / q + first / (problem.ratio * j + k)).ravel()
+    angles = np.array([(np.tile(first, len(starts)) - k * slow) / j, slow])
+    cells, group = np.unique(problem.cells[:, 1], return_inverse=True)
+    ways = np.exp(1j * np.outer(starts, cells))
+    along = np.exp(1j / (j + k / problem.ratio) * np.outer(problem.orders, first))
+    sampled = problem._replace(
+        turned=problem.line_pairs @ angles, slow=slow, memory={}, angles=angles,
+        crossing=(np.concatenate([ways.real, -ways.imag], axis=1), along, [group == i for i in range(len(cells))]),
+    )  # fmt: skip
+    return sampled._replace(still_error=sampled.error(0.0))

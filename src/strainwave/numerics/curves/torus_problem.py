@@ -88,14 +88,35 @@ class Torus(NamedTuple):
     """Balance in the waves `pairs` (P + 1, 2), (0, 0) first, of the coordinates `linear.retained`, block by block.
 
     A block has the mean, the cosines and the sines of x or another coordinate; a point ends with the speed omega.
-    `basis` are the two pairs ((j, k), (0, q)) whose angles make a grid of `shape`, and `cells` (P + 1, 2) how often
-    each wave has them; `lines` (order, cosine, sine) are those of the kinematic error, of the pairs `line_pairs`,
-    `turned` (lines, samples) their angles, `slow` that of the output and `pulls` laws of the load's angle; `plus` and
-    `minus` (P + 1, P + 1) are places of sums and differences
-    of pairs in a spectrum. `synthesis` (2 P + 1, samples) goes from coefficients to samples; it is empty where fast
-    transforms are quicker. A problem of `at_crossings` has its `angles` and tables for these instead.
-    `loose` is the place of a mean that nothing holds among the unknowns, -1 where there is none, and `memory` has the
-    latest point with what it does.
+
+    Attributes
+    ----------
+    part, ratio : LinearPart, float
+        Linear part around its laws, and turns of the motor in one of the output.
+    pulls : tuple of laws
+        Torques against the load of its own angle.
+    pairs, orders : (P + 1, 2) and (P + 1,) arrays
+        Waves, and their frequencies over the speed.
+    basis, cells : (2, 2) and (P + 1, 2) arrays
+        Pairs ((j, k), (0, q)) whose angles make the grid, and how often each wave has them.
+    linear : LinearWaves
+        Dynamic stiffness and forces.
+    lines, line_pairs, turned : (lines, 3), (lines, 2) and (lines, samples) arrays
+        Order, cosine and sine [rad] of the kinematic error's lines, their pairs, and their angles [rad].
+    slow, shape : (samples,) array and tuple of int
+        Angle of the output [rad], and samples of each angle of the grid.
+    synthesis : (2 P + 1, samples) array
+        From coefficients to samples; empty where fast transforms are quicker.
+    plus, minus : (P + 1, P + 1) arrays
+        Places of sums and differences of pairs in a spectrum.
+    still_error : tuple
+        Kinematic error with its derivatives at the samples of a motor that does not deviate.
+    loose : int
+        Place of a mean that nothing holds among the unknowns, or -1.
+    memory : dict
+        The latest point with what it does.
+    angles, crossing : array and tuple
+        Angles and tables of a problem of `at_crossings`, in place of those of a grid.
     """
 
     part: Any
@@ -181,7 +202,10 @@ class Torus(NamedTuple):
         return wave.sum(axis=0), (order * turned).sum(axis=0), -(order * order * wave).sum(axis=0)
 
     def moved(self, z: Floats) -> Motion:
-        """Torques at points (..., coefficients and speed), without what damping makes of the rate of x alone."""
+        """Torques at points (..., coefficients and speed), without what damping makes of the rate of x alone.
+
+        The first coordinate is x; m, the one after those of the laws, is the motor's where the error follows it.
+        """
         blocks, w, part, m = self.blocks(z), z[..., -1:], self.part, len(self.part.laws)
         q, B = self.sampled(blocks), part.gear_damping
         torque, by_speed, by_rate = np.zeros_like(q), np.zeros_like(q), {}
@@ -203,15 +227,19 @@ class Torus(NamedTuple):
         for i, law in enumerate(part.laws[1:], 1):
             torque[i], by_place[i, i] = law.torque(q[i]), law.stiffness(q[i]) + 0.0 * u
         if self.pulls:
-            a = part.load[self.linear.retained]
-            angle = self.slow + np.tensordot(a, q, 1)
-            pull = sum(law.torque(angle) for law in self.pulls)
-            stiff = sum(law.stiffness(angle) for law in self.pulls)
-            for i in np.flatnonzero(a).tolist():
-                torque[i] += a[i] * pull
-                for j in np.flatnonzero(a).tolist():
-                    by_place[i, j] = by_place.get((i, j), 0.0) + a[i] * a[j] * stiff
+            self.pull(q, torque, by_place)
         return Motion(torque, by_place, by_rate, by_speed)
+
+    def pull(self, q: Floats, torque: Floats, by_place: dict[tuple[int, int], Any]) -> None:
+        """Add the torques that follow the load's own angle at samples q (coordinates, ..., n), and derivatives."""
+        a = self.part.load[self.linear.retained]
+        angle, coordinates = self.slow + np.tensordot(a, q, 1), np.flatnonzero(a).tolist()
+        pull = sum(law.torque(angle) for law in self.pulls)
+        stiff = sum(law.stiffness(angle) for law in self.pulls)
+        for i in coordinates:
+            torque[i] += a[i] * pull
+            for j in coordinates:
+                by_place[i, j] = by_place.get((i, j), 0.0) + a[i] * a[j] * stiff
 
     def latest(self, z: Floats) -> tuple[Motion, Any, Any]:
         """Torques of a point, the dynamic stiffness and its derivative: once for each point."""
@@ -355,9 +383,10 @@ def torus(part: Any, ratio: float, lines: Floats, pairs: Any, pulls: tuple[Any, 
     loose = np.flatnonzero(coordinates == part.loose)
     orders, forces = pairs @ turns, waves_of(part.forces(angles[0]), shape, plus[0]).T
     problem = Torus(
-        part, ratio, pulls, pairs, orders, basis, cells, linear_waves(part, coordinates, orders, forces),
-        np.column_stack([of_lines @ turns, lines[:, 2:]]), of_lines, of_lines @ angles, slow, shape, table, plus, minus,
-        (), int(loose[0]) * (2 * len(pairs) - 1) if len(loose) else -1, {},
+        part=part, ratio=ratio, pulls=pulls, pairs=pairs, orders=orders, basis=basis, cells=cells,
+        linear=linear_waves(part, coordinates, orders, forces), lines=np.column_stack([of_lines @ turns, lines[:, 2:]]),
+        line_pairs=of_lines, turned=of_lines @ angles, slow=slow, shape=shape, synthesis=table, plus=plus, minus=minus,
+        still_error=(), loose=int(loose[0]) * (2 * len(pairs) - 1) if len(loose) else -1, memory={},
     )  # fmt: skip
     return problem._replace(still_error=problem.error(0.0))
 
@@ -366,18 +395,3 @@ def synthesis_at(pairs: Any, angles: Floats) -> Floats:
     """Samples (2 P + 1, n) of the mean, the cosines and the sines of waves at angles (2, n) of motor and output."""
     a = pairs[1:] @ angles
     return np.concatenate([np.ones((1, angles.shape[1])), np.cos(a), np.sin(a)])
-
-
-def at_crossings(problem: Torus, first: Floats, starts: Floats) -> Torus:
-    """The problem with samples at first angles (n,) of the basis, on ways that begin at second angles (m,) [rad]."""
-    (j, k), (_, q) = problem.basis.tolist()
-    slow = (starts[:, None] / q + first / (problem.ratio * j + k)).ravel()
-    angles = np.array([(np.tile(first, len(starts)) - k * slow) / j, slow])
-    cells, group = np.unique(problem.cells[:, 1], return_inverse=True)
-    ways = np.exp(1j * np.outer(starts, cells))
-    along = np.exp(1j / (j + k / problem.ratio) * np.outer(problem.orders, first))
-    sampled = problem._replace(
-        turned=problem.line_pairs @ angles, slow=slow, memory={}, angles=angles,
-        crossing=(np.concatenate([ways.real, -ways.imag], axis=1), along, [group == i for i in range(len(cells))]),
-    )  # fmt: skip
-    return sampled._replace(still_error=sampled.error(0.0))

@@ -20,7 +20,7 @@ from ...compile.jit import borrowed, chosen, kernel, kernel_as
 from ...compile.lanes import lane, load, store
 from ...compile.tree import count
 from ..integration.methods import Dopri5, FixedStep
-from ..integration.steps import ORDER, dopri5_step
+from ..integration.steps import ERROR_POWER, LEAST_SQUARE, ORDER, PAST_POWER, SAFETY, dopri5_step
 from .fixed_step import every_lane, march_pairs, march_steps, strobe
 from .pieces import Piece, Whole, about_log2, about_one_over, about_two_to, extreme_between, updated
 
@@ -33,31 +33,25 @@ TURN = 2.0 * math.pi
 FIRST_STEP = TURN / 64.0  # step tried first
 LONGEST_STEP = TURN / 16.0  # largest step: of what begins after a rest, no part of 1/32 turn lies between the stages
 LEAST_STEP = 1e-12  # smallest step [rad]: a lane that needs a smaller one goes no further
-SAFETY = math.log2(0.9)
+SAFETY_LOG = math.log2(SAFETY)  # logarithms are to the base 2
+LEAST_LOG, LARGEST_LOG, LOST_LOG = -2.3, 3.3, -3.3  # of LEAST_FACTOR, LARGEST_FACTOR and LOST_FACTOR
+ERROR_LOG = -13.0  # of the least error that the step control remembers
 
 
 @chosen
 def kept(accept: Any, new: Any, old: Any) -> Any:
-    """Numbers of the tuple `new` (of numbers, or of tuples of numbers) where a step is accepted, else of `old`."""
+    """What is `new`, a number or a tuple of such, where a step is accepted, else what is `old`."""
+    if not hasattr(new, "__len__") or hasattr(new, "dtype"):
+        return _kept_number
     return _kept_items if len(new) else _kept_nothing
 
 
 def _kept_items(accept: Any, new: Any, old: Any) -> Any:
-    return (kept_item(accept, new[0], old[0]), *kept(accept, new[1:], old[1:]))
+    return (kept(accept, new[0], old[0]), *kept(accept, new[1:], old[1:]))
 
 
 def _kept_nothing(accept: Any, new: Any, old: Any) -> Any:
     return ()
-
-
-@chosen
-def kept_item(accept: Any, new: Any, old: Any) -> Any:
-    """`kept` of a tuple, or of a number."""
-    return _kept_tuple if hasattr(new, "__len__") and not hasattr(new, "dtype") else _kept_number
-
-
-def _kept_tuple(accept: Any, new: Any, old: Any) -> Any:
-    return kept(accept, new, old)
 
 
 def _kept_number(accept: Any, new: Any, old: Any) -> Any:
@@ -92,7 +86,7 @@ def begin(
     if period == 0:
         store(lane(system, rows, 0, j).rhs(0.0, y), rows, base + 1 + n, j)
         store(FIRST_STEP + 0.0 * load(rows, base, j), rows, control + 1, j)
-        store(-13.0 + 0.0 * load(rows, base, j), rows, control + 2, j)
+        store(ERROR_LOG + 0.0 * load(rows, base, j), rows, control + 2, j)
         store(budget + 0.0 * load(rows, base, j), rows, control + 3, j)
     if period == settle:
         first = Piece(Whole(), 0.0, y[0], 0.0, 0.0, y[0], 0.0, 0.0, 1.0, y[0])
@@ -104,7 +98,25 @@ def attempt(
     system: System, y0: States, kind: Any, measures: Any, sums: Any, rows: Any, rtol: float, atol: float,
     measuring: float, waiting: Any, j: slice,
 ) -> None:  # fmt: skip
-    """Attempt one step of lane j; a lane at the end of its period takes a step of no length."""
+    """Attempt one step of lane j; a lane at the end of its period takes a step of no length.
+
+    Parameters
+    ----------
+    system, y0, kind, measures, sums
+        What the numbers of a lane are of, in the order of the rows: system, 1/omega, states, rates, sums of measures.
+        `kind` tells which extremes inside a step are looked for.
+    rows : (rows, lanes) array
+        These numbers, and behind them the step control: phase, next step [rad], logarithm of the last error, attempts
+        that are left.
+    rtol, atol : float
+        Relative and absolute tolerance.
+    measuring : float
+        1 where the measures see the step, else 0.
+    waiting : (lanes,) array
+        Becomes 1 for a lane that is not at the end of its period, else 0.
+    j : slice
+        The lane, or all of them.
+    """
     base, n = count(system), count(y0)
     control, part = base + 1 + 2 * n + count(sums), 1.0 / ORDER
     s, per_omega = lane(system, rows, 0, j), load(rows, base, j)
@@ -119,10 +131,11 @@ def attempt(
         scaled = error[i] * about_one_over(atol + rtol * larger(abs(y[i]), abs(y1[i])))
         e = e + scaled * scaled / n
     good, moving = e <= 1.0, left > 0.0
-    size = 0.5 * about_log2(larger(e, 1e-20))
-    grown, shrunk = SAFETY + 0.2 / ORDER * past - 0.85 * part * size, select(e > 1.0, SAFETY - part * size, -3.3)
+    size = 0.5 * about_log2(larger(e, LEAST_SQUARE))
+    grown = SAFETY_LOG + PAST_POWER / ORDER * past - ERROR_POWER * part * size
+    shrunk = select(e > 1.0, SAFETY_LOG - part * size, LOST_LOG)
     power = select(good, grown, shrunk)  # shrunk also where the error is no number
-    next_step = q * about_two_to(smaller(larger(power, select(e == e, -2.3, -3.3)), 3.3))
+    next_step = q * about_two_to(smaller(larger(power, select(e == e, LEAST_LOG, LOST_LOG)), LARGEST_LOG))
     after = smaller(select(good, larger(next_step, select(left > step, 0.0, step)), next_step), LONGEST_STEP)
     end = select(left > step, phase + q, TURN)
     extreme = extreme_between(kind, y, k, y1, k1, h)
@@ -136,7 +149,7 @@ def attempt(
     store(kept(go * measuring > 0.0, sums1, before), rows, base + 1 + 2 * n, j)
     store(new_phase, rows, control, j)
     store(select(moving, after, step), rows, control + 1, j)
-    store(select(go > 0.0, larger(size, -13.0), past), rows, control + 2, j)
+    store(select(go > 0.0, larger(size, ERROR_LOG), past), rows, control + 2, j)
     store(tries, rows, control + 3, j)
     store(select(lost > 0.0, math.nan, load(rows, base + 1, j)), rows, base + 1, j)
     waiting[j] = select(new_phase < TURN, 1, 0)
@@ -179,13 +192,9 @@ class AdaptiveLanes:
     """Adaptive steps, in every lane."""
 
     blocks: ClassVar = 1  # that are worth a chunk of a sweep
+    kernel: ClassVar = staticmethod(march_adaptive)  # of a block
 
     method: Dopri5
-
-    @property
-    def kernel(self) -> Any:
-        """March of a block."""
-        return march_adaptive
 
     def arguments(self, omega: Floats, _: int) -> tuple[Any, Floats]:
         """Arguments of the march, and the times (lanes,) that it counts in."""

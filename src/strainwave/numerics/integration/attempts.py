@@ -206,6 +206,15 @@ def torsion_inside(system: Any, phase: float, s: float, h: float, w: Floats) -> 
     return torsion(system, phase, w[INSIDE])
 
 
+@kernel
+def store(table: Floats, column: int, t: float, w: Floats, start: int) -> None:
+    """Write one sample (time, state, rate) to a column of the table."""
+    n, y, k = length(w), row(w, start), row(w, start + 1)
+    row(table, 0)[column] = t
+    for i in range(n):
+        row(table, 1 + i)[column], row(table, 1 + n + i)[column] = y[i], k[i]
+
+
 DIFFERENCE = 1e-5  # step of the differences that give the rates of what is watched, in units of 1 s and of 1/omega
 
 TINY = 1e-200  # products of rates below it count as rest

@@ -32,11 +32,12 @@ from .attempts import (
     rows,
     shift,
     step,
+    store,
     torsion_inside,
     turned,
     widen,
 )
-from .steps import error_square, slope_weights, weighted
+from .steps import LEAST_FACTOR, LEAST_SQUARE, LOST_FACTOR, SAFETY, error_square, growth, slope_weights, weighted
 
 DONE, DIVERGED, PAUSED, STOPPED = 0, 1, 2, 3
 LEAST_ERROR = math.log(1e-4)  # the step control remembers no smaller error than this
@@ -237,15 +238,6 @@ def first_step(order: int, system: System, omega: float, t: float, w: Floats, rt
     return float(min(100.0 * h0, h1))
 
 
-@kernel
-def store(table: Floats, column: int, t: float, w: Floats, start: int) -> None:
-    """Write one sample (time, state, rate) to a column of the table."""
-    n, y, k = length(w), row(w, start), row(w, start + 1)
-    row(table, 0)[column] = t
-    for i in range(n):
-        row(table, 1 + i)[column], row(table, 1 + n + i)[column] = y[i], k[i]
-
-
 @routine
 def calmed(
     stable: float, system: System, omega: float, t: float, w: Floats, span: float, h: float, h_next: float, calm: float,
@@ -265,7 +257,7 @@ def shortened(h: float, e: float, power: float) -> float:
     """Step to try after one of h whose error is e tolerances: at most 1 where the look inside has rejected it."""
     if e <= 1.0:
         return LOOK_SPACING * h
-    return float(h * (max(0.2, 0.9 * e**-power) if e < BOUND else 0.1))
+    return float(h * (max(LEAST_FACTOR, SAFETY * e**-power) if e < BOUND else LOST_FACTOR))
 
 
 @routine
@@ -297,8 +289,15 @@ def adaptive(
 ) -> Any:  # fmt: skip
     """Integrate from t towards t_end in at most `budget` attempts; record every step, or the samples inside them.
 
-    The state is in the workspace. No step is longer than `longest`. `span` is the length of the whole integration. It
-    stops where a guard becomes negative; `guard` has places for them.
+    `pair` is what `attempt` steps, `order` the power of h that its error grows with, `stable` the length of its real
+    interval of stability and `looks` the fractions of a step at which the system is compared with it. The state is in
+    the workspace, at t of a system with the base frequency omega. h is the first step, 0 where it is to be found,
+    `longest` the longest and `span` the length of the whole integration. `kinks` are breakpoints with the sides of the
+    torsion, and `kink` the one that the state is on, or -1. It stops where a guard becomes negative; `guard` has places
+    for them. Without `samples` it records every step; `filled` columns of the table are full. `peaks` are the largest
+    values since the last sample, `watch` places for them.
+
+    Returns time, next step, kink, full columns, status, and how many steps, rejected ones and switches there were.
     """
     w, look_at, kinks_at, samples_at = rows(workspace), rows(looks), rows(kinks), rows(samples)
     peaks_at, seen_at, table_at, guard_at = rows(peaks), rows(watch), rows(table), rows(guard)
@@ -332,9 +331,8 @@ def adaptive(
             if not t + h > t:
                 status = DIVERGED
             continue
-        # PI control (Hairer & Wanner II, sec. IV.2): 0.9 h (e_old^0.2/e^0.85)^power, with one logarithm for both.
-        log_e = 0.5 * math.log(max(square, 1e-20))
-        h_next = h * min(10.0, max(0.2, 0.9 * math.exp(0.2 / order * old - 0.85 * power * log_e)))
+        log_e = 0.5 * math.log(max(square, LEAST_SQUARE))
+        h_next = h * growth(order, log_e, old)
         old = max(log_e, LEAST_ERROR)
         t1 = t_end if last else t + h
         if kink >= 0:

@@ -6,6 +6,7 @@ and the step in time.
 Butcher tableaus: Dormand & Prince 5(4) with its dense output, and the 8th-order method of DOP853.
 """
 
+import math
 from typing import Any, NamedTuple
 
 from ...base.protocols import System
@@ -15,6 +16,10 @@ from ...compile.jit import chosen, kernel, routine
 from ...compile.tree import axpy, times
 
 ORDER = 5  # power of h that the estimate of the error of Dormand & Prince 5(4) grows with
+
+SAFETY, PAST_POWER, ERROR_POWER = 0.9, 0.2, 0.85  # of `growth`
+LEAST_FACTOR, LARGEST_FACTOR, LOST_FACTOR = 0.2, 10.0, 0.1  # of a step by the next; and where the error is no number
+LEAST_SQUARE = 1e-20  # of an error, whose logarithm is taken
 
 DOP8_C = (
     0.0,
@@ -223,3 +228,13 @@ def bounded(y: Any, bound: float) -> bool:
     for i in range(len(y)):
         good = good and abs(y[i]) < bound
     return good
+
+
+@kernel
+def growth(order: int, error: float, past: float) -> float:
+    """Factor of the next step, from the logarithms of the error of this step and of the last, in tolerances.
+
+    SAFETY (e_past^PAST_POWER/e^ERROR_POWER)^(1/order): PI control (Hairer & Wanner II, sec. IV.2).
+    """
+    factor = SAFETY * math.exp(PAST_POWER / order * past - ERROR_POWER * (1.0 / order) * error)
+    return min(LARGEST_FACTOR, max(LEAST_FACTOR, factor))

@@ -24,7 +24,7 @@ from ...compile.address import ByAddress
 from ...compile.jit import borrowed, kernel_as, run
 from ...compile.tree import with_leaf
 from ..addressed import varied
-from ..balance.condensed.motions import Disturbances
+from ..balance.condensed.disturbances import Disturbances
 from ..balance.first_order import linearised, newton
 from ..balance.fourier import all_orders, synthesis
 from ..balance.linear_algebra import row_times

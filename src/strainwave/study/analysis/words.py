@@ -114,7 +114,7 @@ def how_sure(analysis: "Analysis") -> Sentence:
     """Range for all assumed numbers, or for the damping, which no catalogue prints; "" where it is measured."""
     sure = analysis.project.sureness
     if sure.doubts:
-        together = sure.sentences(analysis.project.limit)[len(sure.doubts)]
+        together = sure.together(analysis.project.limit)
         return Sentence(f"{together[:1].upper()}{together[1:]}.")
     ends, avoid = analysis.other_damping, analysis.avoid
     if any(one.word == "measured" and one.name.startswith("damping.") for one in analysis.project.sources):

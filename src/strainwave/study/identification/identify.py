@@ -12,11 +12,12 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import silent
 from ...model.laws import Coulomb, Parallel, Polynomial, QuadraticDamping
 from ...numerics.integration.methods import MOST_STEPS
+from .channels import channels_of, record_of
 from .discrepancy import discrepancy
 from .driven import Between, lanes_of
 from .experiment import Experiment, Record, change_of, experiment, start_states
 from .fitted import refuse_unidentifiable
-from .identified import Identified, channels_of, record_of
+from .identified import Identified
 from .intervals import Spread, spread
 from .window_fit import DAMPING, EFFECT, LeastSquares, Point, Window, finite, reweighted, small, solve, windows_of
 

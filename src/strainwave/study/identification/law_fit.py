@@ -19,8 +19,9 @@ from ...base.records import Along, Labelled, Result
 from ...base.results import Floats, SolveError
 from ...base.sentences import on_screen, silent
 from ...base.units import ARCSEC
+from .channels import channels_of, row_of
 from .fitted import Fit
-from .identified import START_SAMPLES, Identified, channels_of, row_of
+from .identified import START_SAMPLES, Identified
 from .identify import identify
 
 TIE_ERRORS = 2.0  # standard errors of the difference from the best candidate

@@ -67,7 +67,8 @@ def segments(
     pieces : iterable of slice
         Samples between which none are missing: no stretch goes across.
     tolerance : float
-        Deviation from a straight line, relative to the speed; at slow speeds what noise and `SLOW` allow.
+        Deviation from a straight line, relative to the speed at the same time; at slow speeds `SLOW_SHARE` of the
+        largest speed, or more in noise, is allowed.
 
     Returns
     -------
@@ -265,10 +266,8 @@ class Log(Result):
             If the log has none of this name.
         """
         if name not in self.channels:
-            names = joined(self.channels)
-            raise ValueError(
-                f"the log has no channel {shown(name)}; it has {names}: name one of these, or read it again"
-            )
+            names = f"{joined(self.channels)}: name one of these, or read it again"
+            raise ValueError(f"the log has no channel {shown(name)}; it has {names}")
         return self.channels[name]
 
     def cut(self, start: float = -math.inf, stop: float = math.inf) -> "Log":
@@ -308,7 +307,8 @@ class Log(Result):
         Parameters
         ----------
         tolerance : float
-            Deviation from a straight line, relative to the largest speed.
+            Deviation from a straight line, relative to the speed at the same time; 0.002 of the largest speed, or more
+            in noise, is always allowed.
 
         Returns
         -------
@@ -322,7 +322,7 @@ class Log(Result):
             If the log has neither angle nor speed.
         """
         if not 0.0 < tolerance < 1.0:
-            raise ValueError(f"the tolerance is {tolerance}; give a fraction of the largest speed, as 0.1")
+            raise ValueError(f"the tolerance is {tolerance}; give a fraction of the speed, as 0.1")
         speed, angle = self._motion
         return segments(self.time, speed, angle, self.unbroken(), tolerance)
 
@@ -349,9 +349,7 @@ class Log(Result):
             If there is no such channel.
         """
         if angle is None:
-            angle = (
-                "motor_angle" if "load_angle" not in self.channels and "motor_angle" in self.channels else "load_angle"
-            )
+            angle = next((name for name in ("load_angle", "motor_angle") if name in self.channels), "load_angle")
         rows = slice(None) if part is None else part.rows
         value, turned, time = self.channel(channel)[rows], self.channel(angle)[rows], self.time[rows]
         if channel in self.own:

@@ -61,21 +61,27 @@ class Servo(NamedTuple):
         return self.speed * speed - self.K_v * integrated(self.loop, x, z, self.of_integral)
 
     def driven(self, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
-        """Acceleration [rad/s^2], torque [N*m] and rates of the states, as `controlled` returns them."""
-        x, v = deviation[0], deviation[1] + (1.0 - self.speed) * reference[0]
+        """Acceleration [rad/s^2], torque [N*m] and rates of the states, as `controlled` returns them.
+
+        `reference` is the speed, the acceleration and the angle of the motor's reference. A loop with an inertia H asks
+        for a torque that falls with the acceleration a of the deviation, which follows from the torque itself:
+        T = T_0 - H a with J (a + a_ref) = T_others + T. Solved for it, a = (T_others + T_0 + H a_ref)/(J + H) - a_ref.
+        """
+        speed, aimed, angle = reference
+        x, v = deviation[0], deviation[1] + (1.0 - self.speed) * speed
         states, heavy = share(self.loop, z), inertia_of(self.loop)
-        command = self.command(x, states, reference[0])
+        command = self.command(x, states, speed)
         excess = command - larger(smaller(command, self.fastest), -self.fastest)
         v = v + excess
-        fed = self.fed.torque(reference[2], reference)
+        fed = self.fed.torque(angle, reference)
         given = (*states, (1.0 - self.behind) * fed)
         asked = excitation + self.behind * fed - torque_of(self.loop, x, v, given)
-        asked = asked - heavy * ((torque + asked + heavy * reference[1]) / (J + heavy) - reference[1])
-        bound = smaller(self.limit, polygon(self.speeds, self.torques, abs(deviation[1] + reference[0])))
+        asked = asked - heavy * ((torque + asked + heavy * aimed) / (J + heavy) - aimed)
+        bound = smaller(self.limit, polygon(self.speeds, self.torques, abs(deviation[1] + speed)))
         applied = larger(smaller(asked, bound), -bound)
         acceleration = (torque + applied) / J
         rates = unwound(self.loop, z_rate_of(self.loop, x, v, given), (applied - asked) * self.back, excess)
-        return acceleration, applied - excitation, (deviation[1], acceleration - reference[1], *rates)
+        return acceleration, applied - excitation, (deviation[1], acceleration - aimed, *rates)
 
 
 @chosen

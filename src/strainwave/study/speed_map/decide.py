@@ -244,7 +244,8 @@ def _all_motions(
 ) -> tuple[list[int], list[UnderLoad]]:  # fmt: skip
     """Motions under every load, or under those finished at Ctrl-C, with their numbers.
 
-    Main curves may be `known`. Motions apart from them are tried under the neighbouring loads too.
+    Of `main_curves`, those that are None are still to be computed. Motions apart from them are tried under the
+    neighbouring loads too.
     """
     apart = _apart(len(cases)) if search else None
     by_load: dict[int, UnderLoad] = {}

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.results import Complexes, Floats
-from ...drive.loops.linear_control import around_poles, control_parts, control_response
+from ...drive.loops.linear_control import LinearControl, around_poles, control_parts, control_response
 from ...drive.loops.sampled_loop import SampledLoop, SampledPlant, without_outside
 from ...drive.margins import MotorLoop, peak_sensitivity
 from ...drive.operating_point import mean_state
@@ -68,7 +68,6 @@ class OpenLoop:
         self.sampled: tuple[Any, SampledPlant] | None = None  # by lag and filters, which may be others
         (self.seen, _, self.rate), self.load = loop.outputs, self.plant.C[self.plant.outputs.index("load speed")]
         self.motor, self.torque = self.plant.B[:, 0], self.plant.B[:, self.plant.inputs.index("load torque")]
-        self.memory = sum(" z" in name for name in self.plant.states)
         self.grid = loop.frequencies(POINTS, ABOUT, BEYOND)
         self.answer = self.loop.answer(self.grid)
 
@@ -78,35 +77,40 @@ class OpenLoop:
         waves = self.plant.poles[self.plant.poles.imag > 0.0]
         return float(np.abs(waves)[np.argmax(waves.real / np.abs(waves))]) if len(waves) else 0.0
 
-    def figures(self, parts: tuple[Any, ...], control: Any = None) -> LoopFigures:
+    def figures(self, parts: LinearControl, control: Any = None) -> LoopFigures:
         """Margins and disturbance response with the `control_parts` of a control; a sampled loop needs it itself."""
-        count = len(parts[3])
+        count = len(parts.A)
         poles, vectors = np.linalg.eig(self._closed(parts))
         moving = np.abs(poles) > AT_REST * np.max(np.abs(poles))
-        if np.sum(~moving) > self.memory or np.any(poles[moving].real >= 0.0):
+        if np.sum(~moving) > self.plant.memory or np.any(poles[moving].real >= 0.0):
             return UNSTABLE
         into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
         angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
         lower = np.arange(STEP, np.log(BEYOND * self.grid[0] / np.min(np.abs(poles[moving]))), STEP)
         extra = np.append(around_poles(poles, ABOUT), self.grid[0] * np.exp(-lower))
-        grid = np.concatenate([self.grid, extra])
-        if self.sampling is not None:
-            margins, answered = self._sampled(control, self.sampling), _disturbed(poles[moving], angle, grid)
-            return UNSTABLE if margins is None else LoopFigures(*map(float, (*margins, *answered)))
-        order = np.argsort(grid)
-        grid = grid[order]
-        answer = np.concatenate([self.answer, self.loop.answer(extra)])[order]
-        L = np.sum(control_response(parts, grid) * answer, axis=1)
-        gains, _ = crossings(grid, L)
-        if np.any(np.mod(gains[:, 1], 2.0 * pi) < self.delay * gains[:, 0]):
+        margins = self._sampled(control, self.sampling) if self.sampling else self._delayed(parts, extra)
+        if margins is None:
             return UNSTABLE
-        L *= np.exp(-1j * self.delay * grid)
+        answered = _disturbed(poles[moving], angle, np.concatenate([self.grid, extra]))
+        return LoopFigures(*map(float, (*margins, *answered)))
+
+    def _delayed(self, parts: LinearControl, extra: Floats) -> tuple[float, float, float] | None:
+        """Peak sensitivity, gain and phase margin behind the delay, at `extra` frequencies too; None if unstable."""
+
+        def without_delay(omega: Floats, answer: Complexes) -> Any:
+            return np.sum(control_response(parts, omega) * answer, axis=1)
 
         def loop(omega: Floats) -> Any:
-            delayed = self.loop.answer(omega) * np.exp(-1j * self.delay * omega)[:, None]
-            return np.sum(control_response(parts, omega) * delayed, axis=1)
+            return without_delay(omega, self.loop.answer(omega) * np.exp(-1j * self.delay * omega)[:, None])
 
-        return LoopFigures(*map(float, (*_margins(loop, grid, L), *_disturbed(poles[moving], angle, grid))))
+        grid = np.concatenate([self.grid, extra])
+        order = np.argsort(grid)
+        grid, answer = grid[order], np.concatenate([self.answer, self.loop.answer(extra)])[order]
+        L = without_delay(grid, answer)
+        gains, _ = crossings(grid, L)
+        if np.any(np.mod(gains[:, 1], 2.0 * pi) < self.delay * gains[:, 0]):
+            return None
+        return _margins(loop, grid, L * np.exp(-1j * self.delay * grid))
 
     def _sampled(self, control: Any, sampling: Sampling) -> tuple[float, float, float] | None:
         """Peak sensitivity, gain and phase margin of the sampled loop; None of an unstable one."""
@@ -120,7 +124,7 @@ class OpenLoop:
         L = loop(grid)
         return _margins(loop, grid, L, [-1.0 / L[-1].real])  # half the rate, where L is real
 
-    def _closed(self, parts: tuple[Any, ...]) -> Floats:
+    def _closed(self, parts: LinearControl) -> Floats:
         """Matrix of the closed loop, the states of the control last."""
         by_angle, by_speed, inertia, A, B, C = parts
         heavy = 1.0 + inertia * float(self.rate @ self.motor)

@@ -23,16 +23,22 @@ from .memory import remembers
 from .second_order import Forms, SecondOrderFlow
 from .varying import varies
 
-TOGETHER = 2000  # speeds at once: what they take fits the memory, and a user can interrupt between
+SPEEDS_AT_ONCE = 2000  # what they take fits the memory, and a user can interrupt between
 GRID_SPEEDS = 8  # speeds of one polar grid
-NODES = 33  # speeds at which g is tabulated
-ROUNDS, IDLE = 40, 8  # steps of Newton's method, and those in a row that get no shorter
-MET, SAME = 1e-7, 1e-7  # last relative step of a state, and distance of two that are one
-FINER = 16  # parts of a cell of the table that may hold a state
-BENDS = 2.0  # of the change from row to row: so near to 0 an extremum of |z g| - |push| may hide two states
-CLEAR = 0.3  # share of the distance to the next fixed point within which a transient is taken to end on one
-STILL = 1e-6  # rates relative to omega_0 |z| that vanish
-MOST_ALONE = 60  # starts with such rates of an undamped flow; more are a continuum
+TABLE_SPEEDS = 33  # speeds at which g is tabulated
+NEWTON_STEPS = 40  # steps of Newton's method at most
+IDLE_STEPS = 8  # steps in a row that get no shorter: the search wanders and ends
+LONGEST_STEP = 0.5  # of |z|: a longer step of Newton's method is cut to it
+SHORT_STEP, LEAST_STEP = 1e-9, 1e-14  # of |z|: the last that may get no shorter, and the last of all
+STATE_STEP = 1e-7  # of |z|: the shortest step at a state is no longer
+ROUNDINGS, ROUNDING_STEP = 8.0, 1e-3  # of the hard lines over |z|, which lengthen that step; at most
+SAME_DISTANCE = 1e-7  # of |z|: two states at most so far apart are one
+SAME_START = 1e-6  # of |z|: the same of starts in few samples
+CELL_PARTS = 16  # parts of a cell of the table that may hold a state
+HIDDEN_RISE = 2.0  # of the change from row to row: so near to 0 an extremum of |z g| - |push| may hide two states
+CLEAR_SHARE = 0.3  # share of the distance to the next fixed point within which a transient is taken to end on one
+STILL_RATE = 1e-6  # rates relative to omega_0 |z| that vanish
+STILL_STARTS = 60  # starts with such rates of an undamped flow; more are a continuum
 EPSILON = float(np.finfo(float).eps)
 Found = tuple[Any, Complexes]  # places among the speeds, and states there
 
@@ -73,17 +79,15 @@ class Table:
 def states(flow: Flow, omega: Floats) -> States:
     """All steady states at speeds (n,) [rad/s]; a = 0 where it is one."""
     scan = None if remembers(flow.setting.system.law) else _search(flow, omega)
-    indices, z, stable = list[Any](), list[Complexes](), list[Any]()
-    for i in range(0, len(omega), TOGETHER):
-        part = omega[i : i + TOGETHER]
+    parts: list[Any] = []
+    for i in range(0, len(omega), SPEEDS_AT_ONCE):
+        part = omega[i : i + SPEEDS_AT_ONCE]
         moving = _one_by_one(flow, part) if scan is None else _together(flow.at(part), scan)
-        for at_some, states_there, attract in (moving, _at_rest(flow, part)):
-            indices, z, stable = [*indices, at_some + i], [*z, states_there], [*stable, attract]
-    places = np.concatenate(indices)
-    order = np.lexsort((-np.abs(np.concatenate(z)), places))
-    roots, attract = np.concatenate(z)[order], np.concatenate(stable)[order]
-    count = len(omega)
-    return States(_padded(places[order], count, roots, np.nan), _padded(places[order], count, attract, False))
+        parts += [(places + i, z, stable) for places, z, stable in (moving, _at_rest(flow, part))]
+    places, z, stable = map(np.concatenate, zip(*parts, strict=True))
+    order, count = np.lexsort((-np.abs(z), places)), len(omega)
+    places, z, stable = places[order], z[order], stable[order]
+    return States(_padded(places, count, z, np.nan), _padded(places, count, stable, False))
 
 
 def polished(flow: Flow, z: Complexes) -> Complexes:
@@ -91,22 +95,22 @@ def polished(flow: Flow, z: Complexes) -> Complexes:
     best, size, going = np.full(len(z), np.nan + 0j), np.full(len(z), np.inf), np.arange(len(z))
     idle = np.zeros(len(z), int)  # steps since the shortest one: a state that wanders meets none
     with np.errstate(all="ignore"):
-        for _ in range(ROUNDS):
-            part = replace(flow, setting=flow.setting.of(going))
-            rate, matrix = part.balance(z)
+        for _ in range(NEWTON_STEPS):
+            rate, matrix = _at_places(flow, going).balance(z)
             step = newton_step(matrix, rate)
             length = np.abs(step) / np.abs(z)
             nearer = length < size[going]
             best[going[nearer]], size[going[nearer]] = z[nearer], length[nearer]
             idle[going] = np.where(nearer, 0, idle[going] + 1)
-            keep = np.isfinite(length) & (nearer | (size[going] > 1e-9)) & (length > 1e-14) & (idle[going] < IDLE)
-            z = (z + step * np.minimum(1.0, 0.5 / length))[keep]
+            improves = nearer | (size[going] > SHORT_STEP)
+            keep = np.isfinite(length) & improves & (length > LEAST_STEP) & (idle[going] < IDLE_STEPS)
+            z = (z + step * np.minimum(1.0, LONGEST_STEP / length))[keep]
             going = going[keep]
             if not len(going):
                 break
     # a small z keeps the rounding of hard lines, in sums whose order is that of the processor
-    rounding = 8.0 * EPSILON * np.sum(np.abs(flow.setting.hard), axis=-1) / np.abs(best)
-    return np.where(size <= np.maximum(MET, np.minimum(rounding, 1e-3)), best, np.nan)
+    rounding = ROUNDINGS * EPSILON * np.sum(np.abs(flow.setting.hard), axis=-1) / np.abs(best)
+    return np.where(size <= np.maximum(STATE_STEP, np.minimum(rounding, ROUNDING_STEP)), best, np.nan)
 
 
 def fixed_points(flow: Flow) -> list[complex]:
@@ -123,7 +127,7 @@ def attractor(flow: Flow, z: complex) -> complex | None:
     points = [complex(point * copy) for point in fixed_points(flow) for copy in copies]
     points += [0j] if is_trivial(flow) else []
     points.sort(key=lambda point: abs(point - z))
-    if not points or (len(points) > 1 and abs(points[0] - z) > CLEAR * abs(points[1] - z)):
+    if not points or (len(points) > 1 and abs(points[0] - z) > CLEAR_SHARE * abs(points[1] - z)):
         return None
     return points[0] if is_stable(flow, points[0]) else None
 
@@ -150,19 +154,37 @@ def _search(flow: Flow, omega: Floats) -> Callable[[Any], Found] | None:
 
 def _together(flow: Flow, search: Callable[[Any], Found]) -> tuple[Any, Complexes, Any]:
     """Nontrivial states of a flow at its speeds: their places, the states, whether they attract."""
-    places, z = search(flow)
-    local = replace(flow, setting=flow.setting.of(places))
-    if isinstance(local, SecondOrderFlow) and local.rough is not local.force:  # few samples first, all at the end
-        coarse = polished(local.coarse, z)
-        met = np.isfinite(coarse)
-        good = met | (not remembers(flow.setting.system.law))  # few samples of a kink may keep a state from being met
-        places, z = _distinct(flow, places[good], np.where(met, coarse, z)[good])
-        local = replace(flow, setting=flow.setting.of(places))
+    starts = search(flow)
+    sampled = isinstance(flow, SecondOrderFlow) and flow.rough is not flow.force  # more finely than its coarse flow
+    if sampled:
+        starts = _distinct(flow, *_in_few_samples(flow, *starts))
+    places, z = _distinct(flow, *_in_all_samples(flow, *starts))
+    return places, z, attracts(_at_places(flow, places).stability(z))
+
+
+def _at_places(flow: Any, places: Any) -> Any:
+    """The flow at its speeds in these places."""
+    return replace(flow, setting=flow.setting.of(places))
+
+
+def _in_few_samples(flow: Any, places: Any, z: Complexes) -> Found:
+    """Starts moved to the states of the coarse flow; one that leads to none stays, but for a law with memory.
+
+    Few samples of a kink may keep a state from being met.
+    """
+    moved = polished(_at_places(flow, places).coarse, z)
+    led = np.isfinite(moved)
+    kept = led | (not remembers(flow.setting.system.law))
+    return places[kept], np.where(led, moved, z)[kept]
+
+
+def _in_all_samples(flow: Flow, places: Any, z: Complexes) -> Found:
+    """States to which starts lead, where the flow is sound."""
+    local = _at_places(flow, places)
     z = polished(local, z)
     with np.errstate(all="ignore"):
-        good = np.isfinite(z) & local.sound(z)
-    places, z = _distinct(flow, places[good], z[good])
-    return places, z, attracts(replace(flow, setting=flow.setting.of(places)).stability(z))
+        sound = np.isfinite(z) & local.sound(z)
+    return places[sound], z[sound]
 
 
 def _distinct(flow: Flow, places: Any, z: Complexes) -> Found:
@@ -177,28 +199,23 @@ def _distinct(flow: Flow, places: Any, z: Complexes) -> Found:
     for i, row in enumerate(rows):
         for former in rows[:i]:
             with np.errstate(all="ignore"):
-                row[np.any(np.abs(row * turns - former) < SAME * np.abs(former), axis=0)] = np.nan
+                row[np.any(np.abs(row * turns - former) < SAME_DISTANCE * np.abs(former), axis=0)] = np.nan
     _, places = np.nonzero(np.isfinite(rows))
     return places, rows[np.isfinite(rows)]
 
 
 def _one_by_one(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
     """Nontrivial states of a flow that each speed is searched for by itself."""
-    each = [flow.at(w) for w in omega.tolist()]
-    return _columns([(i, *state) for i, one in enumerate(each) for state in zip(*_alone(one), strict=True)])
+    z, attract = zip(*(_alone(flow.at(w)) for w in omega.tolist()), strict=True)
+    return np.repeat(np.arange(len(z)), list(map(len, z))), np.concatenate(z), np.concatenate(attract)
 
 
 def _at_rest(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
     """States with a = 0."""
-    if flow.setting.at(float(omega[0])).soft != 0.0:
-        return _columns([])
-    each = (flow.at(w) for w in omega.tolist())
-    return _columns([(i, 0j, is_stable(one, 0j)) for i, one in enumerate(each) if is_trivial(one)])
-
-
-def _columns(rows: list[tuple[int, complex, bool]]) -> tuple[Any, Complexes, Any]:
-    index, z, stable = zip(*rows, strict=True) if rows else ((), (), ())
-    return np.array(index, int), np.array(z, complex), np.array(stable, bool)
+    pushed = flow.setting.at(float(omega[0])).soft != 0.0
+    resting = [(i, one) for i, w in enumerate(omega.tolist()) if not pushed and is_trivial(one := flow.at(w))]
+    attract = [is_stable(one, 0j) for _, one in resting]
+    return np.array([i for i, _ in resting], int), np.zeros(len(resting), complex), np.array(attract, bool)
 
 
 def _padded(index: Any, count: int, values: Any, filler: Any) -> Any:
@@ -241,9 +258,9 @@ def _by_polynomial(flow: Any) -> Found:
 
 
 def _table(flow: Any, omega: Floats) -> Table:
-    """Tabulate g over the amplitudes that matter, at every speed or at `NODES` of them."""
+    """Tabulate g over the amplitudes that matter, at every speed or at `TABLE_SPEEDS` of them."""
     lo, hi = float(np.min(omega)), float(np.max(omega))
-    nodes = np.unique(omega) if len(np.unique(omega)) <= NODES else np.linspace(lo, hi, NODES)
+    nodes = np.unique(omega) if len(np.unique(omega)) <= TABLE_SPEEDS else np.linspace(lo, hi, TABLE_SPEEDS)
     ends = [amplitudes(flow.at(w).coarse, RING) for w in {lo, 0.5 * (lo + hi), hi}]
     low, high = min(a[0] for a in ends), max(a[-1] for a in ends)
     a = np.geomspace(low, high, int(np.ceil(RING * np.log10(high / low))))
@@ -260,18 +277,18 @@ def _by_table(many: Any, table: Table) -> Found:
     with np.errstate(all="ignore"):
         pull = table.at(omega)
         cells, at_speed = _near_zero(np.abs(linear + pull) * np.exp(a)[:, None] - push)
-        share = np.linspace(0.0, 1.0, FINER + 1)[:, None]
-        g = linear[at_speed] + _between(pull, cells, at_speed, share)
-        size = a[cells] + share * (a[cells + 1] - a[cells])
+        parts = np.linspace(0.0, 1.0, CELL_PARTS + 1)[:, None]
+        g = linear[at_speed] + _between(pull, cells, at_speed, parts)
+        size = a[cells] + parts * (a[cells + 1] - a[cells])
         value = np.abs(g) * np.exp(size) - push[at_speed]
         row, j = _near_zero(value)
-        share = value[row, j] / (value[row, j] - value[row + 1, j])
-        share = np.where((share >= 0.0) & (share <= 1.0), share, 0.5)
-        start = np.exp(size[row, j] * (1.0 - share) + size[row + 1, j] * share)
-        direction = soft[at_speed[j]] / (g[row, j] * (1.0 - share) + g[row + 1, j] * share)
+        zero = value[row, j] / (value[row, j] - value[row + 1, j])  # its place in a part, from 0 to 1
+        zero = np.where((zero >= 0.0) & (zero <= 1.0), zero, 0.5)
+        start = np.exp(size[row, j] * (1.0 - zero) + size[row + 1, j] * zero)
+        direction = soft[at_speed[j]] / (g[row, j] * (1.0 - zero) + g[row + 1, j] * zero)
         z = start * direction / np.abs(direction)  # z g = push in a state
-    good = np.isfinite(z)
-    return at_speed[j][good], z[good]
+    finite = np.isfinite(z)
+    return at_speed[j][finite], z[finite]
 
 
 def _by_grid(flow: SecondOrderFlow) -> Found:
@@ -283,11 +300,11 @@ def _by_grid(flow: SecondOrderFlow) -> Found:
     places, z = [linear], [weak[linear]]
     order = np.argsort(np.abs(flow.setting.hard).sum(axis=-1), kind="stable")  # alike in the amplitudes that matter
     for chunk in np.array_split(order, -(-len(order) // GRID_SPEEDS)):
-        local_flows = (replace(rough, setting=rough.setting.of(int(i))) for i in chunk)
+        local_flows = (_at_places(rough, int(i)) for i in chunk)
         ends = [a[[0, -1]] for a in (amplitudes(local, ROWS_PER_DECADE) for local in local_flows)]
         low, high = np.min(ends), np.max(ends)
         a = np.geomspace(low, high, math.ceil(ROWS_PER_DECADE * math.log10(high / low)))
-        rows, starts = scanned(replace(rough, setting=rough.setting.of(chunk)), a)
+        rows, starts = scanned(_at_places(rough, chunk), a)
         places, z = [*places, chunk[rows]], [*z, starts]
     return np.concatenate(places), np.concatenate(z)
 
@@ -296,8 +313,8 @@ def _by_scan(flow: Any) -> Found:
     """Starts at one speed where the phase matters: in few samples, and the one of a nearly linear drive."""
     rough, s = flow.coarse, flow.setting
     starts = scanned(rough, amplitudes(rough, ROWS_PER_DECADE))[1]
-    still = np.abs(rough.balance(starts)[0]) < STILL * s.omega_0 * np.abs(starts)
-    if s.mu == 0.0 and np.count_nonzero(still) > MOST_ALONE:
+    still = np.abs(rough.balance(starts)[0]) < STILL_RATE * s.omega_0 * np.abs(starts)
+    if s.mu == 0.0 and np.count_nonzero(still) > STILL_STARTS:
         raise SolveError(
             Sentence(
                 "without damping every small amplitude is a steady state at omega = {}; give the drive damping, or go "
@@ -307,7 +324,7 @@ def _by_scan(flow: Any) -> Found:
         )
     z = list[complex]()
     for point in polished(rough, starts).tolist():
-        if np.isfinite(point) and all(abs(point - other) > 1e-6 * abs(other) for other in z):
+        if np.isfinite(point) and all(abs(point - other) > SAME_START * abs(other) for other in z):
             z.append(point)
     # whose amplitude may lie below all that is scanned
     weak = complex(newton_step(flow.jacobian(0j), np.array(complex(flow.rates(0j)))))
@@ -320,7 +337,7 @@ def _near_zero(value: Floats) -> tuple[Any, Any]:
     rise = np.diff(value, axis=0)
     crossed = value[1:] * value[:-1] <= 0.0
     steep = np.maximum(np.abs(rise[1:]), np.abs(rise[:-1]))
-    turns = (rise[1:] * rise[:-1] <= 0.0) & (np.abs(value[1:-1]) < BENDS * steep)
+    turns = (rise[1:] * rise[:-1] <= 0.0) & (np.abs(value[1:-1]) < HIDDEN_RISE * steep)
     crossed[:-1] |= turns
     crossed[1:] |= turns
     row, column = np.nonzero(crossed)

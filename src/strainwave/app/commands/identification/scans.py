@@ -16,7 +16,7 @@ from ....files.yaml_text import FileError, Problem, complaint
 from ....model.orders import Turn, order_map
 from ....plot.fits import order_scan_panels
 from ....plot.svg import WIDTH, stacked
-from ....study.identification.identified import channels_of, with_torsion
+from ....study.identification.channels import channels_of, with_torsion
 from ....study.identification.log import Log
 from ....study.identification.orders.error_scan import error_scan as error_scanned
 from ....study.identification.orders.order_result import OrderLine, OrderScan

@@ -25,8 +25,8 @@ from ..linear_part import STRENGTH, Around, clean_mean, floating, several_at, st
 from ..piecewise import is_piecewise_linear
 from ..springs import springs_for
 from . import motions
+from .disturbances import Disturbances, disturbances
 from .gear import gear_of
-from .motions import Disturbances, disturbances
 from .pencil import Pencil, add_entries, add_stiffness, condense, to_complex, to_real
 
 LIGHT = 130  # unknowns up to which NumPy follows some curves sooner than machine code (30 s) is made

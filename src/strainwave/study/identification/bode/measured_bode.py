@@ -13,7 +13,7 @@ from ....base.quantities import array_of, choice, complex_numbers, number, numbe
 from ....base.records import Along, Labelled, Result
 from ....base.results import Complexes, Floats
 from ....model.train.controls import HERTZ
-from ..identified import even_step
+from ..channels import even_step
 from .measured_margins import MeasuredMargins, measured_margins
 
 Quantity = Literal["plant", "open loop", "closed loop"]
