@@ -80,9 +80,11 @@ class OpenLoop:
     def figures(self, parts: LinearControl, control: Any = None) -> LoopFigures:
         """Margins and disturbance response with the `control_parts` of a control; a sampled loop needs it itself."""
         count = len(parts.A)
-        poles, vectors = np.linalg.eig(self._closed(parts))
+        closed = self._closed(parts)
+        poles, vectors = np.linalg.eig(closed)
         moving = np.abs(poles) > AT_REST * np.max(np.abs(poles))
-        if np.sum(~moving) > self.plant.memory or np.any(poles[moving].real >= 0.0):
+        drifts = not np.any(closed[:, self.plant.states.index("motor deviation")])
+        if np.sum(~moving) > self.plant.memory + drifts or np.any(poles[moving].real >= 0.0):
             return UNSTABLE
         into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
         angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
