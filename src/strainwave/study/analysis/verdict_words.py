@@ -121,7 +121,8 @@ def _sentence(analysis: "Analysis", verdict: Verdict) -> Sentence:
     if verdict.fault:
         text = "Not all right: {}, so that the drive reaches none of the motions that are computed here without it."
         return Sentence(text, _begun(verdict.fault))
-    begin = "Not all right" if verdict.answer is Answer.NOT else "All right at all speeds"
+    steady = verdict.exceeded or verdict.speeds or not words.of_move(analysis)  # what fails, if not the move alone
+    begin = "Not all right" if verdict.answer is Answer.NOT and steady else "All right at all speeds"
     if verdict.answer is Answer.BUT:
         begin = "OK except " + ranges(verdict.speeds)
     sentence = Sentence("{}: {}; {}.", begin, _oscillation(analysis), torque_text(analysis, verdict))
