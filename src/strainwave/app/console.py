@@ -24,8 +24,7 @@ from shlex import quote
 from textwrap import wrap
 from threading import Event, Thread
 from time import monotonic
-from types import TracebackType
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,9 +80,7 @@ class Progress:
         compile_beside()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.over.set()
         if self.bar is not None:
             self.bar.stop()
@@ -172,60 +169,48 @@ def reported(title: str, facts: Sequence[Fact], as_json: bool, *more: str) -> st
 
 
 # Calls that sentences of the library name, and what a project file or a command has in their place.
-NO_PYTHON = (
-    (
-        re.compile(
-            r", drive_run a motion in time, and system\(reduced=True\) the error equation without its other parts|"
-            r"; drive_run has its motion in time|"
-            r" or tail, or a method of less accuracy, such as Dopri5\(rtol=1e-6\)|"
-            r", or (take find_orbit\(SteadyTrain\(train, omega\)\)|integrate with simulate)"
-        ),
-        "",
+NO_PYTHON = {
+    r", drive_run a motion in time, and system\(reduced=True\) the error equation without its other parts": "",
+    r"; drive_run has its motion in time": "",
+    r" or tail, or a method of less accuracy, such as Dopri5\(rtol=1e-6\)": "",
+    r", or (take find_orbit\(SteadyTrain\(train, omega\)\)|integrate with simulate)": "",
+    r"\bintegrate it with simulate\b": "leave out the lines of the output's turn",
+    r", or give a sampled controller as `loop` of sw\.compensate": "",
+    r"\bgive limits=MotorLimits\(torque\) or max_torque": "write 'max_torque: 3 N*m' into the group motor",
+    r"\b(simulate from other states shows|isolas with resonance=PRIMARY looks for) them( from random starts)?": (
+        "strainwave speed-map looks for them from random starts"
     ),
-    (re.compile(r"\bintegrate it with simulate\b"), "leave out the lines of the output's turn"),
-    (re.compile(r", or give a sampled controller as `loop` of sw\.compensate"), ""),
-    (
-        re.compile(r"\bgive limits=MotorLimits\(torque\) or max_torque"),
-        "write 'max_torque: 3 N*m' into the group motor",
-    ),
-    (
-        re.compile(
-            r"\b(simulate from other states shows|isolas with resonance=PRIMARY looks for) them( from random starts)?"
-        ),
-        "strainwave speed-map looks for them from random starts",
-    ),
-)
+}
 # The same, and the options of the commands.
-CALLS = (
-    (re.compile(r"\bat_speed\(\.\.\.\)"), "--speed"),
-    (re.compile(r"\bcolumns=\['time', 'load_angle', \.\.\.\]"), "--columns time,load_angle,..."),
-    (re.compile(r"\bNone for one to leave out\b"), "- for one to leave out"),
-    (re.compile(r"\bgive a name or None for each\b"), "give a name or - for each"),
-    (re.compile(r"\bjoint= says of which joint, columns= which\b"), "--joint says of which joint, --column which"),
-    (re.compile(r"\bcolumns=\{'time': \.\.\.\}, or rate\b"), "--column time=..., or --rate"),
-    (re.compile(r"\bunits= says"), "--unit says"),
-    (re.compile(r"(?<![\w./-])trim=0(?![\w.])"), "--trim 0"),
-    (re.compile(r"`load_angles` of sw\.compensate, --load-angle of the command"), "--load-angle"),
-    (
-        re.compile(r"\bgive one, such as Trapezoid\(angle, time\), or a `move` in the project file"),
-        "write 'trapezoid, angle: 90 deg, time: 0.6 s' after the project file, or a group move into it",
+CALLS = {
+    r"\bat_speed\(\.\.\.\)": "--speed",
+    r"\bcolumns=\['time', 'load_angle', \.\.\.\]": "--columns time,load_angle,...",
+    r"\bNone for one to leave out\b": "- for one to leave out",
+    r"\bgive a name or None for each\b": "give a name or - for each",
+    r"\bjoint= says of which joint, columns= which\b": "--joint says of which joint, --column which",
+    r"\bcolumns=\{'time': \.\.\.\}, or rate\b": "--column time=..., or --rate",
+    r"\bunits= says": "--unit says",
+    r"(?<![\w./-])trim=0(?![\w.])": "--trim 0",
+    r"`load_angles` of sw\.compensate, --load-angle of the command": "--load-angle",
+    r"\bgive one, such as Trapezoid\(angle, time\), or a `move` in the project file": (
+        "write 'trapezoid, angle: 90 deg, time: 0.6 s' after the project file, or a group move into it"
     ),
-)
+}
 GIVEN = re.compile(r"(?<![\w./-])(unit|column)s=(\{[^{}]*\})")
 
 
 def without_calls(sentence: str) -> str:
     """A sentence of the library for somebody without Python: calls that it names give way to what they have."""
-    for call, words in NO_PYTHON:
-        sentence = call.sub(words, sentence)
+    for call, words in NO_PYTHON.items():
+        sentence = re.sub(call, words, sentence)
     return sentence
 
 
 def in_options(sentence: str, command: Any = None) -> str:
     """A sentence of the library with options in place of its calls, where the command has these."""
     typed = sentence = without_calls(sentence)
-    for call, option in CALLS:
-        typed = call.sub(option, typed)
+    for call, option in CALLS.items():
+        typed = re.sub(call, option, typed)
     typed = GIVEN.sub(_pairs_as_typed, typed)
     available = None if command is None else {option for one in command.params for option in one.opts}
     named = set(re.findall(r"(?<!\S)--[a-z-]+", typed)) - set(re.findall(r"(?<!\S)--[a-z-]+", sentence))
@@ -247,15 +232,12 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]
 
 
 FULL = "free some space or choose another place; what was there before is unchanged"
-REMEDIES = {
-    errno.ENOSPC: FULL,
-    getattr(errno, "EDQUOT", errno.ENOSPC): FULL,
-    errno.EFBIG: FULL,
+TAKEN = "a file stands where a folder is to go; choose another place"
+REMEDIES = dict.fromkeys((errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EFBIG), FULL) | {
     errno.ENAMETOOLONG: "choose a shorter path",
     errno.EACCES: "change its rights or choose another place",
     errno.EROFS: "choose another place",
-    errno.EEXIST: "a file stands where a folder is to go; choose another place",
-    errno.ENOTDIR: "a file stands where a folder is to go; choose another place",
+    **dict.fromkeys((errno.EEXIST, errno.ENOTDIR), TAKEN),
 }
 WRITTEN: list[Path] = []  # folders with results of this process
 LAST = "report.html"  # moved last: where it stands, the files that belong to it are there
@@ -319,25 +301,17 @@ def _remove(folders: list[Path]) -> None:
 
 
 def write_all(folder: Path, contents: Mapping[str, Any]) -> None:
-    """Write all files at once, by name: texts, columns as of `write_csv`, and objects with `write`."""
+    """Write all files at once, by name: texts, bytes, columns as of `write_csv`, and objects with `write`."""
     with staged(folder) as part:
         for name, content in contents.items():
             if isinstance(content, str):
                 (part / name).write_text(content.removesuffix("\n") + "\n", encoding="utf-8", newline="\n")
+            elif isinstance(content, bytes):
+                (part / name).write_bytes(content)
             elif isinstance(content, list):
                 write_csv(part / name, content)
             else:
                 content.write(part / name)
-
-
-class Copied(NamedTuple):
-    """A file that is written as it is."""
-
-    source: Path
-
-    def write(self, path: Path) -> None:
-        """Write it."""
-        path.write_bytes(self.source.read_bytes())
 
 
 def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:
@@ -364,9 +338,8 @@ def as_csv(header: list[str], rows: Iterable[Iterable[Any]]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
-    writer.writerows(
-        [f"{cell:.8g}".replace("nan", "") if isinstance(cell, float) else cell for cell in row] for row in rows
-    )
+    for row in rows:
+        writer.writerow([f"{cell:.8g}".replace("nan", "") if isinstance(cell, float) else cell for cell in row])
     return text.getvalue()
 
 

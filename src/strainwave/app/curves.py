@@ -131,6 +131,5 @@ def curve_columns(speeds: Speeds, curve: Branch, sizes: dict[str, Floats]) -> li
     """Columns of a response curve in arc order: speed, sizes, first harmonics of x, stability."""
     harmonics = range(1, min(9, curve.coefficients.shape[1] // 2) + 1)
     amplitudes = [(f"amplitude_{k}_rad", curve.amplitude(k)) for k in harmonics]
-    return [
-        *speed_columns(speeds, curve.omega), *sizes.items(), *amplitudes, ("stable", curve.stable.astype(float)),
-    ]  # fmt: skip
+    stable = "stable", curve.stable.astype(float)
+    return [*speed_columns(speeds, curve.omega), *sizes.items(), *amplitudes, stable]

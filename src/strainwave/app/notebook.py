@@ -53,11 +53,8 @@ def card(subject: Any) -> str:
     Numbers of a project are those of its file, with the source of each; angles of others are in arcsec.
     """
     if sources := getattr(subject, "sources", ()):
-        return _card(
-            str(subject),
-            ("number", "value", "source"),
-            [(one.name, sign(one.value.replace("^", "**")), one.word) for one in sources],
-        )
+        given = [(one.name, sign(one.value.replace("^", "**")), one.word) for one in sources]
+        return _card(str(subject), ("number", "value", "source"), given)
     units = NUMBERS if hasattr(subject, "series") else {}
     numbers = [(name, getattr(subject, name), unit) for name, unit in units.items()] or parameters(subject)
     rows = [(name, *_shown(name, value, unit)) for name, value, unit in numbers if value is not None]

@@ -11,6 +11,8 @@ from typing import Any
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 AT_MOTOR = " at the motor"  # shaft of a speed in a text
 
+Progress = Callable[[str, float], None]  # of a stage and a share
+
 
 def silent(*_: Any) -> None:
     """Progress of which nobody is told: the default of an argument `progress`."""

@@ -113,9 +113,8 @@ class ErrorSpec(Group):
         if any(isinstance(line.order, groups.OrderPair) for line in self.kinematic_error):
             yield Wrong(("kinematic_error",), "has a line of the output's turn, and gears of a design differ in ratio")
         if any(line.per_torque or not line.alike for line in self.kinematic_error):
-            yield Wrong(
-                ("kinematic_error",), "depends on torque or direction, and a design has many; write one amplitude"
-            )
+            fault = "depends on torque or direction, and a design has many; write one amplitude"
+            yield Wrong(("kinematic_error",), fault)
 
 
 class SpecificationSpec(Group):

@@ -30,11 +30,8 @@ def with_loop(text: str, control: Any) -> str | None:
         return None
     core, about = apart(control)
     kept, kinds = tuple(f"motor.loop.{name}" for name in about), {n: r.kind for n, r in rows_of(core.__class__).items()}
-    changes = [
-        (_span(text, value), groups.YOURS)
-        for name, value in _pairs(_of(root, "sources"))
-        if name.value.startswith("motor.loop") and not name.value.startswith(kept)
-    ]
+    named = [(name.value, value) for name, value in _pairs(_of(root, "sources")) if not name.value.startswith(kept)]
+    changes = [(_span(text, value), groups.YOURS) for name, value in named if name.startswith("motor.loop")]
     if any(_of(loop, key) for key in BY_BANDWIDTH):
         changes += [*_gains(text, loop, core, kinds), *_without_scatter(text, root)]
     else:

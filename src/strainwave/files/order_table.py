@@ -351,9 +351,8 @@ def _merged(lines: Sequence[Line], turns: float) -> tuple[Line, ...]:
     for line in lines:
         order = line.order * turns
         if abs(order - round(order)) > ORDER_TOLERANCE * max(1.0, order):
-            raise ValueError(
-                f"order {line.order:.6g} is {order:.6g} on the turn of the table, no whole number; leave it out"
-            )
+            fault = f"order {line.order:.6g} is {order:.6g} on the turn of the table, no whole number; leave it out"
+            raise ValueError(fault)
         groups.setdefault(round(order), []).append(line)
     merged = []
     for order, (line, *others) in sorted(groups.items()):

@@ -62,9 +62,8 @@ def project_text(
         return _of_project(source)
     train = checked(source)
     if not isinstance(train.reference, Steady):
-        raise ValueError(
-            f"a project file has constant speeds, and this train follows {train.reference}; use it in Python"
-        )
+        fault = f"a project file has constant speeds, and this train follows {train.reference}; use it in Python"
+        raise ValueError(fault)
     text = _file(
         title=title or None,
         gear=schema.ExplicitGear(ratio=train.N, law=train.law),

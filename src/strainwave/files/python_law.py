@@ -85,9 +85,8 @@ def _class(given: object, folder: Path) -> Any:
 
 
 def _is_law(thing: object) -> bool:
-    return (
-        isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields") and hasattr(thing, "torque")
-    )
+    named = isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields")
+    return named and hasattr(thing, "torque")
 
 
 def _module(path: Path) -> ModuleType:

@@ -137,9 +137,8 @@ def _kind(item: Schema) -> str:
             return f"pair of {' and '.join(map(_kind, item['prefixItems']))}"
         return f"list of {_kind(item['items'])}"
     if "anyOf" in item and "properties" not in item:
-        return ", ".join(
-            sorted({"name" if "enum" in form and len(form["enum"]) > 9 else _kind(form) for form in item["anyOf"]})
-        )
+        kinds = {"name" if "enum" in form and len(form["enum"]) > 9 else _kind(form) for form in item["anyOf"]}
+        return ", ".join(sorted(kinds))
     return {"object": "group", "string": "text"}.get(item.get("type", ""), "")
 
 

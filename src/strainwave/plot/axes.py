@@ -154,9 +154,8 @@ def _draw(axes: Any, panel: Panel, named: dict[str, Any], letters: int) -> None:
     width = axes.get_window_extent().width * 72.0 / axes.figure.dpi
     places = width * (np.array([note.x for note in headings]) - left) / (right - left)
     for text, middle, row in placed_above(headings, places, width, 5.0):
-        axes.annotate(
-            text, (middle / width, 1.0), (0, 3 + 9 * row), "axes fraction", "offset points", fontsize=8, ha="center"
-        )
+        foot, shift = (middle / width, 1.0), (0, 3 + 9 * row)
+        axes.annotate(text, foot, shift, "axes fraction", "offset points", fontsize=8, ha="center")
 
 
 def _curve(axes: Any, curve: Curve, across: float, up: float, label: str) -> Any:
@@ -169,12 +168,8 @@ def _curve(axes: Any, curve: Curve, across: float, up: float, label: str) -> Any
     dashes = (0, tuple(float(part) / max(1.0, curve.width) for part in curve.dash.split())) if curve.dash else "-"
     look = {"color": curve.colour, "lw": curve.width, "ls": dashes, "label": label}
     if curve.marker:
-        look |= {
-            "marker": curve.marker,
-            "ms": 4.0 if curve.marker == "." else 6.0,
-            "mfc": curve.face or None,
-            "ls": "none",
-        }
+        size = 4.0 if curve.marker == "." else 6.0
+        look |= {"marker": curve.marker, "ms": size, "mfc": curve.face or None, "ls": "none"}
     elif np.any(np.isinf(x)):
         return axes.axhline(y[0], **look)
     elif np.any(np.isinf(y)):

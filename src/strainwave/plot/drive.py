@@ -69,9 +69,8 @@ def fine(response: DriveResponse) -> DriveResponse:
     speed, size = np.ptp(curve.omega), np.max(np.ptp(table, axis=0))
     if not (speed > 0.0 and size > 0.0):
         return response
-    points = _between(np.column_stack([curve.omega / speed, table / size])) * np.array(
-        [speed, *[size] * table.shape[1]]
-    )
+    scales = np.array([speed, *[size] * table.shape[1]])
+    points = _between(np.column_stack([curve.omega, table]) / scales) * scales
     points[::PARTS] = np.column_stack([curve.omega, table])
     seams = np.diff(curve.omega) == 0.0  # of two arcs, between which no line is drawn
     points[1:].reshape(-1, PARTS, points.shape[1])[seams, :-1] = np.nan
@@ -241,16 +240,14 @@ def _torque(panel: Panel, project: Project | None, drive: DriveResponse, extras:
         response = case.drive
         _case(panel, extras, response.omega, response.torque, response.stable)
     draw_exact(panel, _method(project, drive, extras), drive.omega, drive.torque, drive.stable)
-    if project is None or project.gear is None:
+    gear = None if project is None else project.gear
+    if gear is None:
         return
     top = max(float(np.max(case.torque)) for case in (drive, *(case.drive for case in extras.cases)))
-    limits = {
-        "repeated peak torque": (project.gear.repeated_peak_torque, "8 3"),
-        "momentary torque": (project.gear.momentary_torque, DOTS),
-    }
-    for name, (limit, dash) in limits.items():
+    repeated, momentary = (gear.repeated_peak_torque, "8 3"), (gear.momentary_torque, DOTS)
+    for name, (limit, dash) in {"repeated peak torque": repeated, "momentary torque": momentary}.items():
         if limit is not None and limit < LIMIT_REACH * top:
-            panel.level(limit, BLACK, f"{name} of {project.gear.name}", dash)
+            panel.level(limit, BLACK, f"{name} of {gear.name}", dash)
 
 
 def _motor(sheet: MotorLimits, panel: Panel, drive: DriveResponse, extras: Drawn) -> None:

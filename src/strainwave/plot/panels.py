@@ -137,10 +137,6 @@ class Panel:
     cells: Cells | None = None
     caption: Sequence[str] = ()  # sentences below the figure
 
-    def __post_init__(self) -> None:
-        self.x = Axis(self.x) if isinstance(self.x, str) else self.x
-        self.y = Axis(self.y) if isinstance(self.y, str) else self.y
-
     def line(
         self, x: ArrayLike, y: ArrayLike, colour: str = BLUE, label: str = "", dash: str = "", width: float = 1.6
     ) -> None:
@@ -206,11 +202,11 @@ class Panel:
                 name = label and label + names[look]
                 self.line(x[a : b + 1], y[a : b + 1], colour, name, dashes[look], widths[look])
 
-    def share(self, values: Floats, colour: str, label: str = "", dash: str = "", width: float = 1.8) -> None:
+    def share(self, values: Floats, colour: str, label: str = "", dash: str = "") -> None:
         """Add the cumulative distribution of values: the share [%] of all that is below each finite one."""
         good = np.sort(values[np.isfinite(values)])
         share = 100.0 * np.arange(1, len(good) + 1) / len(values)
-        self.line(np.repeat(good, 2), [0.0, *np.repeat(share, 2)[:-1]], colour, label, dash, width)
+        self.line(np.repeat(good, 2), [0.0, *np.repeat(share, 2)[:-1]], colour, label, dash, 1.8)
 
     def fit(self, spread: float = 30.0, room: float = 1.08) -> None:
         """Scale the upright axis from zero, or logarithmically where heights in `xlim` differ over `spread` times."""
@@ -232,9 +228,8 @@ class Panel:
     @property
     def empty(self) -> bool:
         """True for a panel that shows nothing."""
-        return self.cells is None and not any(
-            np.any(np.isfinite(c.x)) and np.any(np.isfinite(c.y)) for c in self.curves
-        )
+        drawn = (np.any(np.isfinite(c.x)) and np.any(np.isfinite(c.y)) for c in self.curves)
+        return self.cells is None and not any(drawn)
 
 
 def _scale(values: list[Floats], limits: Ends, log: bool) -> tuple[float, float, bool]:

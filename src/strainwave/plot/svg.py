@@ -67,10 +67,9 @@ def beside(
 
 def _crossed(left: float, base: float, width: float, lines: Sequence[tuple[Floats, Floats]]) -> int:
     """Number of points of the lines in the box of a text."""
-    return sum(
-        int(np.sum((x > left) & (x < left + width) & (y > base - ROW) & (y < base + 3.0)))
-        for x, y in (_dense(*line) for line in lines)
-    )
+    curves = (_dense(*line) for line in lines)
+    inside = ((x > left) & (x < left + width) & (y > base - ROW) & (y < base + 3.0) for x, y in curves)
+    return sum(int(np.sum(points)) for points in inside)
 
 
 def _dense(x: Floats, y: Floats) -> tuple[Floats, Floats]:
@@ -187,9 +186,8 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
     svg.append("</svg>")
     for c in panel.curves:
         if c.marker:
-            svg += [
-                _marker(u, v, c) for u, v in zip(across(c.x), up(c.y), strict=True) if -1 < u < w + 1 and -1 < v < h + 1
-            ]
+            pixels = zip(across(c.x), up(c.y), strict=True)
+            svg += [_marker(u, v, c) for u, v in pixels if -1 < u < w + 1 and -1 < v < h + 1]
     svg += _notes(panel, across, up, (w, h))
     return "".join(svg) + "</g>"
 

@@ -77,9 +77,8 @@ def check_versions(path: Path, begun: Mapping[str, Any], current: Mapping[str, A
     versions = ([f"strainwave {of.get('strainwave')}", *of.get("installed", ())] for of in (begun, current))
     for before, now in zip(*versions, strict=False):
         if before != now:
-            raise ValueError(
-                f"{path} was begun with {before}, this is {now}; finish it with that version, or give another path"
-            )
+            fault = f"{path} was begun with {before}, this is {now}; finish it with that version, or give another path"
+            raise ValueError(fault)
 
 
 def _named(path: Path, axis: str) -> str:

@@ -115,19 +115,19 @@ def compute(job: Job, first: int, values: Mapping[str, Floats]) -> Part:
     count = len(next(iter(values.values())))
     apart = by_path(job.system, values)
     pieces = _by_halves(job, first, apart) if job.whole_chunks else _one_by_one(job, first, apart)
-    variables, message = job.variables, ""
+    variables, message = job.variables or (), ""
     status = np.zeros(count, np.uint8)
-    arrays: dict[str, Array] = {}
+    arrays = {variable.name: variable.empty(count) for variable in variables}
     estimates: dict[str, float] = {}
     for places, result in pieces:
         try:
             if isinstance(result, BaseException):
                 raise result
             dataset = _as_arrays(result, len(places), job.whole_chunks)
-            variables = variables or tuple(_variable(name, *item) for name, item in dataset.items())
-            _check_names(variables, dataset)
-            if not arrays:
+            if not variables:
+                variables = tuple(_variable(name, *item) for name, item in dataset.items())
                 arrays = {variable.name: variable.empty(count) for variable in variables}
+            _check_names(variables, dataset)
             for variable in variables:
                 array, _, attributes = dataset[variable.name]
                 arrays[variable.name][places] = _fitting(variable, array)
@@ -137,9 +137,7 @@ def compute(job: Job, first: int, values: Mapping[str, Floats]) -> Part:
             shape = isinstance(error, _AnotherShape)
             status[places] = PointStatus.ANOTHER_SHAPE if shape else PointStatus.RAISED
             message = message or _sentence(first + places[0], described(values, places[0]), error)
-    if variables and not arrays:
-        arrays = {variable.name: variable.empty(count) for variable in variables}
-    return Part(variables or (), arrays, status, message, estimates)
+    return Part(variables, arrays, status, message, estimates)
 
 
 def lost(job: Job, first: int, values: Mapping[str, Floats], why: str) -> Part:

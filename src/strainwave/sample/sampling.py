@@ -183,9 +183,8 @@ class GridPoints:
 
     def __init__(self, axes: Mapping[str, Any]) -> None:
         if not axes:
-            raise ValueError(
-                f"the grid is {shown(axes)}; it must be a dict of path to values, as in {{'law.K': [1, 2]}}"
-            )
+            fault = f"the grid is {shown(axes)}; it must be a dict of path to values, as in {{'law.K': [1, 2]}}"
+            raise ValueError(fault)
         self.axes = {named(key): numbers(f"grid[{key!r}]", values, largest=inf) for key, values in axes.items()}
         self.dims = self.paths = tuple(self.axes)
         self.shape = tuple(len(axis) for axis in self.axes.values())
@@ -236,9 +235,8 @@ class SamplePoints:
         return {p: np.asarray(law.quantile(shares[i]), float) for i, (p, law) in enumerate(self.laws.items())}
 
 
-Points = (
-    GridPoints | SamplePoints | TablePoints
-)  # of a sweep: names and lengths of the dimensions, values of a stretch of points
+# Points of a sweep: names and lengths of the dimensions, values of a stretch of points.
+Points = GridPoints | SamplePoints | TablePoints
 
 
 class _SobolShares:

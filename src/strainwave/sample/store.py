@@ -137,50 +137,40 @@ class SweepStore:
     def _create(self, store: Any, axes: Mapping[str, Floats], attributes: dict[str, Any]) -> None:
         self.group = zarr.open_group(store, mode="w", zarr_format=3, attributes=attributes | {"format": FORMAT})
         for path, values in axes.items():
-            self._array(path, values.shape, values.shape, "float64", np.nan, (path,), {"units": self.units[path]})
+            form = {"shape": values.shape, "chunks": values.shape, "dtype": "float64", "fill_value": np.nan}
+            self._array(path, (path,), {"units": self.units[path]}, **form)
             self._opened(path)[:] = values
         for path in () if axes else self.units:  # of a sample: every point has its own
             self._over_points(path, (), (), "float64", np.nan, {"units": self.units[path]})
         self._over_points(STATUS, (), (), "uint8", int(PointStatus.NOT_COMPUTED), STATUS_ATTRIBUTES)
         n = self.layout.chunks
-        self._array(MESSAGE, (n, LETTERS), (1, LETTERS), "uint8", 0, ("chunk", "letter"), {})
-        self._array(DONE, (n,), (1,), "uint8", 0, ("chunk",), {"long_name": "1 where a chunk is complete"})
+        byte, complete = {"dtype": "uint8", "fill_value": 0}, {"long_name": "1 where a chunk is complete"}
+        self._array(MESSAGE, ("chunk", "letter"), {}, shape=(n, LETTERS), chunks=(1, LETTERS), **byte)
+        self._array(DONE, ("chunk",), complete, shape=(n,), chunks=(1,), **byte)
 
     def _over_points(
         self, name: str, dims: tuple[str, ...], shape: tuple[int, ...], dtype: str, fill: Any, attributes: Any
     ) -> None:
         full, block = (*self.layout.shape, *shape), (*self.layout.block, *shape)
-        self._array(name, full, block, dtype, fill, (*self.dims, *dims), attributes)
+        form = {"shape": full, "chunks": block, "dtype": dtype, "fill_value": fill}
+        self._array(name, (*self.dims, *dims), attributes, **form)
 
-    def _array(
-        self,
-        name: str,
-        shape: tuple[int, ...],
-        chunks: tuple[int, ...],
-        dtype: str,
-        fill: Any,
-        dims: tuple[str, ...],
-        attributes: dict[str, Any],
-    ) -> None:
-        self.group.create_array(
-            name, shape=shape, chunks=chunks, dtype=dtype, fill_value=fill, attributes=attributes, dimension_names=dims,
-            compressors=[Crc32cCodec()], overwrite=True,
-        )  # fmt: skip
+    def _array(self, name: str, dims: tuple[str, ...], attributes: dict[str, Any], **form: Any) -> None:
+        """Make an array of a form: shape, chunks, dtype, fill_value."""
+        form |= {"dimension_names": dims, "attributes": attributes}
+        self.group.create_array(name, compressors=[Crc32cCodec()], overwrite=True, **form)
 
     def declare(self, variables: tuple[Variable, ...]) -> None:
         """Make the arrays of the variables, once it is known what the measure returns."""
         self._check_room(variables)
         with self.one_error("written"):
-            for variable in variables:
-                self._over_points(
-                    variable.name, variable.dims, variable.shape, variable.dtype, variable.fill, variable.attributes
-                )
+            for v in variables:
+                self._over_points(v.name, v.dims, v.shape, v.dtype, v.fill, v.attributes)
             if self.estimated:
-                shape = (self.layout.chunks, len(variables))
-                self._array(ESTIMATE, shape, (1, shape[1]), "float64", np.nan, ("chunk", "variable"), {})
-            self.group.attrs["variables"] = [
-                [v.name, v.dtype, list(v.dims), list(v.shape), v.attributes] for v in variables
-            ]
+                form = {"shape": (self.layout.chunks, len(variables)), "chunks": (1, len(variables))}
+                self._array(ESTIMATE, ("chunk", "variable"), {}, dtype="float64", fill_value=np.nan, **form)
+            described: Any = [[v.name, v.dtype, list(v.dims), list(v.shape), v.attributes] for v in variables]
+            self.group.attrs["variables"] = described
         self.variables = variables
 
     def _check_room(self, variables: tuple[Variable, ...]) -> None:
@@ -202,22 +192,19 @@ class SweepStore:
         with self.one_error("written"):
             if self.dims == ("point",):
                 for path, numbers in values.items():
-                    self._write(path, region, numbers)
+                    self._opened(path)[region] = numbers
             for name, array in part.arrays.items():
-                self._write(name, region, array.reshape(*shape, *array.shape[1:]))
+                self._opened(name)[region] = array.reshape(*shape, *array.shape[1:])
             if part.estimates:
-                self._write(ESTIMATE, chunk, [part.estimates.get(v.name, np.nan) for v in self.variables or ()])
+                self._opened(ESTIMATE)[chunk] = [part.estimates.get(v.name, np.nan) for v in self.variables or ()]
             if part.message:
                 letters = part.message.encode()[:LETTERS]
-                self._write(MESSAGE, chunk, np.frombuffer(letters.ljust(LETTERS, b"\0"), np.uint8))
-            self._write(STATUS, region, part.status.reshape(shape))
+                self._opened(MESSAGE)[chunk] = np.frombuffer(letters.ljust(LETTERS, b"\0"), np.uint8)
+            self._opened(STATUS)[region] = part.status.reshape(shape)
             self.failed[chunk] = int(np.count_nonzero(part.status))
             if not np.any(part.status == PointStatus.LOST):
-                self._write(DONE, slice(chunk, chunk + 1), [1])
+                self._opened(DONE)[chunk : chunk + 1] = [1]
                 self.done[chunk] = True
-
-    def _write(self, name: str, region: Any, values: Any) -> None:
-        self._opened(name)[region] = values
 
     def _opened(self, name: str) -> Any:
         if name not in self.arrays:

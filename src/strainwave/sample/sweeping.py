@@ -22,7 +22,7 @@ from ..base.above import above
 from ..base.archive import version
 from ..base.quantities import checked, positive_count, shown, whole
 from ..base.results import Floats, Interrupted
-from ..base.sentences import silent
+from ..base.sentences import Progress, silent
 from ..compile.lanes import LANES
 from ..drive.project import Project
 from ..numerics.ensemble.ensemble import ensemble
@@ -105,7 +105,7 @@ def sweep(
     seed: int = 0,
     units: Mapping[str, str] | None = None,
     retune: bool = False,
-    progress: Callable[[str, float], None] = silent,
+    progress: Progress = silent,
 ) -> xr.Dataset:
     """Measure a system, or a project, at every point of a grid or a sample.
 
@@ -206,7 +206,7 @@ class _Run:
 
     def __init__(
         self, job: Job, layout: Layout, points: Points, store: SweepStore, units: dict[str, str],
-        progress: Callable[[str, float], None],
+        progress: Progress,
     ) -> None:  # fmt: skip
         self.job, self.layout, self.points, self.kept, self.units = job, layout, points, store, units
         self.computed, self.left = 0, int((~store.done).sum())
@@ -235,9 +235,8 @@ class _Run:
     def _check_units(self, variables: tuple[Variable, ...]) -> None:
         names = [variable.name for variable in variables]
         if unknown := [name for name in self.units if name not in names]:
-            raise ValueError(
-                f"units has {shown(unknown[0])}, which the measure does not return; it returns {', '.join(names)}"
-            )
+            fault = f"units has {shown(unknown[0])}, which the measure does not return; it returns {', '.join(names)}"
+            raise ValueError(fault)
 
     def _named(self, name: str) -> dict[str, Any]:
         return {"units": self.units[name]} if name in self.units else {}

@@ -98,10 +98,10 @@ def _checked(paths: Sequence[Path], as_json: bool) -> str:
     if as_json:
         rows = [{"valid": True, "title": project.title, "notes": project.notes} for project in projects]
         return to_json(rows[0] if len(rows) == 1 else {str(path): row for path, row in zip(paths, rows, strict=True)})
-    return "\n".join(
-        "\n".join([f"{path}: valid", str(project), *(f"  note: {note}" for note in project.notes)])
-        for path, project in zip(paths, projects, strict=True)
-    )
+    lines = list[str]()
+    for path, project in zip(paths, projects, strict=True):
+        lines += [f"{path}: valid", str(project), *(f"  note: {note}" for note in project.notes)]
+    return "\n".join(lines)
 
 
 def _read_all(paths: Sequence[Path]) -> list[Project]:

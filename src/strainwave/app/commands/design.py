@@ -1,6 +1,6 @@
 """`strainwave design`: the gears and motors that meet a specification, as numbers, CSV, figure and project files."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -54,9 +54,10 @@ def design(specification: Path, output: Path, gears: Path | None, retune: bool, 
 def _write(result: Design, output: Path, added: Mapping[str, Gear], gears: Path | None) -> list[str]:
     """Write tables, figure, JSON and the front as project files, and return their names."""
     feasible = data(result.facts())["feasible"]
+    unjudged = {name: f"not judged: {reason}" for name, reason in result.not_judged.items()}
     texts = {
         CSV: as_csv(list(feasible[0]) if feasible else ["gear"], [row.values() for row in feasible]),
-        REJECTED: as_csv(["gear", "reason"], [*result.rejected.items(), *_not_judged(result)]),
+        REJECTED: as_csv(["gear", "reason"], (dict(result.rejected) | unjudged).items()),
         JSON: reported(result.specification.title, result.facts(), True),
     }
     if result.feasible:
@@ -68,8 +69,3 @@ def _write(result: Design, output: Path, added: Mapping[str, Gear], gears: Path 
         texts[gears.name] = text_of(gears, "gear file")
     write_all(output, texts)
     return list(texts)
-
-
-def _not_judged(result: Design) -> Iterator[tuple[str, str]]:
-    """Rows of the gears of which a number is missing."""
-    return ((name, f"not judged: {reason}") for name, reason in result.not_judged.items())

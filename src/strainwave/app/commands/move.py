@@ -42,9 +42,8 @@ CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
 @json_option
 def move(
     project: Path, profile: tuple[str, ...], output: Path, start: str | None, payload: str | None, window: str | None,
-    bands: tuple[tuple[str, str], ...], limited: bool, avoid: bool, postures: bool, delimiter: str | None,
-    decimal: str | None,
-    as_json: bool,
+    bands: tuple[tuple[str, str], ...], limited: bool, avoid: bool, postures: bool, as_json: bool,
+    **dialect: str | None,
 ) -> None:  # fmt: skip
     """Move the load along PROFILE: error, settling, torques.
 
@@ -55,7 +54,7 @@ def move(
     """
     drive = read_project(project)
     try:
-        parts = [profile_part(text, delimiter=delimiter, decimal=decimal) for text in profile]
+        parts = [profile_part(text, **dialect) for text in profile]
         carried = {} if payload is None else {"payload": of_fields(payload, f"{{{payload}}}", PAYLOAD, "payload")}
     except WrongText as error:
         raise click.BadParameter(str(error)) from None

@@ -55,17 +55,10 @@ def swept(
             project, axes, store=output, workers=workers, chunk=chunk, client=connected, retune=retune,
             progress=progress.show,
         )  # fmt: skip
-    report = spans(data) | {
-        "title": project.title,
-        "store": str(output),
-        "remarks": [
-            *filter(None, [data.attrs["tuning"]]),
-            *project.notes,
-            *load_remark(project),
-            *doubts(project, axes),
-        ],
-        "tuning": data.attrs["tuning"],
-    }
+    tuned = data.attrs["tuning"]
+    remarks = [*filter(None, [tuned]), *project.notes, *load_remark(project), *doubts(project, axes)]
+    about = {"title": project.title, "store": str(output), "remarks": remarks, "tuning": tuned}
+    report = spans(data) | about
     counts = "jumping", "truncated"
     click.echo(to_json(report) if as_json else summary(report, partial(_placed, project.speeds), counts))
 
@@ -90,9 +83,8 @@ def axis(text: str) -> tuple[str, list[str]]:
     """Read "load.inertia=1 kg*m^2:2 kg*m^2:5", with ":log" for even ratios, or "gear=CSG-40-50,SHG-40-50"."""
     name, equals, values = map(str.strip, text.partition("="))
     if not equals or not values:
-        raise click.BadParameter(
-            f"{text!r} is no grid; write it as load.inertia=1 kg*m^2:2 kg*m^2:5 or gear=CSG-40-50,SHG-40-50"
-        )
+        fault = f"{text!r} is no grid; write it as load.inertia=1 kg*m^2:2 kg*m^2:5 or gear=CSG-40-50,SHG-40-50"
+        raise click.BadParameter(fault)
     parts = [part.strip() for part in values.split(":")]
     if len(parts) == 1:
         return name, [part.strip() for part in values.split(",")]

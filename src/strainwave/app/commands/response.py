@@ -127,9 +127,8 @@ def _remarks(project: Project) -> list[str]:
     speeds = project.speeds
     if speeds.single:
         ends = _speeds([speeds.own(omega) for omega in speeds.limits], " to ")
-        texts.append(
-            f"The file gives single speeds: the curve goes from {ends} {speeds.own_unit}, a fifth beyond them."
-        )
+        curve = f"the curve goes from {ends} {speeds.own_unit}, a fifth beyond them"
+        texts.append(f"The file gives single speeds: {curve}.")
     return texts
 
 
@@ -163,11 +162,8 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
         table = as_csv(list(rows[0]), [row.values() for row in rows])
         write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(result, figure)})
     written = f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}"
-    click.echo(
-        to_json({"drives": rows, "remarks": result.remarks})
-        if as_json
-        else "\n".join([*lines(result.facts()), written])
-    )
+    text = "\n".join([*lines(result.facts()), written])
+    click.echo(to_json({"drives": rows, "remarks": result.remarks}) if as_json else text)
     if stop is not None:
         raise stop
 

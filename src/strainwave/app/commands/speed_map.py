@@ -69,9 +69,7 @@ def write(result: SpeedMap, folder: Path, name: str = "") -> None:
     of_load = {"load torque": "load_N_m", "load inertia": "load_kg_m2"}.get(result.load_name, result.load_name)
     axis, unit = result.axis, result.axis.unit.replace("/", "_per_")
     of_speed = "motor_speed_rpm" if axis.by_motor else f"forcing_{unit}"
-    cells = [
-        (of_load, load.ravel()), (of_speed, speed.ravel() * axis.scale),
-    ]  # fmt: skip
+    cells = [(of_load, load.ravel()), (of_speed, speed.ravel() * axis.scale)]
     for variable, (dims, values, unit_of_values) in result.variables().items():
         if dims[-2:] == ("load", "speed"):
             heads = [NAMES.get(variable, variable)]

@@ -168,9 +168,8 @@ def files(result: article.Reproduction, second_order: bool) -> dict[str, Any]:
     body = [f"<p>{escape(line)}</p>" for line in (*header(), f"Rule: {result.rule}.")]
     for (title, rows), name in zip(titled.items(), ("table-3", *(f"table-4-{slug(key)}" for key in SETS)), strict=True):
         contents[f"{name}.csv"] = as_csv(list(KEYS), [row.values() for row in rows])
-        body.append(
-            f"<h2>{escape(title)}</h2>{html_table(shown(rows, second_order)[0], shown(rows, second_order)[1:])}"
-        )
+        heads, *cells = shown(rows, second_order)
+        body.append(f"<h2>{escape(title)}</h2>{html_table(heads, cells)}")
     body += [f'<p class="note">{escape(why[0].upper() + why[1:])}.</p>' for why in reasons(titled)]
     body.append(f"<h2>Formulas</h2>{html_table(FORM_HEADS, FORMS)}")
     for name, title, panels, height, note in (

@@ -30,10 +30,8 @@ def reduction(project: Project) -> tuple[Fact, ...]:
     once = not any(order % 1 for order in orders_of(system))
     mean, orders, torque, error = forcing_lines(system) if once else (0.0, (), np.zeros(0), 0.0)
     sizes = np.abs(torque / system.J + (np.array(orders) * system.omega) ** 2 * error)
-    rows = tuple(
-        (Fact("order", k, "order"), Fact("A_rad_per_s2", size, "A"))
-        for k, size in zip(orders, sizes.tolist(), strict=True)
-    )
+    amplitudes = zip(orders, sizes.tolist(), strict=True)
+    rows = tuple((Fact("order", k, "order"), Fact("A_rad_per_s2", size, "A")) for k, size in amplitudes)
     return (
         Fact("subject", "the error equation" if project.whole is None else "the whole drive train", "subject: {}"),
         Fact("", motor, "its error equation has {}, the gear and a rigid load"),
@@ -55,9 +53,8 @@ def derivation_page(steps: Derivation, title: str, facts: Sequence[Fact]) -> str
 
 
 def _section(part: Steps) -> str:
-    rows = "\n".join(
-        f"<tr><th>{escape(name)}</th><td><math>{formula}</math></td></tr>" for name, formula in part.mathml()
-    )
+    row = "<tr><th>{}</th><td><math>{}</math></td></tr>"
+    rows = "\n".join(row.format(escape(name), formula) for name, formula in part.mathml())
     return (
         f'<h2>{escape(part.title)}</h2>\n<div class="scroll"><table><tbody>\n{rows}\n</tbody></table></div>\n'
         f"<details><summary>LaTeX</summary><pre>{escape(part.aligned())}</pre></details>\n"

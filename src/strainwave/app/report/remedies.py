@@ -80,10 +80,11 @@ def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
 
 def _effect(remedy: Remedy, speed: float) -> str:
     shifted = abs(remedy.at / speed - 1.0) > NO_EFFECT and remedy.ratio > NO_EFFECT
-    speed_text = ", at " + _speed(remedy.at) + " instead of " + _speed(speed) if shifted else ""
+    speed_text = ", at " + bare_speed(remedy.at) + " instead of " + bare_speed(speed) if shifted else ""
     within = ", within the limit" if remedy.exceeds is False else ""
     return f"{remedy}: {number(100.0 * (1.0 - remedy.ratio), 2)} % less oscillation{within}" + speed_text
 
 
-def _speed(omega: float) -> Speed:
-    return Speed(omega, digits=4, bare=True)
+def bare_speed(*omega: float, ways: tuple[int, ...] = ()) -> Speed:
+    """Speeds without their unit, for ends of bands."""
+    return Speed(*omega, digits=4, between=" to ", bare=True, ways=ways)

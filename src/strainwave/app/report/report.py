@@ -3,7 +3,7 @@
 The page of a comparison: one table and one figure of several drives, in a file that needs nothing else.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from html import escape
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy as np
 from ...base.archive import version
 from ...base.facts import table
 from ...base.results import Floats
-from ...base.sentences import silent
+from ...base.sentences import Progress, silent
 from ...base.units import Speeds
 from ...compile.jit import light_as_python
 from ...drive.project import Project
@@ -76,7 +76,7 @@ def write(
     folder: str | Path | None = None,
     *,
     sections: Sequence[Any] = SECTIONS,
-    progress: Callable[[str, float], None] = silent,
+    progress: Progress = silent,
 ) -> Report:
     """Analyse a drive and write report.html, appendix.html, results.json and CSV files of its curves into a folder.
 
@@ -162,9 +162,7 @@ def comparison_page(compared: ProjectComparison, figure: str) -> str:
     """Write the HTML page of `strainwave compare` and its figure (SVG), the smallest oscillation first."""
     order = np.argsort(compared.oscillation).tolist()
     heads, *cells = table([compared.row(i) for i in order])
-    named = [
-        [f"{i + 1}: {title}", *row] for i, (title, *row) in zip(order, cells, strict=True)
-    ]  # as the figure has them
+    named = [[f"{i + 1}: {title}", *row] for i, (title, *row) in zip(order, cells, strict=True)]  # as in the figure
     passed = sum(verdict.answer is Answer.ALL_RIGHT for verdict in compared.verdicts)
     first, *rows = zip(heads, *named, strict=True)
     return _page(len(order), passed, html_table(first, rows), figure, NOTE)

@@ -149,7 +149,7 @@ def cell(view: View, key: str, value: Any) -> str:
         return ", ".join(f"{name}: {cell(view, key, one)}" for name, one in value.items())
     if isinstance(value, list):
         return ", ".join(cell(view, key, one) for one in value) or "–"
-    if not _is_number(value):
+    if isinstance(value, bool) or not isinstance(value, int | float):
         return number(value)
     if key.endswith("rad_per_s"):
         return view.write(Speed(value, digits=5, bare=True))
@@ -159,10 +159,6 @@ def cell(view: View, key: str, value: Any) -> str:
     if SHARE.search(key):
         return (Share if 0.001 < value <= 1.0 else str)(percent(value, 3))
     return number(value, digits)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _at(row: Any, path: str) -> Any:

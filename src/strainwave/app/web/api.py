@@ -27,16 +27,13 @@ from .workers import Abandoned, Work, Workers
 
 Handler = Callable[[Request], Awaitable[Response]]
 OF_STATE, RESPONSE = Work("state", "of_state"), Work("views", "response")
-JOBS = {
-    "speed-map": Work("views", "mapped"),
-    "compensation": Work("goals", "compensated"),
-    "tuning": Work("goals", "tuned"),
-    "report": Work("exports", "report_of"),
+JOBS = {  # what a page waits for, in words, and its work
+    "speed-map": ("a speed map", Work("views", "mapped")),
+    "compensation": ("a compensation", Work("goals", "compensated")),
+    "tuning": ("a tuning", Work("goals", "tuned")),
+    "report": ("a report", Work("exports", "report_of")),
+    "identify": ("an identification", Work("logs", "identified")),
 }
-WORDS = {
-    "speed-map": "a speed map", "compensation": "a compensation", "tuning": "a tuning", "report": "a report",
-    "identify": "an identification",
-}  # fmt: skip
 
 
 class Answer(NamedTuple):
@@ -141,7 +138,7 @@ class Jobs:
     def _awaited(self, job: Job) -> str:
         """Sentence on the jobs that a job waits for."""
         ahead = [one for one in self._jobs.values() if one.state in ("waiting", "running")]
-        kinds = [WORDS.get(one.kind, "a job") for one in ahead[: ahead.index(job)]]
+        kinds = [JOBS[one.kind][0] if one.kind in JOBS else "a job" for one in ahead[: ahead.index(job)]]
         return " ".join(["waiting for", " and ".join(kinds), "of this page or of another"]) if kinds else "starting"
 
     def cancel(self, name: str) -> Job | None:
@@ -260,7 +257,7 @@ async def identify(request: Request) -> Response:
     state = requests.parsed(first, requests.OfState).state
     await _computed(request, OF_STATE, bool, state)
     jobs: Jobs = request.app.state.jobs
-    work = OF_STATE, Work("logs", "identified")
+    work = OF_STATE, JOBS["identify"][1]
     return JSONResponse({"id": jobs.begin("identify", *work, state, _name(request), content, columns)}, 201)
 
 
@@ -270,7 +267,7 @@ async def begin(request: Request) -> Response:
     jobs: Jobs = request.app.state.jobs
     await _computed(request, OF_STATE, bool, body.state)
     args = (body.search, list(body.loads)) if body.kind == "speed-map" else ()
-    return JSONResponse({"id": jobs.begin(body.kind, OF_STATE, JOBS[body.kind], body.state, *args)}, 201)
+    return JSONResponse({"id": jobs.begin(body.kind, OF_STATE, JOBS[body.kind][1], body.state, *args)}, 201)
 
 
 async def job(request: Request) -> Response:

@@ -1,10 +1,10 @@
 """Files that the page exports: the Python script of a session, and the report."""
 
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 from textwrap import indent
 
+from ...base.sentences import Progress
 from ...drive.project import Project
 from ..report.report import write
 from .state import Action, Refused, ScriptRequest, Seen, State, first_sources, project_of, yaml_of
@@ -84,7 +84,7 @@ def _call(action: Seen) -> str:
     return VIEWS[action.view][0].format(speed=action.speed, loads=list(action.loads) or None, search=action.search)
 
 
-def report_of(project: Project, progress: Callable[[str, float], None]) -> str:
+def report_of(project: Project, progress: Progress) -> str:
     """The report as one HTML page, its appendix below it."""
     with tempfile.TemporaryDirectory() as folder:
         write(project, Path(folder) / "report", progress=progress)

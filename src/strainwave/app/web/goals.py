@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...base.results import SolveError
-from ...base.sentences import sign
+from ...base.sentences import Progress, sign
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.loops.loop_curves import loop_curves
@@ -23,7 +23,7 @@ from ...study.tuning.tune import tune
 from ..console import number, without_calls
 from .parameters import parameters
 from .state import Refused, yaml_of
-from .views import Progress, sentences, solved
+from .views import sentences, solved
 
 AT_RESONANCE = (
     "The speed is that at which the largest order meets the resonance of the load on the gear, the motor held, under "

@@ -3,7 +3,7 @@
 import math
 import re
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,12 @@ from zipfile import ZipFile
 import numpy as np
 from scipy.io import whosmat
 
+from ...base.sentences import Progress
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...files.logs.names import canonical, named
 from ...files.logs.read import columns_of, read_log
+from ...files.logs.table import unit_of
 from ...files.variants.identify_log import IdentifiedLog, identify_log
 from ...study.identification.channels import with_torsion
 from ...study.identification.joint.answer import torsion_of
@@ -41,10 +43,9 @@ def log_of(name: str, content: bytes, chosen: LogColumns) -> dict[str, Any]:
         If there is no table in it.
     """
     with _filed(name, content) as path:
-        columns = [(one.name, one.unit, named(one.name)) for one in columns_of(path, None, None)[0]]
         rows = [
-            {"name": name, "unit": unit or parsed.unit, "channel": canonical(parsed.name) or ""}
-            for name, unit, parsed in columns
+            {"name": one.name, "unit": unit_of(one), "channel": canonical(named(one.name).name) or ""}
+            for one in columns_of(path, None, None)[0]
         ]
         table = {"columns": rows, "as": ["time", *CANONICAL]}
         try:
@@ -55,9 +56,7 @@ def log_of(name: str, content: bytes, chosen: LogColumns) -> dict[str, Any]:
         return table | {"why": ""} | _log_data(log)
 
 
-def identified(
-    project: Project, name: str, content: bytes, chosen: LogColumns, progress: Callable[[str, float], None]
-) -> dict[str, Any]:
+def identified(project: Project, name: str, content: bytes, chosen: LogColumns, progress: Progress) -> dict[str, Any]:
     """Parameters of a drive identified from a log with both angles, and the project file with them (Refused)."""
     with _filed(name, content) as path:
         log = read_log(path, chosen.columns or None, chosen.units, rate=chosen.rate, trim=0.0)

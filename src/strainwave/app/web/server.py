@@ -31,14 +31,7 @@ from .workers import Workers
 HOST, TRIES = "127.0.0.1", 20
 COUNT = min(4, max(2, os.cpu_count() or 2))  # computations at a time
 ANSWER_S = 10.0  # seconds of processor time of one, without those of compiling; what takes longer is a job
-KINDS = {
-    ".html": "text/html",
-    ".js": "text/javascript",
-    ".css": "text/css",
-    ".svg": "image/svg+xml",
-    ".txt": "text/plain",
-    ".md": "text/plain",
-}
+KINDS = {"html": "text/html", "js": "text/javascript", "css": "text/css", "txt": "text/plain", "md": "text/plain"}
 FIRST = "CSG-40-50"
 SOON = 1.0  # s of processor time between two looks at whether what comes later is still wanted; a process starts in it
 
@@ -94,9 +87,8 @@ class Connection(H11Protocol):
 
     def _refuse(self, status: int, sentence: str) -> None:
         body = json.dumps({"error": sentence}).encode()
-        headers = [
-            ("content-type", "application/json"), ("content-length", str(len(body))), ("connection", "close")
-        ]  # fmt: skip
+        length = "content-length", str(len(body))
+        headers = [("content-type", "application/json"), length, ("connection", "close")]
         if self.conn.our_state in (h11.IDLE, h11.SEND_RESPONSE):
             for event in (h11.Response(status_code=status, headers=headers), h11.Data(body), h11.EndOfMessage()):
                 self.transport.write(self.conn.send(event) or b"")
@@ -109,7 +101,7 @@ def assets() -> dict[str, bytes]:
     contents = {file.name: file.read_bytes() for file in listed}
     packed = {name for name in contents if name.endswith(".xz")}
     unpacked = {name.removesuffix(".xz"): lzma.decompress(contents[name]) for name in packed}
-    return {name: code for name, code in (contents | unpacked).items() if "." + name.rpartition(".")[2] in KINDS}
+    return {name: code for name, code in (contents | unpacked).items() if name.rpartition(".")[2] in KINDS}
 
 
 def application(warm: bool = True) -> Starlette:
@@ -120,7 +112,7 @@ def application(warm: bool = True) -> Starlette:
         name = request.path_params.get("name") or "index.html"
         if name not in page:
             return refusal(404, "there is nothing at this address")
-        return Response(page[name], media_type=KINDS["." + name.rpartition(".")[2]])
+        return Response(page[name], media_type=KINDS[name.rpartition(".")[2]])
 
     async def refused(_request: Request, error: Exception) -> Response:
         status = error.status_code if isinstance(error, HTTPException) else 500
@@ -138,12 +130,9 @@ def application(warm: bool = True) -> Starlette:
         for service in (app.state.jobs, app.state.workers, app.state.later):
             await service.close()
 
-    return Starlette(
-        routes=[Route("/", asset), Route("/static/{name:str}", asset), *routes],
-        middleware=[Middleware(Guard)],
-        exception_handlers={HTTPException: refused},
-        lifespan=life,
-    )
+    served = [Route("/", asset), Route("/static/{name:str}", asset), *routes]
+    handlers = {HTTPException: refused}
+    return Starlette(routes=served, middleware=[Middleware(Guard)], exception_handlers=handlers, lifespan=life)
 
 
 async def warm_up(workers: Workers) -> None:

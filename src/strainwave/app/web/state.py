@@ -46,6 +46,9 @@ class Body(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
+CHANGED = 'Changed values with their units, by their names in the file: {"load.inertia": "2 kg*m^2"}.'
+
+
 class State(Body):
     """A drive as a visitor has it: a gear of the catalogue or a project file, with changed values.
 
@@ -58,11 +61,7 @@ class State(Body):
     project: str | None = Field(
         default=None, max_length=FILE_BYTES, description="Text of a project file, in place of a gear."
     )
-    values: dict[str, str] = Field(
-        default_factory=dict,
-        max_length=MOST_VALUES,
-        description='Changed values with their units, by their names in the file: {"load.inertia": "2 kg*m^2"}.',
-    )
+    values: dict[str, str] = Field(default_factory=dict, max_length=MOST_VALUES, description=CHANGED)
 
 
 class OfState(Body):
@@ -164,13 +163,6 @@ def parsed(raw: bytes, kind: type[Asked]) -> Asked:
         raise Refused(f"{path or 'the request'}: {first['msg'][:200]}") from None
 
 
-def text_of(state: State) -> str:
-    """Text of the project file before the changes (Refused)."""
-    if (state.gear is None) == (state.project is None):
-        raise Refused("the state needs either a gear of the catalogue or the text of a project file")
-    return first_text(state.gear) if state.gear is not None else str(state.project)
-
-
 def project_of(state: State) -> Project:
     """The project with the changed values (Refused)."""
     long = next((name for name, text in state.values.items() if len(name) > LONGEST or len(text) > LONGEST), None)
@@ -179,7 +171,9 @@ def project_of(state: State) -> Project:
     file = next((name for name in state.values if not {*FROM_FILES}.isdisjoint(name.split("."))), None)
     if file is not None:
         raise Refused(f"{file!r} names a file; the app reads none: write its numbers into the project")
-    text = text_of(state)
+    if (state.gear is None) == (state.project is None):
+        raise Refused("the state needs either a gear of the catalogue or the text of a project file")
+    text = first_text(state.gear) if state.gear is not None else str(state.project)
     values = dict(state.values)
     try:
         base = _read(text)
@@ -205,9 +199,8 @@ def _read(text: str) -> Project:
 def _refuse_files(content: object) -> None:
     for key, value in content.items() if isinstance(content, dict) else ():
         if key in FROM_FILES:
-            raise Refused(
-                f"the project names a file in {key!r}; the app reads none: write its numbers into the project"
-            )
+            fault = f"the project names a file in {key!r}; the app reads none: write its numbers into the project"
+            raise Refused(fault)
         _refuse_files(value)
     for value in content if isinstance(content, list) else ():
         _refuse_files(value)

@@ -3,14 +3,14 @@
 The curve that follows a slider has fewer points.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from ...base.facts import lines
 from ...base.results import SolveError
-from ...base.sentences import Sentence, Speed, told
+from ...base.sentences import Progress, Sentence, Speed, told
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
@@ -26,7 +26,6 @@ from ..console import number, without_calls
 from ..curves import beat_facts, sizes_said, torques_said
 from ..view import AngleUnit, angle_unit, writer
 
-Progress = Callable[[str, float], None]  # of a stage and a share
 POINTS = 40  # about, of the curve that follows a slider
 MOST_SHOWN = 4000  # samples of a run
 HELD = (

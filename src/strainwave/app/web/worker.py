@@ -25,6 +25,7 @@ from time import process_time, sleep, thread_time
 from typing import Any, BinaryIO
 
 from ...base.results import SolveError
+from ...base.sentences import Progress
 from ...compile.cache import compiling
 from ...compile.jit import load
 from ..console import plain, without_calls
@@ -35,7 +36,6 @@ LOOK = 0.25  # seconds between two looks at what is compiled
 YOUNG = 50_000  # new objects between two garbage collections: an answer makes fewer
 NICE = 10  # of a background process: a view goes before it
 ONE_THREAD = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-Progress = Callable[[str, float], None]  # of a stage and a share
 
 
 class Died(Exception):
@@ -93,9 +93,8 @@ class Worker:
             pipe.write(len(message).to_bytes(LENGTH) + message)
             await pipe.drain()
             while True:
-                kind, content = pickle.loads(
-                    await answers.readexactly(int.from_bytes(await answers.readexactly(LENGTH)))
-                )
+                length = int.from_bytes(await answers.readexactly(LENGTH))
+                kind, content = pickle.loads(await answers.readexactly(length))
                 if kind == "compiling":
                     self.compiling = content
                     if progress is not None and content:

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...base.above import thing
+from ...base.sentences import Progress
 from .state import Refused
-from .worker import Died, Progress, Worker
+from .worker import Died, Worker
 
 LATER = 4.0  # seconds: two processes that start beside the first picture would delay it
 PATIENCE = 5.0  # seconds of processor time between two looks at whether work is still wanted

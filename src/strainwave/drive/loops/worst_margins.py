@@ -82,10 +82,8 @@ class WorstMargins:
     @property
     def sizes(self) -> dict[str, float]:
         """The worst over all loads: margins, infinite where there are none, gain reduction and peak sensitivity."""
-        phase, gain, delay = [
-            min(abs(getattr(one, name)) for one in self.margins)
-            for name in ("phase_margin", "gain_margin", "delay_margin")
-        ]
+        names = "phase_margin", "gain_margin", "delay_margin"
+        phase, gain, delay = [min(abs(getattr(one, name)) for one in self.margins) for name in names]
         down = max(one.gain_reduction for one in self.margins)
         return {"phase_margin_deg": degrees(phase), "gain_margin": gain, "gain_reduction": down,
                 "delay_margin_s": delay, "peak_sensitivity": self.worst[1].peak_sensitivity}  # fmt: skip

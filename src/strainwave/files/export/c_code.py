@@ -146,9 +146,8 @@ class Parameters:
         floats = [(path, value, unit) for path, value, unit in parameters(self.model) if isinstance(value, float)]
         kept = [(field, *about) for field, about in zip(_names(self.model), floats, strict=True) if field in used]
         kept = kept or [("none", "no number can change", 0.0, "")]
-        declared = struct(
-            f"{name}_parameters", [k[0] for k in kept], [f"{path} [{u or '-'}]" for _, path, _, u in kept]
-        )
+        texts = [f"{path} [{unit or '-'}]" for _, path, _, unit in kept]
+        declared = struct(f"{name}_parameters", [field for field, *_ in kept], texts)
         values = [f"    .{field} = {literal(value)}," for field, _, value, _ in kept]
         return declared, [f"const {name}_parameters {name}_default = {{", *values, "};"]
 

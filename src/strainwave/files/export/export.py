@@ -32,13 +32,9 @@ def _left_out(train: DriveTrain) -> list[str]:
     """Parts that a plant in C or an FMU leaves to its surroundings, a sentence each."""
     held = "the motor, which the file holds, is free" if train.motor.held else "the motor's control loop is left out"
     terms = [term for shaft in (train.motor, train.load.end()) for term in terms_of(shaft.excitation)]
-    parts = {
-        f"{held}: its torque is the input motor_torque": not train.motor.free,
-        "torques of the file on the shafts are left out: give them as motor_torque and load_torque": any(
-            getattr(term, size, 1.0) for term in terms for size in ("mean", "amplitude")
-        ),
-    }
-    return [part for part, lost in parts.items() if lost]
+    driven = any(getattr(term, size, 1.0) for term in terms for size in ("mean", "amplitude"))
+    torques = "torques of the file on the shafts are left out: give them as motor_torque and load_torque"
+    return [f"{held}: its torque is the input motor_torque"] * (not train.motor.free) + [torques] * driven
 
 
 Target = Literal["c", "fmu2", "fmu3", "mjcf"]

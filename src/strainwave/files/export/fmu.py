@@ -86,14 +86,11 @@ class Variables(NamedTuple):
 
 def variables(plant: Plant) -> Variables:
     """Inputs, outputs, states and their rates."""
-    inputs = [
-        Variable(n, str(FIRST_INPUT + i), description=what, causality="input", initial="", unit=u, start="0.0")
-        for i, (n, u, what) in enumerate(INPUTS)
+    inputs, outputs = [
+        [Variable(n, str(first + i), description=what, causality=side, unit=u) for i, (n, u, what) in enumerate(rows)]
+        for side, first, rows in (("input", FIRST_INPUT, INPUTS), ("output", FIRST_OUTPUT, OUTPUTS))
     ]
-    outputs = [
-        Variable(n, str(FIRST_OUTPUT + i), description=what, causality="output", unit=u)
-        for i, (n, u, what) in enumerate(OUTPUTS)
-    ]
+    inputs = [one._replace(initial="", start="0.0") for one in inputs]
     states, rates = [], []
     for i, (name, unit) in enumerate(plant.states()):
         state, reference, begin = f"state {name}", str(FIRST_STATE + i), repr(plant.start[i])
@@ -106,10 +103,8 @@ def variables(plant: Plant) -> Variables:
 def _root(name: str, number: int, attributes: dict[str, str]) -> Element:
     """Element of the whole file."""
     about = {"fmiVersion": f"{number}.0", "modelName": name, "description": WHAT} | attributes
-    return element(
-        "fmiModelDescription",
-        about | {"generationTool": f"strainwave {version()}", "variableNamingConvention": "flat"},
-    )
+    about |= {"generationTool": f"strainwave {version()}", "variableNamingConvention": "flat"}
+    return element("fmiModelDescription", about)
 
 
 def _common(root: Element, plant: Plant) -> None:
@@ -151,9 +146,8 @@ def description_2(plant: Plant, name: str, token: str, sources: tuple[str, ...])
 def description_3(plant: Plant, name: str, token: str) -> str:
     """Text of modelDescription.xml for FMI 3.0: co-simulation."""
     root = _root(name, 3, {"instantiationToken": token})
-    child(
-        root, "CoSimulation", modelIdentifier=name, canGetAndSetFMUState=YES, canHandleVariableCommunicationStepSize=YES
-    )
+    abilities = dict.fromkeys(("canGetAndSetFMUState", "canHandleVariableCommunicationStepSize"), YES)
+    child(root, "CoSimulation", modelIdentifier=name, **abilities)
     _common(root, plant)
     groups, listed = variables(plant), child(root, "ModelVariables")
     time = Variable("time", "0", causality="independent", initial="", unit="s")

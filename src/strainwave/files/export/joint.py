@@ -30,11 +30,8 @@ def _friction(law: Law) -> tuple[float, float, list[str]]:
         return 0.0, float(law.torque(0.0, 1.0)), []
     if isinstance(law, Coulomb | Stribeck | LuGre):
         viscous, kept = (law.sigma_2, " and sigma_2") if isinstance(law, LuGre) else (0.0, "")
-        return (
-            law.T_c,
-            viscous,
-            [] if isinstance(law, Coulomb) else [f"{type(law).__name__} friction but its T_c{kept}"],
-        )
+        lost = [] if isinstance(law, Coulomb) else [f"{type(law).__name__} friction but its T_c{kept}"]
+        return law.T_c, viscous, lost
     return 0.0, 0.0, [] if law == Linear(0.0) else [f"{type(law).__name__} drag"]
 
 

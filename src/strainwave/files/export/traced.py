@@ -233,12 +233,8 @@ def _alone(values: tuple[Any, ...]) -> frozenset[str]:
 
 
 def _recorded_in(values: tuple[Any, ...]) -> list[Traced]:
-    return [
-        item
-        for value in values
-        for item in (value.flat if isinstance(value, np.ndarray) else (value,))
-        if isinstance(item, Traced)
-    ]
+    items = (item for value in values for item in (value.flat if isinstance(value, np.ndarray) else (value,)))
+    return [item for item in items if isinstance(item, Traced)]
 
 
 def _names(arguments: tuple[Any, ...]) -> tuple[str, ...]:

@@ -12,9 +12,8 @@ UNITS = {"K_v": "1/s", "K_p": "N*m*s/rad", "K_i": "N*m/rad", "T_n": "s", "T_p": 
 def _one(gain: str, size: str, what: str) -> Any:
     """Row of a gain: its size for 1 of the drive's parameter."""
     unit, check = UNITS[gain], no_frequency if gain == "K_v" else None
-    return field(
-        Quantity(unit, "positive", check=check), f"{size} {unit}", f"{what} that 1 of the drive's parameter is."
-    )
+    meaning = f"{what} that 1 of the drive's parameter is."
+    return field(Quantity(unit, "positive", check=check), f"{size} {unit}", meaning)
 
 
 class DriveUnitsSpec(Group):

@@ -169,9 +169,8 @@ class LoopSpec(Group):
         except ValueError as error:
             yield Wrong(("bandwidth",), f"is too large: {error}")
         if self.T_p and self.type != "cascade":
-            yield Wrong(
-                ("T_p",), "is the integral time of a cascade's position loop; write 'type: cascade', or leave T_p out"
-            )
+            fault = "is the integral time of a cascade's position loop; write 'type: cascade', or leave T_p out"
+            yield Wrong(("T_p",), fault)
         yield from encoder_wrong(self.type == "cascade", self.encoder, self.mixing_frequency)
 
 
@@ -221,10 +220,7 @@ class Loop(Kind):
         schemas = [schema_of(LoopSpec), *(schema_of(cls, name, more) for name, cls in loop_types().items())]
         schemas[0]["description"] = LoopSpec.__doc__
         for schema, name in zip(schemas[1:], loop_types(), strict=True):
-            schema["properties"]["type"] = {
-                "enum": [name, name.removesuffix("_loop")],
-                "description": "Kind of the entry.",
-            }
+            schema["properties"]["type"] = {"enum": [name, name.removesuffix("_loop")], "description": TYPE}
         return schemas
 
     def text(self, value: object) -> str:

@@ -99,15 +99,13 @@ class ErrorLine(Group):
         phase, order = line.phase if line.amplitude >= 0.0 else line.phase + math.pi, line.order
         if order % 1:
             turns = order_pair(order, ratio)
-            order = OrderPair(wave_generator=turns[0] or None, output=turns[1])
+            counted: OrderPair | int = OrderPair(wave_generator=turns[0] or None, output=turns[1])
+        else:
+            counted = int(order)
         backward = None if backward == line.amplitude else backward
         plain = not per_torque and backward is None
         loaded = LineAmplitude(at_rest=line.amplitude, per_torque=per_torque or None, backward=backward)
-        return cls(
-            order=order if isinstance(order, OrderPair) else int(order),
-            amplitude=abs(line.amplitude) if plain else loaded,
-            phase=phase or None,
-        )
+        return cls(order=counted, amplitude=abs(line.amplitude) if plain else loaded, phase=phase or None)
 
 
 class TorqueLine(ErrorLine):
@@ -237,18 +235,15 @@ class Correlation(Kind):
             raise ValueError("is no list of rows; write for example [[1, -0.5], [-0.5, 1]]")
         table = tuple(tuple(kinds.number(value, "") for value in row) for row in rows)
         if any(len(row) != len(table) for row in table):
-            raise ValueError(
-                f"has {len(table)} rows, not all with {len(table)} numbers; write one for each of 'scatter'"
-            )
+            fault = f"has {len(table)} rows, not all with {len(table)} numbers; write one for each of 'scatter'"
+            raise ValueError(fault)
         matrix = np.array(table)
         if np.any(np.abs(matrix - matrix.T) > SAME) or np.any(np.abs(np.diag(matrix) - 1.0) > SAME):
-            raise ValueError(
-                "is not the same on both sides of a diagonal of ones; write for example [[1, -0.5], [-0.5, 1]]"
-            )
+            fault = "is not the same on both sides of a diagonal of ones; write for example [[1, -0.5], [-0.5, 1]]"
+            raise ValueError(fault)
         if len(table) and (least := float(np.linalg.eigvalsh(matrix)[0])) < -NO_VARIANCE:
-            raise ValueError(
-                f"gives a sum of the numbers a variance of {least:.2g}, below zero; write smaller correlations"
-            )
+            fault = f"gives a sum of the numbers a variance of {least:.2g}, below zero; write smaller correlations"
+            raise ValueError(fault)
         return table
 
     def schema(self) -> Schema:
@@ -345,19 +340,13 @@ class ControllerSpec(Group):
     def sampling(self, limits: MotorLimits | None = None) -> Sampling:
         """The samples, with the largest torque of the motor where that is known."""
         load = (0.0, 0.0) if self.load_encoder == "none" else self.load_encoder.numbers
-        quantum, noise = self.motor_encoder.numbers
-        sampling: Sampling = checked(
-            Sampling(
-                period=self.period,
-                delay=self.period if self.delay is None else self.delay,
-                motor_quantum=quantum,
-                motor_noise=noise,
-                load_quantum=load[0],
-                load_noise=load[1],
-                loss=float(self.loss),
-                load_encoder=int(self.load_encoder != "none"),
-            )
-        )
+        motor, sees_load = self.motor_encoder.numbers, int(self.load_encoder != "none")
+        steps: Any = {"motor_quantum": motor[0], "load_quantum": load[0]}
+        noises: Any = {"motor_noise": motor[1], "load_noise": load[1]}
+        delay = self.period if self.delay is None else self.delay
+        angles: Any = {"load_encoder": sees_load} | steps | noises
+        samples = Sampling(period=self.period, delay=delay, loss=float(self.loss), **angles)
+        sampling: Sampling = checked(samples)
         largest = math.inf if limits is None else limits.most
         return sampling._replace(limit=largest) if math.isfinite(largest) else sampling
 

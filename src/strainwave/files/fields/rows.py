@@ -98,11 +98,9 @@ def _kind_of(hint: object, cls: type, key: str) -> Kind:
         return Quantity(unit, "positive", check=no_frequency)
     if cls in FILTERS or key == "T_n":
         return Quantity(unit, "not negative" if key in ("depth", "zero_damping") else "positive")
-    return (
-        kinds.PHASE
-        if key == "phase"
-        else Quantity(unit, SIGN_OF.get(unit, "any") if cls.__module__ in SPRINGS else "any")
-    )
+    if key == "phase":
+        return kinds.PHASE
+    return Quantity(unit, SIGN_OF.get(unit, "any") if cls.__module__ in SPRINGS else "any")
 
 
 def no_frequency(_: float, text: str) -> None:
@@ -173,9 +171,8 @@ class Typed(Kind):
         word = value["type"]
         cls = self.of(word)
         if cls is None:
-            return type_entry.wrong(
-                "" if word is None else f"{shown(word)} is not known{kinds.suggestion(word, list(types))}"
-            )
+            unknown = f"{shown(word)} is not known{kinds.suggestion(word, list(types))}"
+            return type_entry.wrong("" if word is None else unknown)
         return read_group({key: item for key, item in value.items() if key != "type"}, cls, entry, ("type",))
 
     def of(self, word: object) -> type | None:

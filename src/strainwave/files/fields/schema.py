@@ -242,10 +242,9 @@ class DampingSpec(Group):
 
     def of(self, B: float) -> GearDamping:
         """The damping as an object of the model, of the size B [N*m*s/rad]."""
-        parts = {} if self.ripples is None else {"variation": self.ripples}
-        return GearDamping(
-            B, warming=self.warming, per_kelvin=self.per_kelvin, fast=self.fast, v_fast=self.v_fast, **parts
-        )
+        parts: Any = {} if self.ripples is None else {"variation": self.ripples}
+        heat = {"warming": self.warming, "per_kelvin": self.per_kelvin}
+        return GearDamping(B, **heat, fast=self.fast, v_fast=self.v_fast, **parts)
 
     def check(self) -> Iterator[Wrong]:
         """Refuse several sizes, or none, and a variation that is none."""
@@ -319,9 +318,8 @@ class MoveSpec(Group):
         """The group of a task; ValueError if a part is an `AngleProfile` of no file, which a project file lacks."""
         parts = [ProfileFile(file) if file else part for part, file in zip(task.profile, task.files, strict=True)]
         if any(isinstance(part, AngleProfile) for part in parts):
-            raise ValueError(
-                "a project file holds an AngleProfile as a CSV file beside it; write one and name it there"
-            )
+            fault = "a project file holds an AngleProfile as a CSV file beside it; write one and name it there"
+            raise ValueError(fault)
         more = task._asdict() | {"profile": parts}
         return MoveSpec(**{key: item for key, item in more.items() if key != "files"})
 

@@ -73,11 +73,9 @@ def _columns(path: Path, arrays: dict[str, Any]) -> Read:
     for name, time in time_names.items():
         if time is not None and len(plain[time]) != len(plain[name]):
             raise refuse(path, f"{name} has {len(plain[name])} values and {time} {len(plain[time])}; give equally many")
-    columns = [
-        Column(name, "", values, None if time_names[name] is None else _seconds(str(time_names[name]), plain))
-        for name, values in plain.items()
-        if name not in times
-    ]
+    seconds = {time: _seconds(time, plain) for time in times}
+    channels = {name: values for name, values in plain.items() if name not in times}
+    columns = [Column(name, "", values, seconds.get(str(time_names[name]))) for name, values in channels.items()]
     left_out = [name for name, a in arrays.items() if name not in plain and a.size > 1]
     return columns, [f"{', '.join(left_out)} are no vectors of real numbers and were left out"] if left_out else []
 
@@ -113,11 +111,7 @@ def read_parquet(path: Path) -> Read:
     numbers = frame.select_dtypes(["number", "datetime", "datetimetz", "timedelta"])
     if numbers.empty:
         raise refuse(path, "has no columns of numbers; save one for each channel, and `time`")
-    kinds = [numbers[name].dtype.kind for name in numbers]
-    return [
-        Column(str(name), "s" if kind in "mM" else "", _parquet_column(numbers[name], kind))
-        for name, kind in zip(numbers, kinds, strict=True)
-    ], []
+    return [_parquet_column(str(name), numbers[name]) for name in numbers], []
 
 
 def _without_lists(pandas: Any, frame: Any) -> Any:
@@ -133,8 +127,11 @@ def _without_lists(pandas: Any, frame: Any) -> Any:
     return pandas.concat(parts, axis=1) if parts else frame
 
 
-def _parquet_column(series: Any, kind: str) -> Floats:
-    return np.asarray(_in_seconds(series.to_numpy(f"{kind}8[ns]")) if kind in "mM" else series.to_numpy(float))
+def _parquet_column(name: str, series: Any) -> Column:
+    kind = series.dtype.kind
+    if kind in "mM":
+        return Column(name, "s", np.asarray(_in_seconds(series.to_numpy(f"{kind}8[ns]"))))
+    return Column(name, "", np.asarray(series.to_numpy(float)))
 
 
 def read_mdf(path: Path) -> Read:
@@ -148,14 +145,15 @@ def read_mdf(path: Path) -> Read:
             signals = [signal for signal in file.iter_channels() if np.asarray(signal.samples).dtype.kind in "iufb"]
     except Exception as error:  # as above
         raise _unreadable(path, error, "MDF") from None
-    columns = [
-        Column(str(s.name), str(s.unit or ""), np.asarray(s.samples, float), np.asarray(s.timestamps, float))
-        for s in signals
-        if np.ndim(s.samples) == 1 and len(s.samples) > 1 and canonical(str(s.name)) != "time"
-    ]
-    if not columns:
+    rows = [s for s in signals if np.ndim(s.samples) == 1 and len(s.samples) > 1 and canonical(str(s.name)) != "time"]
+    if not rows:
         raise refuse(path, "has no channels of numbers; record one for each quantity")
-    return columns, []
+    return [_mdf_column(signal) for signal in rows], []
+
+
+def _mdf_column(signal: Any) -> Column:
+    values, times = np.asarray(signal.samples, float), np.asarray(signal.timestamps, float)
+    return Column(str(signal.name), str(signal.unit or ""), values, times)
 
 
 def _unreadable(path: Path, error: Exception, kind: str) -> ValueError:

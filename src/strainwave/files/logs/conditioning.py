@@ -10,18 +10,17 @@ from ...base.results import Floats
 from ...base.sentences import counted
 from ...study.identification.log import Log, LogSegment
 from .names import TURN
-from .table import Column, refuse
+from .table import Roles, refuse
 
 SPARSE = 0.2  # share of missing values from which a channel has times of its own
 TIMES_SHARE = 0.2  # of the samples: fewer are no times of theirs
 TRANSIENT = 0.2  # share of a log that may come before the constant speed with which it ends
 
 Channels = dict[str, Floats]
+Apart = dict[str, tuple[Floats, Floats]]  # channels with times of their own
 
 
-def aligned(
-    path: Path, columns: dict[str, Column], rate: float | None, notes: list[str]
-) -> tuple[Floats, Channels, dict[str, tuple[Floats, Floats]]]:
+def aligned(path: Path, columns: Roles, rate: float | None, notes: list[str]) -> tuple[Floats, Channels, Apart]:
     """Time and channels of one length, finite, and those with times of their own as they are, which are interpolated.
 
     Rows with missing values are dropped.
@@ -33,7 +32,7 @@ def aligned(
     """
     columns = dict(columns)
     base = _time(path, columns, rate)
-    together, apart = Channels(), dict[str, tuple[Floats, Floats]]()
+    together, apart = Channels(), Apart()
     for name, column in columns.items():
         finite = np.isfinite(column.values)
         if not np.any(finite):
@@ -56,7 +55,7 @@ def aligned(
     return *_interpolated(path, time, together, apart, notes), apart
 
 
-def _time(path: Path, columns: dict[str, Column], rate: float | None) -> Floats:
+def _time(path: Path, columns: Roles, rate: float | None) -> Floats:
     """Times that columns share [s], none where each has its own; the column of the time is taken out."""
     column = columns.pop("time", None)
     if rate is not None:
@@ -69,10 +68,8 @@ def _time(path: Path, columns: dict[str, Column], rate: float | None) -> Floats:
     if column is not None:
         return column.values
     if not columns or any(c.time is None for c in columns.values()):
-        channels = ", ".join(columns) or "none"
-        raise refuse(
-            path, f"has no column of the time; the channels are {channels}: give columns={{'time': ...}}, or rate"
-        )
+        fault = f"has no column of the time; the channels are {', '.join(columns) or 'none'}"
+        raise refuse(path, f"{fault}: give columns={{'time': ...}}, or rate")
     return np.empty(0)
 
 
@@ -106,7 +103,7 @@ def _ascends(path: Path, name: str, time: Floats) -> None:
 
 
 def _interpolated(
-    path: Path, time: Floats, together: Channels, apart: dict[str, tuple[Floats, Floats]], notes: list[str]
+    path: Path, time: Floats, together: Channels, apart: Apart, notes: list[str]
 ) -> tuple[Floats, Channels]:
     """All channels at the times of `time` that they have in common."""
     low = max([time[0], *(t[0] for t, _ in apart.values())])
@@ -121,10 +118,8 @@ def _interpolated(
         if len(t) == len(time) and np.array_equal(t, time):
             del apart[name]
     if apart:
-        note = (
-            "had times of their own, at which runs take them; here they are interpolated linearly to those of the log"
-        )
-        notes.append(f"{', '.join(apart)} {note}")
+        own = f"{', '.join(apart)} had times of their own, at which runs take them"
+        notes.append(f"{own}; here they are interpolated linearly to those of the log")
     return time, channels
 
 

@@ -178,11 +178,8 @@ def _response(
     picked: Mapping[str, Column | None], units: Mapping[str, str], notes: list[str]
 ) -> tuple[Floats, Complexes, bool]:  # fmt: skip
     """Frequencies [rad/s], complex values or sizes, and whether they have a phase."""
-    part = {
-        role: _in_unit(role, column, units, notes) if role in ASKED else column.values
-        for role, column in picked.items()
-        if column is not None
-    }
+    given = {role: column for role, column in picked.items() if column is not None}
+    part = {r: _in_unit(r, column, units, notes) if r in ASKED else column.values for r, column in given.items()}
     if len(set(map(len, part.values()))) > 1:
         raise ValueError(f"has {', '.join(f'{len(v)} values of the {k}' for k, v in part.items())}; give equally many")
     pair = {"real", "imaginary"} <= part.keys()

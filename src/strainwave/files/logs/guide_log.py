@@ -4,7 +4,7 @@ import re
 from importlib import import_module
 from io import StringIO
 from math import pi
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -16,16 +16,8 @@ FRAME = re.compile(r"\d+,[\d.]+,")
 SCALE = re.compile(r"Pixel scale = ([\d.]+) arc-sec/px")
 
 
-class GuideTable(NamedTuple):
-    """Columns (name, unit, values), notes, and the line numbers of the frames."""
-
-    columns: list[tuple[str, str, Any]]
-    notes: list[str]
-    lines: list[int]
-
-
-def guide_table(text: str) -> GuideTable | None:
-    """The longest guided stretch of a log, None without one.
+def guide_table(text: str) -> tuple[list[tuple[str, str, Any]], list[str], list[int]] | None:
+    """Columns (name, unit, values), notes and line numbers of the longest guided stretch of a log; None without one.
 
     Pulses have moved the mount: what they took out is put back.
     """
@@ -56,4 +48,4 @@ def guide_table(text: str) -> GuideTable | None:
     if np.any(guided):
         notes.append("what the pulses of the guider took out was put back; pulses that it did not send are not known")
     columns = [("time", "s", time), ("angle", "rad", SIDEREAL * time), ("error", "arcsec", (scale or 1.0) * error)]
-    return GuideTable(columns, notes, [frames[i] + 1 for i in seen])
+    return columns, notes, [frames[i] + 1 for i in seen]

@@ -64,10 +64,7 @@ def of_joint(path: Path, file: list[Column], joint: str) -> list[Column]:
     if not joint or not any(hits):
         available = ", ".join(column.name for column in file if column.name)
         raise refuse(path, f"has no column of the joint {shown(joint)}; it has {available}: name a part of these")
-    names = [
-        word.sub("", column.name).strip("/._ ") if hit else column.name for hit, column in zip(hits, file, strict=True)
-    ]
-    other = [
-        not hit and (suffixed(named(name).name) or "time") != "time" for hit, name in zip(hits, names, strict=True)
-    ]
+    names = [word.sub("", c.name).strip("/._ ") if hit else c.name for hit, c in zip(hits, file, strict=True)]
+    channels = [suffixed(named(name).name) or "time" for name in names]
+    other = [not hit and channel != "time" for hit, channel in zip(hits, channels, strict=True)]
     return [replace(c, name="" if out else name) for c, name, out in zip(file, names, other, strict=True)]

@@ -28,6 +28,8 @@ MISSING = frozenset((
     "1,#INF", "-1,#INF", "1,#QNAN", "-1,#IND",
 ))  # fmt: skip
 NO_TEXT: frozenset[int] = frozenset()
+Signs = tuple[str, str]  # delimiter and decimal sign
+Reading = tuple[str, str, int]  # both, and the first line of numbers
 MOST_TRIED = 4000  # lines on which dialects are tried; of more lines, evenly chosen ones
 
 
@@ -122,12 +124,8 @@ def find(
             f"cannot be read with the delimiter {shown(delimiter)} and the decimal sign {shown(decimal)}; the "
             "delimiter is one sign, the decimal sign a point or a comma, and they differ"
         )
-    pairs = [
-        (d, s)
-        for d in (DELIMITERS if delimiter is None else (delimiter,))
-        for s in (SIGNS if decimal is None else (decimal,))
-        if d != s
-    ]
+    delimiters, signs = DELIMITERS if delimiter is None else (delimiter,), SIGNS if decimal is None else (decimal,)
+    pairs = [(d, s) for d in delimiters for s in signs if d != s]
     fits, sample, earliest = _fitting(lines, dict.fromkeys(pairs, NO_TEXT))
     texts = dict.fromkeys(pairs, NO_TEXT)
     if not fits:
@@ -141,7 +139,7 @@ def find(
             "has no table of numbers whose lines have equally many cells; give delimiter and decimal as it is written, "
             "write dates as 2026-11-23T13:37:38, and remove lines of text between the numbers"
         )
-    tables: dict[tuple[tuple[str, ...], ...], tuple[str, str, int]] = {}
+    tables: dict[tuple[tuple[str, ...], ...], Reading] = {}
     for reading in sorted(fits, key=lambda reading: _columns(lines[earliest], reading[0]) == 1):
         tables.setdefault(_read(sample, *reading[:2], texts[reading[:2]]), reading)
     if len(tables) > 1:
@@ -159,9 +157,7 @@ def find(
     return Dialect(d, s, other if grouped else ""), start
 
 
-def _agrees(
-    table: tuple[tuple[str, ...], ...], lines: Sequence[str], reading: tuple[str, str, int], count: int | None
-) -> bool:
+def _agrees(table: tuple[tuple[str, ...], ...], lines: Sequence[str], reading: Reading, count: int | None) -> bool:
     """True for a table with as many columns as the user names, or with several and as many names above it."""
     width = len(table[0])
     if count is not None:
@@ -170,9 +166,7 @@ def _agrees(
     return width > 1 and start > 0 and _columns(lines[start - 1], delimiter) == width
 
 
-def _fitting(
-    lines: Sequence[str], texts: Mapping[tuple[str, str], frozenset[int]]
-) -> tuple[list[tuple[str, str, int]], list[str], int]:
+def _fitting(lines: Sequence[str], texts: Mapping[Signs, frozenset[int]]) -> tuple[list[Reading], list[str], int]:
     """Pairs of signs that read the lines, apart from columns of text; the lines tried; the first line of numbers."""
     readings = [(d, s, start) for (d, s), text in texts.items() if (start := _first(lines, d, s, text)) is not None]
     # only names stand above the numbers: what reads the more lines is right

@@ -16,11 +16,11 @@ from ...base.quantities import joined, number, shown
 from ...base.results import Floats
 from ...study.identification.log import Log
 from ...study.identification.run import saturated
-from .binary_files import BINARY
+from .binary_files import BINARY, Read
 from .conditioning import aligned, averaged, regular, trimmed, unwrapped
 from .joints import joined_stamps, joints_named, of_joint, only_joint
 from .names import UNMEASURED, canonical, converted, epoch_unit, expected, named, si_unit, suffixed
-from .table import Column, index_of, read_table, refuse, unit_of
+from .table import Column, Roles, index_of, read_table, refuse, unit_of
 
 WRONG_GEAR = 0.02  # relative difference of measured and given ratio
 
@@ -47,7 +47,7 @@ Units = Mapping[str, str | float]
 EXAMPLE = {"load_angle": "deg"}
 
 
-def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[str]) -> dict[str, Column]:
+def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[str]) -> Roles:
     """Columns by channel; "time" is among them where the file has it.
 
     Raises
@@ -60,16 +60,12 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
     given = {} if columns is None else dict(columns)
     indices = {channel: index_of(path, file, channel, column) for channel, column in given.items()}
     if not given and not any(column.name for column in file):
-        raise refuse(
-            path,
-            f"has {len(file)} columns without names; give columns=['time', 'load_angle', ...], a name for each in its "
-            "order, None for one to leave out",
-        )
+        remedy = "give columns=['time', 'load_angle', ...], a name for each in its order, None for one to leave out"
+        raise refuse(path, f"has {len(file)} columns without names; {remedy}")
     for channel, i in indices.items():
         if file[i].text:
-            raise refuse(
-                path, f"column {shown(given[channel])} of {channel} holds text, {shown(file[i].text)}; name another"
-            )
+            fault = f"column {shown(given[channel])} of {channel} holds text, {shown(file[i].text)}; name another"
+            raise refuse(path, fault)
     for column in file:
         if column.text and "time" not in indices and canonical(named(column.name).name) == "time":
             fault = f"has times as text, {shown(column.text)}; write dates as 2026-11-23T13:37:38, others as seconds"
@@ -104,7 +100,7 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
     return {channel: file[i] for channel, i in indices.items()}
 
 
-def _in_order(path: Path, file: list[Column], columns: Sequence[str | None]) -> dict[str, Column]:
+def _in_order(path: Path, file: list[Column], columns: Sequence[str | None]) -> Roles:
     if len(columns) != len(file):
         raise refuse(path, f"has {len(file)} columns, and columns names {len(columns)}; give a name or None for each")
     names = ["" if name in (None, "-", "None") else str(name) for name in columns]
@@ -120,9 +116,7 @@ def _measures(column: Column, channel: str) -> bool:
     return not unit or not kind or si_unit(unit) == kind
 
 
-def in_si(
-    path: Path, columns: dict[str, Column], units: Units, notes: list[str]
-) -> tuple[dict[str, Column], dict[str, str]]:
+def in_si(path: Path, columns: Roles, units: Units, notes: list[str]) -> tuple[Roles, dict[str, str]]:
     """Columns in SI, and their units.
 
     Raises
@@ -148,10 +142,9 @@ def in_si(
             notes.append(f"time begins with {column.values[0]:.14g}, which was read as {unit} since 1970")
         if unit == "" and kind.startswith("rad") and UNMEASURED.search(column.name):
             fault = f"{shown(column.name)} counts turns or steps of an encoder, and no unit says which; give"
-            size = "rev" if kind == "rad" else "rev/s"
-            raise refuse(
-                path, f"{fault} units={{{channel!r}: {size!r}}}, or the size of 1 as '0.0879 deg'", what=channel
-            )
+            unit = "rev" if kind == "rad" else "rev/s"
+            remedy = f"units={{{channel!r}: {unit!r}}}, or the size of 1 as '0.0879 deg'"
+            raise refuse(path, f"{fault} {remedy}", what=channel)
         if unit == "":
             assumed += [f"{channel} in {kind}"] if kind else []
         elif isinstance(unit, str) and not (kind := kind or si_unit(unit) or ""):
@@ -305,9 +298,7 @@ def read_log(
     return replace(log, notes=tuple(notes), doubts=(*doubted, *new))
 
 
-def columns_of(
-    path: Path, delimiter: str | None, decimal: str | None, count: int | None = None
-) -> tuple[list[Column], list[str]]:
+def columns_of(path: Path, delimiter: str | None, decimal: str | None, count: int | None = None) -> Read:
     """Columns of a file, binary or text, and notes about what was guessed; `count` as of `read_table`."""
     if path.suffix.lower() not in BINARY:
         file, notes, _ = read_table(path, delimiter, decimal, count)

@@ -118,6 +118,9 @@ class Lines(NamedTuple):
     comments: list[tuple[int, str]]
 
 
+Roles = dict[str, Column]  # columns by the channels that they are
+
+
 def refuse(path: Path, sentence: str, line: int = 1, column: int = 1, what: str = "file") -> FileError:
     """Complaint about a file in one sentence."""
     return FileError(complaint(path, [Problem(line, column, what, sentence)]))
@@ -155,7 +158,7 @@ def read_table(
         table = guide_table(text)
         if not table:
             raise refuse(path, "is a guide log without a guided stretch; give one with lines of frames")
-        return [Column(*column) for column in table.columns], table.notes, table.lines
+        return [Column(*column) for column in table[0]], *table[1:]
     lines = _lines(text)
     if not lines.text:
         raise refuse(path, f"is empty; give a {kind} with a line for each sample")

@@ -131,14 +131,11 @@ class ProjectComparison(Result):
         turns = self.responses[i].curve.beat
         return None if turns is None or np.isnan(self.speed[i]) else 2.0 * np.pi * turns / float(self.speed[i])
 
-    def _failures(self, i: int) -> str:
-        return self.failures[i] if self.failures else ""  # results saved before have none
-
     def row(self, i: int) -> tuple[Fact, ...]:
         """Compared numbers of a drive."""
         i = index("i", i, len(self.titles), "drives")
         numbers = {name: None if np.isnan(v[i]) else float(v[i]) for name, (_, v, _) in self.variables().items()}
-        jumps = numbers["jumps"]
+        jumps, failures = numbers["jumps"], self.failures[i] if self.failures else ""  # saved results may have none
         return (
             Fact("file", self.files[i] if self.files else None),
             Fact("title", self.titles[i], "drive"), Fact("gear", self.gears[i], "gear"),
@@ -157,7 +154,7 @@ class ProjectComparison(Result):
             Fact("reflected_inertia_kg_m2", numbers["reflected_inertia"], "motor inertia at the load"),
             Fact("load_inertia_kg_m2", numbers["load_inertia"], "load inertia"),
             Fact("folds", None if jumps is None else int(jumps), "folds"),
-            Fact("limit_arcsec", numbers["limit"], "limit"), Fact("failures", self._failures(i), "limits passed"),
+            Fact("limit_arcsec", numbers["limit"], "limit"), Fact("failures", failures, "limits passed"),
         )  # fmt: skip
 
     def facts(self) -> tuple[Fact, ...]:

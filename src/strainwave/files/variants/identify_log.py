@@ -1,7 +1,7 @@
 """`identify_log`: the numbers of a joint from the logs of its two angles, and a project file with them."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -11,7 +11,7 @@ import numpy as np
 from ...base.facts import Fact, lines
 from ...base.quantities import number, shown
 from ...base.results import Floats
-from ...base.sentences import listed, on_screen, sign, silent
+from ...base.sentences import Progress, listed, on_screen, sign, silent
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits, Source
 from ...drive.project import Project
@@ -158,7 +158,7 @@ def identify_log(
     load_inertia: float | None = None,
     *,
     torque_constant: float | None = None,
-    progress: Callable[[str, float], None] = silent,
+    progress: Progress = silent,
 ) -> IdentifiedLog:
     """Find the numbers of a joint in logs of its motor's and its load's angle, as they were recorded.
 
@@ -317,9 +317,8 @@ def _project(answer: Answer, gear: str | None, given: Project | None) -> Project
     if "torque_constant" in values:
         limits = (limits or MotorLimits())._replace(K_t=values["torque_constant"])
     scatter, correlation = _scatter(answer, list(sizes))
-    better = replace(
-        given, subject=train, sources=sources, scatter=scatter, correlation=correlation, motor_limits=limits
-    )
+    spread = {"scatter": scatter, "correlation": correlation}
+    better = replace(given, subject=train, sources=sources, motor_limits=limits, **spread)
     return from_text(project_text(better), given.path)
 
 

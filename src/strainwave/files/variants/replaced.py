@@ -88,14 +88,10 @@ def tuning(project: Project, names: Iterable[str], retune: bool) -> str:
     """
     content = json.loads(_content(project.text))
     keys = [keys_of(content, name) for name in names]
-    parts = [
-        what
-        for what, given, group in (
-            ("the gains of the motor's loop", _has_bandwidth(content), LOOP),
-            ("the damping B", bool(_ratios(content)), DAMPING),
-        )
-        if given and any(key[: len(group)] != group for key in keys)
-    ]
+    loop = "the gains of the motor's loop", _has_bandwidth(content), LOOP
+    damping = "the damping B", bool(_ratios(content)), DAMPING
+    given = [(what, group) for what, present, group in (loop, damping) if present]
+    parts = [what for what, group in given if any(key[: len(group)] != group for key in keys)]
     if not parts:
         return ""
     if retune:

@@ -219,10 +219,8 @@ class _Drives:
                     response = solved(_under(variant, torque))
                     self.computed[key] = max(self.computed[key] or 0.0, float(response.oscillation[response.top]))
                     for indices, values in _stretches(response, self.omega):
-                        self.low[indices], self.high[indices] = (
-                            np.minimum(self.low[indices], values),
-                            np.maximum(self.high[indices], values),
-                        )
+                        self.low[indices] = np.minimum(self.low[indices], values)
+                        self.high[indices] = np.maximum(self.high[indices], values)
             except (ValueError, SolveError) as error:
                 self.lost[f"One variant cannot be computed: {error}"] = None
                 return None
@@ -261,9 +259,8 @@ def _torques(project: Project) -> tuple[float, ...]:
     if not project.other_loads[0] < project.other_loads[1]:
         return ()
     sizes = dict[float, float]()
-    for torque in dict.fromkeys(
-        (project.mean_load_torque, *spread(project, WITH_MEMORY if project.has_memory else LOADS))
-    ):
+    others = spread(project, WITH_MEMORY if project.has_memory else LOADS)
+    for torque in dict.fromkeys((project.mean_load_torque, *others)):
         with suppress(ValueError, SolveError):
             response = solved(_under(project, torque))
             sizes[torque] = float(response.oscillation[response.top])

@@ -1,6 +1,6 @@
 """`compensate`: a controller on a drive against its plain loop, and a bench of several at several speeds."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,14 +9,14 @@ from numpy.typing import ArrayLike
 
 from ...base.protocols import lines_of
 from ...base.quantities import number, numbers, shown, whole
-from ...base.sentences import silent
+from ...base.sentences import Progress, silent
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from ...model.controllers import SampledPD, Sampling
 from ...model.excitation import mean_torque
 from ...model.train.drive_train import DriveTrain
-from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble, LoopRun
+from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble
 from ...numerics.operating_point import loaded_state
 from ..analysis.knobs import stiffer
 from .bench import Bench, lines_in, steady_bench_of
@@ -46,7 +46,7 @@ def compensate(
     units: int = 0,
     seed: int = 1,
     load_angles: ArrayLike | None = None,
-    progress: Callable[[str, float], None] = silent,
+    progress: Progress = silent,
 ) -> Compensation:
     """Run a drive in closed loop with a controller, and with its plain loop, at a constant speed.
 
@@ -112,7 +112,7 @@ def compensation_bench(
     plant: DriveTrain | None = None,
     robust: bool = False,
     load_angles: ArrayLike | None = None,
-    progress: Callable[[str, float], None] = silent,
+    progress: Progress = silent,
 ) -> CompensationBench:
     """Run several controllers on one drive at several speeds; parameters and errors as of `compensate`.
 
@@ -293,7 +293,8 @@ def _one(
     if rate:
         run = adapting(bench, controller, speed, end)
         result = replace(result, converged=converged_at(run, ERROR_SHARE * result.before.rms))
-        warnings += _given_up(bench, design, controller, speed, run, result)
+        if result.after.rms > ERROR_SHARE * result.before.rms and tripped(controller, run.memory.state):
+            warnings.append(_given_up(bench, design, speed))
     warnings += [*_beyond(bench, design, speed)]
     return replace(result, warnings=(*warnings, *_warnings(design, result, float(growth))))
 
@@ -321,26 +322,21 @@ def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, 
 
 def _excluded(bench: Bench, after: LoopEnsemble) -> str:
     if after.limited[0] > 0.0 and after.torque_peak[0] >= bench.sampling.limit:  # not while it settled alone
-        return (
-            f"the motor's limit of {bench.sampling.limit:.4g} N*m is met in {100.0 * after.limited[0]:.3g} % of samples"
-        )
+        limit, share = bench.sampling.limit, 100.0 * after.limited[0]
+        return f"the motor's limit of {limit:.4g} N*m is met in {share:.3g} % of samples"
     peak = getattr(bench.gear, "repeated_peak_torque", None)
-    if peak and after.gear_torque[0] > peak:
-        return (
-            f"the gear carries {after.gear_torque[0]:.4g} N*m, above its limit for repeated peak torque, {peak:.4g} N*m"
-        )
+    carried = after.gear_torque[0]
+    if peak and carried > peak:
+        return f"the gear carries {carried:.4g} N*m, above its limit for repeated peak torque, {peak:.4g} N*m"
     return ""
 
 
-def _given_up(
-    bench: Bench, design: Compensator, controller: Any, speed: float, run: LoopRun, result: Compensation
-) -> Any:
+def _given_up(bench: Bench, design: Compensator, speed: float) -> str:
     """Sentence on a controller that takes little away and whose guard has dropped its torque."""
-    if result.after.rms > ERROR_SHARE * result.before.rms and tripped(controller, run.memory.state):
-        yield (
-            f"{design.name}: its guard has dropped its torque at {bench.speeds.said(speed)}, as that grew beyond what "
-            "the error of the model needs; compare the sign and the phase of the model with the drive."
-        )
+    return (
+        f"{design.name}: its guard has dropped its torque at {bench.speeds.said(speed)}, as that grew beyond what "
+        "the error of the model needs; compare the sign and the phase of the model with the drive."
+    )
 
 
 def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:

@@ -239,29 +239,25 @@ def units_of(bench: Bench, controller: Any, speed: float, settle: float, end: fl
     stiffness = 1.0 + SCATTER[0] * draw.uniform(-1.0, 1.0, units)
     amplitude = 1.0 + SCATTER[1] * draw.uniform(-1.0, 1.0, units)
     phases = draw.uniform(0.0, 2.0 * np.pi, (units, len(lines_in(bench.plant))))
-    plants = [
-        unit_of(bench.plant, *row) for row in zip(stiffness.tolist(), amplitude.tolist(), phases.tolist(), strict=True)
-    ]
+    draws = zip(stiffness.tolist(), amplitude.tolist(), phases.tolist(), strict=True)
+    plants = [unit_of(bench.plant, *row) for row in draws]
     runs = []
     orders, y0 = np.array(bench.orders, float), bench.start(speed)
     for one in (bench.loop, controller):
         loops = [bench.closed(one, speed)._replace(train=plant._replace(omega=speed)) for plant in plants]
         runs.append(loop_ensemble(loops[0], loops, end, settle=settle, orders=orders, y0=y0))
     before, after = runs
-    lost = ~after.stable | (after.rms > GIVEN_UP * before.rms)
-    unstable = tuple(
-        (int(i), _cause(bench, controller, speed, plants[i], float(after.limited[i]))) for i in np.flatnonzero(lost)
-    )
-    return Units(before, after, stiffness, amplitude, unstable)
+    lost = np.flatnonzero(~after.stable | (after.rms > GIVEN_UP * before.rms)).tolist()
+    causes = (_cause(bench, controller, speed, plants[i], float(after.limited[i])) for i in lost)
+    return Units(before, after, stiffness, amplitude, tuple(zip(lost, causes, strict=True)))
 
 
 def unit_of(plant: DriveTrain, stiffness: float, amplitude: float, phases: Sequence[float]) -> DriveTrain:
     """A train with factors of its stiffness and of its lines, of error and of torque, and their phases [rad]."""
     law = stiffer(plant.law, stiffness - 1.0)
     if law is None:
-        raise ValueError(
-            f"the stiffness of {type(plant.law).__name__} cannot be scaled by its numbers: no units are drawn"
-        )
+        fault = f"the stiffness of {type(plant.law).__name__} cannot be scaled by its numbers: no units are drawn"
+        raise ValueError(fault)
     left = iter(phases)
 
     def unit(line: Any) -> Any:

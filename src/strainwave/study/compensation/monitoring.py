@@ -72,13 +72,11 @@ class Monitored(Result):
         ]
         for k, a, p in zip(self.orders, self.amplitude[:, -1], self.phase[:, -1], strict=True):
             lines.append(f"  order {k:g}: amplitude {a:.4g}, phase {np.degrees(p):.4g} deg")
-        lines.append(
-            f"  frequency of order {self.orders[0]:g}: {self.frequency[-1]:.4g} rad/s; mean {self.mean[-1]:.4g}"
-        )
+        order, frequency, mean = self.orders[0], self.frequency[-1], self.mean[-1]
+        lines.append(f"  frequency of order {order:g}: {frequency:.4g} rad/s; mean {mean:.4g}")
         if self.settled_from > self.time[-1]:
-            lines.append(
-                "  the record ends before the estimate has settled: raise the bandwidth, or take a longer record"
-            )
+            remedy = "raise the bandwidth, or take a longer record"
+            lines.append(f"  the record ends before the estimate has settled: {remedy}")
         if self.lost:
             lines.append(f"  {self.lost} samples are NaN; the estimate stays as it is over them")
         return on_screen("\n".join(lines))
@@ -154,9 +152,8 @@ def _demodulated(
     speed = np.abs(np.gradient(angle, period))
     fastest = float(np.max(speed))
     if not fastest > 0.0:
-        raise ValueError(
-            "the angle does not move, so that it has no orders; give `frequencies` to track a line in time"
-        )
+        fault = "the angle does not move, so that it has no orders; give `frequencies` to track a line in time"
+        raise ValueError(fault)
     if fastest * max(orders) * period > 0.5 * np.pi:
         raise ValueError(
             f"samples every {period:.4g} s are too slow for order {max(orders)} at {fastest:.4g} rad/s; sample at "
@@ -180,9 +177,8 @@ def _tracked(
     t: Floats, y: Floats, period: float, frequencies: tuple[float, float] | None, bandwidth: float | None
 ) -> Monitored:
     if frequencies is None:
-        raise ValueError(
-            "there is neither an angle nor a range of frequencies; give angle=..., or frequencies=(low, high)"
-        )
+        fault = "there is neither an angle nor a range of frequencies; give angle=..., or frequencies=(low, high)"
+        raise ValueError(fault)
     low, high = interval("frequencies [rad/s]", frequencies, positive=True)
     rate = 0.05 * low if bandwidth is None else number("bandwidth [1/s]", bandwidth, positive=True)
     tracker = checked(Tracker(low, high, rate, period))

@@ -212,9 +212,8 @@ class Compensation(Result):
 
     def on_others(self) -> tuple[str, ...]:
         """Sentences on its rate, and on its error on gears and units that differ from the model."""
-        return tuple(
-            filter(None, (self.pace, *map(str, self.robustness), "" if self.units is None else str(self.units)))
-        )
+        units = "" if self.units is None else str(self.units)
+        return tuple(filter(None, (self.pace, *map(str, self.robustness), units)))
 
     def facts(self) -> tuple[Fact, ...]:
         """Row of a table."""

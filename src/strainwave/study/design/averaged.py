@@ -25,10 +25,8 @@ import numpy as np
 
 from ...base.results import Floats, SolveError
 from ...drive.loops.linear_control import control_parts, control_response
-from ...drive.train_curve import POINTS, Crest, largest_crest
 from ...model.excitation import Harmonic, KinematicError
 from ...model.oscillator import Oscillator
-from ...model.train.drive_train import DriveTrain
 from ...numerics.balance.linear_part import one_harmonic
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import Resonance
@@ -121,12 +119,6 @@ def largest(drives: Drives) -> Largest:
     return Largest(*(of(name) for name in Largest._fields))
 
 
-def loop_stiffness(loop: Any, s: Any) -> Any:
-    """Torque of a loop over the deviation of the motor [N*m/rad] at s = i omega (n, m) [1/s]."""
-    by_angle, of_motor = control_response(control_parts(loop), np.ravel(np.imag(s))).T
-    return (by_angle + of_motor).reshape(np.shape(s))
-
-
 def impedance(drives: Drives, s: Any) -> Any:
     """Z [N*m/rad] of motor and load as the torsion meets them, at s = i omega (n, m) [1/s]."""
     load = drives.J_l[:, None] * s * s
@@ -137,8 +129,10 @@ def impedance(drives: Drives, s: Any) -> Any:
 
 
 def _motor(drives: Drives, s: Any) -> Any:
-    """M [N*m/rad] of a motor in its loop."""
-    return drives.J_m[:, None] * s * s + np.reshape(drives.gain, (-1, 1)) * loop_stiffness(drives.loop, s)
+    """M [N*m/rad] of a motor in its loop, whose torque over the deviation of the motor is added."""
+    by_angle, of_motor = control_response(control_parts(drives.loop), np.ravel(np.imag(s))).T
+    stiffness = np.reshape(by_angle + of_motor, np.shape(s))
+    return drives.J_m[:, None] * s * s + np.reshape(drives.gain, (-1, 1)) * stiffness
 
 
 def _deviation(drives: Drives, line: Any, s: Any) -> Any:
@@ -284,10 +278,8 @@ def worth(drives: Drives, peaks: Largest, row: int) -> float:
     ripple = 0.0 if drives.loop is None else drives.N * slope
     if not mass > 0.0:
         return UNKNOWN
-    oscillator = Oscillator(
-        mass, float(peaks.damping[row]), drives.law, Harmonic(0.0, mean=drives.torque), float(peaks.omega[row]),
-        drives.error,
-    )  # fmt: skip
+    damping, omega, torque = float(peaks.damping[row]), float(peaks.omega[row]), Harmonic(0.0, mean=drives.torque)
+    oscillator = Oscillator(mass, damping, drives.law, torque, omega, drives.error)
     try:
         seen = slow_flow(oscillator, Resonance(order, 1)).certificate()
     except (SolveError, ValueError):
@@ -295,11 +287,6 @@ def worth(drives: Drives, peaks: Largest, row: int) -> float:
     share = min(1.0, float(peaks.amplitude[row] / peaks.oscillation[row]))
     size = max(seen.amplitude, seen.waveform) * share
     return size + ripple if math.isfinite(size) else UNKNOWN
-
-
-def balanced(train: DriveTrain, speeds: tuple[float, float]) -> Crest | None:
-    """Largest oscillation of a whole drive train over a range of motor speeds [rad/s], by harmonic balance."""
-    return largest_crest(train, speeds, None, points=POINTS)
 
 
 def _stiffer(drives: Drives, by: float) -> Drives:

@@ -7,22 +7,22 @@ the whole drive.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
 from ...base.results import Interrupted, SolveError
-from ...base.sentences import listed, silent
+from ...base.sentences import Progress, listed, silent
 from ...base.units import ARCSEC, RPM
 from ...drive.loop_margin import unstable
-from ...drive.train_curve import Crest
+from ...drive.train_curve import POINTS, Crest, largest_crest
 from ...model.drive import Drive
 from ...model.excitation import Harmonic
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...model.train import DriveTrain, Held
-from .averaged import Drives, Largest, balanced, largest, sensitivities, worth
+from .averaged import Drives, Largest, largest, sensitivities, worth
 from .options import Case, Option, bounded, error_of, for_balance, forbidden, option_of, rotor_doubts
 from .result import Candidate, Design, front
 from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, miss_of, needed
@@ -33,7 +33,6 @@ MOST_SENSITIVITIES = 3  # designs whose sensitivities are given
 AVERAGING, BALANCE = "averaging", "harmonic balance"
 NONE = Check("", 0.0, "")
 OSCILLATION, LOOP = "oscillation", "loop"
-Progress = Callable[[str, float], None]
 
 
 def design(
@@ -106,7 +105,8 @@ class _Search:
         for option in self.good:
             self.misses.pop(option.gear.name, None)
         nearest = "" if feasible else self._nearest(gears)
-        chosen = [(o, self._drives(o.gear, [o.rotor], [o.load], o.torque)) for o in best[:MOST_SENSITIVITIES]]
+        first = best[:MOST_SENSITIVITIES]
+        chosen = [(o, self._drives(o.gear, [o.rotor], [o.worst.load], o.worst.torque)) for o in first]
         without = {name: some for name, some in self.lacking.items() if name not in self.misses}
         result = Design(
             specification=self.spec, feasible=tuple(feasible), pareto=tuple(map(self._candidate, best)),
@@ -116,10 +116,8 @@ class _Search:
             drives=self.drives, balanced=len(self.balances), remarks=tuple(self._remarks()),
         )  # fmt: skip
         if self.stopped:
-            raise Interrupted(
-                f"interrupted; {len(self.balances)} designs were computed by harmonic balance, the others by averaging",
-                result,
-            )
+            count = f"{len(self.balances)} designs were computed by harmonic balance"
+            raise Interrupted(f"interrupted; {count}, the others by averaging", result)
         return result
 
     def _drives(self, gear: Gear, motors: Any, loads: Any, torque: float) -> Drives:
@@ -130,11 +128,8 @@ class _Search:
         ratio = float(gear.ratio)
         loop, tuned = spec.control(1.0), np.array([*map(spec.tuned, J_l.tolist())])
         gain = J_m + tuned / ratio**2 if loop is not None and loop is not spec.loop else 1.0
-        low, high = ratio * spec.speeds[0], ratio * spec.speeds[1]
-        return Drives(
-            gear.law, ratio, -torque, error_of(gear, spec), (low, high), J_m, J_l,
-            spec.damping(gear.law.K1, tuned), loop, gain,
-        )  # fmt: skip
+        speeds, damping = (ratio * spec.speeds[0], ratio * spec.speeds[1]), spec.damping(gear.law.K1, tuned)
+        return Drives(gear.law, ratio, -torque, error_of(gear, spec), speeds, J_m, J_l, damping, loop, gain)
 
     def _averaged(self, gear: Gear, rules: Check) -> list[Option]:
         """One option for every motor, with every load under every torque."""
@@ -165,7 +160,7 @@ class _Search:
         What fails by its oscillation anyway passes.
         """
         spec, ratio = self.spec, option.gear.ratio
-        if spec.loop is None or option.low > spec.limit * SURE:
+        if spec.loop is None or option.worst.low > spec.limit * SURE:
             return True
         for load in {min(spec.load_inertias), max(spec.load_inertias)}:
             train = self._train(option, option.cases[0]._replace(load=load, torque=0.0))
@@ -179,10 +174,10 @@ class _Search:
     def _decide(self, options: list[Option]) -> None:
         """Sort options into those that serve and those that do not; what averaging leaves open goes to the balance."""
         limit, open_ = self.spec.limit * SURE, []
-        for option in sorted(options, key=lambda o: o.size):
-            if option.high <= limit:
+        for option in sorted(options, key=lambda o: o.worst.size):
+            if option.worst.high <= limit:
                 self.good.append(option)
-            elif option.low > limit:
+            elif option.worst.low > limit:
                 self._miss(option)
             else:
                 open_.append(option)
@@ -192,7 +187,7 @@ class _Search:
         open_ = ahead + [o for o in open_ if o not in ahead]
         for i, option in enumerate(open_):
             option = self._balanced(option, 0.5 + 0.4 * i / len(open_))
-            if option.size <= limit:
+            if option.worst.size <= limit:
                 self.good.append(option)
             else:
                 self._miss(option)
@@ -202,7 +197,7 @@ class _Search:
         while True:
             chosen = front([self._candidate(option) for option in self.good])
             names = {(c.gear, c.rotor_inertia) for c in chosen}
-            members = sorted((o for o in self.good if (o.gear.name, o.rotor) in names), key=lambda o: o.size)
+            members = sorted((o for o in self.good if (o.gear.name, o.rotor) in names), key=lambda o: o.worst.size)
             if self.stopped or len(self.balances) >= MOST_BALANCED:
                 return members
             open_ = [o for o in members if not o.balanced]
@@ -212,7 +207,7 @@ class _Search:
             self.good = [o for o in self.good if o not in (*open_, *refused)]
             for option in open_:
                 option = self._balanced(option, 0.95)
-                if option.size <= self.spec.limit * SURE:
+                if option.worst.size <= self.spec.limit * SURE:
                     self.good.append(option._replace(balanced=not self.stopped or option.balanced))
                 else:
                     self._miss(option)
@@ -234,10 +229,8 @@ class _Search:
         if worst is None:
             return option
         crest, load, torque = worst
-        size, error = crest.size, crest.tail.share
-        return option._replace(
-            load=load, torque=torque, size=size, low=size, high=size, speed=crest.speed, error=error, balanced=True
-        )
+        case = Case(load, torque, crest.size, crest.size, crest.size, crest.speed)
+        return option._replace(worst=case, error=crest.tail.share, balanced=True)
 
     def _worst(self, option: Option) -> tuple[Crest, float, float] | None:
         """Largest oscillation of an option, with the load and the torque under which it occurs; None where one fails.
@@ -255,7 +248,7 @@ class _Search:
             train = self._train(option, case)
             speeds = option.gear.ratio * self.spec.speeds[0], option.gear.ratio * self.spec.speeds[1]
             try:
-                motion = balanced(train, speeds)
+                motion = largest_crest(train, speeds, None, points=POINTS)
             except SolveError:
                 return None
             if motion is None:
@@ -277,7 +270,7 @@ class _Search:
         self.progress(f"motions apart from the curve, {gear.name}", 0.95)
         drive = f"{gear.name} with a rotor of {option.rotor:.3g} kg*m^2"
         try:
-            train = self._train(option, option.cases[0]._replace(load=option.load))
+            train = self._train(option, option.cases[0]._replace(load=option.worst.load))
             size, under, between = forbidden(train, gear, self.spec)
         except KeyboardInterrupt:
             self.stopped = True
@@ -304,9 +297,9 @@ class _Search:
     def _miss(self, option: Option) -> None:
         """Note what a gear misses: of its motors the one with the smallest oscillation counts."""
         spec, c = self.spec, self._candidate(option)
-        sure = "" if option.balanced else f", at least {option.low / ARCSEC:.4g} arcsec"
-        if not option.balanced and math.isfinite(option.high):
-            sure = f", between {option.low / ARCSEC:.4g} and {option.high / ARCSEC:.4g} arcsec"
+        sure = "" if option.balanced else f", at least {option.worst.low / ARCSEC:.4g} arcsec"
+        if not option.balanced and math.isfinite(option.worst.high):
+            sure = f", between {option.worst.low / ARCSEC:.4g} and {option.worst.high / ARCSEC:.4g} arcsec"
         use = c.oscillation / spec.limit
         digits = digits_apart(use)
         sentence = (
@@ -320,30 +313,24 @@ class _Search:
             self.misses[c.gear] = check
 
     def _candidate(self, option: Option) -> Candidate:
-        gear, spec, key = option.gear, self.spec, (option.gear.name, option.rotor)
-        used = option.size / spec.limit
+        gear, spec, worst, key = option.gear, self.spec, option.worst, (option.gear.name, option.rotor)
+        used = worst.size / spec.limit
         binding = (OSCILLATION, used) if used >= option.rules.use else (option.rules.name, option.rules.use)
         return Candidate(
             gear=gear.name, ratio=gear.ratio, size=gear.size or 0, mass=math.nan if gear.mass is None else gear.mass,
-            motor_inertia=option.J_m, reflected_inertia=gear.ratio**2 * option.J_m, load_inertia=option.load,
-            B=float(spec.damping(gear.law.K1, spec.tuned(option.load))), oscillation=option.size, speed=option.speed,
+            motor_inertia=option.J_m, reflected_inertia=gear.ratio**2 * option.J_m, load_inertia=worst.load,
+            B=float(spec.damping(gear.law.K1, spec.tuned(worst.load))), oscillation=worst.size, speed=worst.speed,
             error=option.error, method=BALANCE if option.balanced else AVERAGING, life=life(gear, spec),
-            margin=1.0 - binding[1], binding=binding[0], load_torque=option.torque, rotor_inertia=option.rotor,
+            margin=1.0 - binding[1], binding=binding[0], load_torque=worst.torque, rotor_inertia=option.rotor,
             doubts=(*gear.doubts_about(*needed(spec)), *rotor_doubts(option), *self.between.get(key, ())),
             hysteresis_loss=math.nan if gear.hysteresis_loss is None else gear.hysteresis_loss,
         )  # fmt: skip
 
     def _nearest(self, gears: list[Gear]) -> str:
         """The gear that misses least of all, with the oscillation of those that the rules had turned away already."""
-        missing = sorted(
-            (
-                (miss, gear)
-                for gear in gears
-                if gear.name not in self.lacking
-                if (miss := self.misses.get(gear.name)) and math.isfinite(miss.use)
-            ),
-            key=lambda miss: miss[0].use,
-        )
+        judged = [gear for gear in gears if gear.name in self.misses and gear.name not in self.lacking]
+        misses = [(self.misses[gear.name], gear) for gear in judged]
+        missing = sorted((miss for miss in misses if math.isfinite(miss[0].use)), key=lambda miss: miss[0].use)
         best: tuple[str, Check] | None = None
         for rules, gear in missing:
             if best is not None and rules.use >= best[1].use:

@@ -33,17 +33,12 @@ class Case(NamedTuple):
 
 
 class Option(NamedTuple):
-    """A gear with one rotor: its result under its worst load, and that of averaging under each."""
+    """A gear with one rotor: its result under its worst load, bounds of all in it, and that of averaging under each."""
 
     gear: Gear
     rules: Check
     rotor: float
-    load: float
-    torque: float
-    size: float
-    low: float
-    high: float
-    speed: float
+    worst: Case
     error: float
     cases: tuple[Case, ...]
     balanced: bool = False
@@ -56,9 +51,9 @@ class Option(NamedTuple):
 
 def option_of(gear: Gear, rules: Check, rotor: float, cases: list[Case]) -> Option:
     """A gear with a rotor, from its results of averaging."""
-    load, torque, size, _, _, speed = max(cases, key=lambda case: case.size)
     low, high = max(case.low for case in cases), max(case.high for case in cases)
-    return Option(gear, rules, rotor, load, torque, size, low, high, speed, 0.0, tuple(cases))
+    worst = max(cases, key=lambda case: case.size)._replace(low=low, high=high)
+    return Option(gear, rules, rotor, worst, 0.0, tuple(cases))
 
 
 def for_balance(option: Option) -> list[Case]:
@@ -69,10 +64,10 @@ def for_balance(option: Option) -> list[Case]:
 
 def bounded(option: Option, error: float) -> Option:
     """An option with what its certificate adds to the bounds of averaging."""
-    low, high = option.low / (1.0 + error), option.high * (1.0 + error)
+    worst = option.worst._replace(low=option.worst.low / (1.0 + error), high=option.worst.high * (1.0 + error))
     cases = tuple(case._replace(high=case.high * (1.0 + error)) for case in option.cases)
-    far = max(high / option.size - 1.0, 1.0 - low / option.size)
-    return option._replace(low=low, high=high, error=far, cases=cases)
+    far = max(worst.high / worst.size - 1.0, 1.0 - worst.low / worst.size)
+    return option._replace(worst=worst, error=far, cases=cases)
 
 
 def error_of(gear: Gear, spec: Specification) -> KinematicError:

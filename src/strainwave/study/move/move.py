@@ -189,9 +189,8 @@ def move(
     task = project.move or Task() if isinstance(project, Project) else Task()
     profile = task.profile or None if profile is None else profile
     if profile is None:
-        raise ValueError(
-            "there is no profile; give one, such as Trapezoid(angle, time), or a `move` in the project file"
-        )
+        fault = "there is no profile; give one, such as Trapezoid(angle, time), or a `move` in the project file"
+        raise ValueError(fault)
     path = path_of(profile, task.start if start is None else start)
     mover = mover_of(project, gear, limits, task.payload if payload is None else payload)
     given = (window, task.window, getattr(project, "limit", None), WINDOW)

@@ -111,11 +111,10 @@ def move_findings(train: DriveTrain, path: Path, limits: MotorLimits, motion: Mo
     of_torque = _stretched(train, path, limits) if _too_large(demand, limits) else smoother
     of_speed = _stretch(path, over, "take a smaller ratio") if over > 1.0 else smoother
     computed = "the move is computed as if the motor had it; "
+    remedies = computed + of_torque, computed + of_speed
     holding = float(np.max(np.abs(demand_of(train, path, math.inf).motor)))
     peak = None if limits.peak_torque else motion.peak_torque
-    yield from asked.motor_findings(
-        limits, peak, motion.peak_speed, holding, (computed + of_torque, computed + of_speed)
-    )
+    yield from asked.motor_findings(limits, peak, motion.peak_speed, holding, remedies)
     if limits.peak_torque:
         size = np.abs(motion.torque)
         need = asked.Need(np.abs(motion.speed), size, size, np.zeros(len(size) - 1, bool))

@@ -155,9 +155,8 @@ def path_of(profile: Any, start: float | None = None) -> Path:
     if not np.any(path.moving):
         raise ValueError(f"the profile waits for {path.duration:g} s and moves nothing; give an angle to move by")
     if not path.travel() > 0.0:
-        raise ValueError(
-            f"the profile begins at {path.angle[0]:g} rad, where no float tells its angles apart; begin nearer to 0"
-        )
+        fault = f"the profile begins at {path.angle[0]:g} rad, where no float tells its angles apart; begin nearer to 0"
+        raise ValueError(fault)
     return path
 
 

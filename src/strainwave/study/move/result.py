@@ -6,7 +6,7 @@ Resonances that a move passes, and what each costs: the error that the kinematic
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -80,20 +80,6 @@ class Pass:
             Fact("time_s", self.time, "largest from"), Fact("largest_arcsec", self.largest, "error up to"),
             Fact("", number(self.amplification, 3), "times that of a slow move"),
         )  # fmt: skip
-
-
-class InBand(NamedTuple):
-    """Time [s] that a move spends in a band of speeds [rad/s] of the motor, and its share of the profile."""
-
-    low: float
-    high: float
-    time: float
-    share: float
-
-    def facts(self) -> tuple[Fact, ...]:
-        """Its numbers."""
-        ends = Fact("from_rpm", self.low, "speeds to avoid: from"), Fact("to_rpm", self.high, "to")
-        return *ends, Fact("time_s", self.time, "time there"), Fact("", percent(self.share, 3), "share of the move")
 
 
 def crossings(train: DriveTrain, path: Path, frequencies: Floats) -> list[tuple[float, float, int, float]]:
@@ -292,7 +278,7 @@ class Move(Result):
             Fact("gear.cubic_mean_torque_N_m", self.average_gear_torque, "cubic mean {}"),
             Fact("gear.life_L10_h", self.life, "" if self.life is None else LIFE),
             Fact("limits", tuple(finding.data() for finding in self.findings)),
-            Fact("speeds_to_avoid", tuple(band.facts() for band in self._in_bands()), "{}"),
+            Fact("speeds_to_avoid", tuple(self._in_bands()), "{}"),
             Fact("resonances_passed", tuple(item.facts() for item in self.passes)),
             Fact("", tuple(self._worst_passes()), "{}"),
             Fact("energy_J.work", self.work),
@@ -310,9 +296,12 @@ class Move(Result):
             yield Fact("motor.peak_current_A", self.peak_motor_torque / self.K_t, "current at most {}")
             yield Fact("motor.rms_current_A", self.rms_motor_torque / self.K_t, "rms {}")
 
-    def _in_bands(self) -> list["InBand"]:
-        times = zip(self.bands, self.time_in_bands, strict=True)
-        return [InBand(low, high, time, time / self.duration) for (low, high), time in times]
+    def _in_bands(self) -> Iterator[tuple[Fact, ...]]:
+        """A row for each band of speeds to avoid: its ends, the time there, and its share of the profile."""
+        for (low, high), time in zip(self.bands, self.time_in_bands, strict=True):
+            ends = Fact("from_rpm", low, "speeds to avoid: from"), Fact("to_rpm", high, "to")
+            share = Fact("", percent(time / self.duration, 3), "share of the move")
+            yield *ends, Fact("time_s", time, "time there"), share
 
     def _worst_passes(self) -> Iterator[tuple[Fact, ...]]:
         """A row for each speed at which an order meets a resonance."""

@@ -202,10 +202,8 @@ def run_up(system: Any, rates: ArrayLike, *, speeds: tuple[float, float] | None 
             f"at {np.min(rates):g} rad/s^2 a run from {low:g} to {high:g} rad/s takes {np.max(turns):.2g} turns, more "
             f"than {MOST_TURNS:,}; give rates from {least:.2g} rad/s^2 on, or a narrower range of speeds"
         )
-    runs = [
-        [_run(system, *ends, rate, n) for rate, n in zip(rates.tolist(), turns.tolist(), strict=True)]
-        for ends in ((low, high), (high, low))
-    ]
+    each = list(zip(rates.tolist(), turns.tolist(), strict=True))
+    runs = [[_run(system, *ends, rate, n) for rate, n in each] for ends in ((low, high), (high, low))]
     largest, speed = np.moveaxis(np.array(runs), 2, 0)
     return RunUps(rates, largest, speed, (low, high), "pointing error" if isinstance(system, DriveTrain) else "error x")
 

@@ -131,9 +131,8 @@ def summary(run: Run) -> str:
 
 def _best(run: Run) -> list[str]:
     """Numbers of the best controllers at every speed, each at its worst angle: with an encoder on the load, without."""
-    cases = [
-        best_at(run.results, i, load_encoder=seeing) for i in range(len(run.results.speeds)) for seeing in (True, False)
-    ]
+    speeds = range(len(run.results.speeds))
+    cases = [best_at(run.results, i, load_encoder=seeing) for i in speeds for seeing in (True, False)]
     angled, present = len(run.benches) > 1, [case for case in cases if case is not None]
     rows = [(*case.facts(), *_more(case, angled)) for case in present]
     return [f"  {line}" for line in aligned(table_of(rows))] if rows else []

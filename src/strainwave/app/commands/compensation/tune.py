@@ -15,7 +15,7 @@ from ....plot.svg import stacked
 from ....study.tuning.cost import GOALS
 from ....study.tuning.result import TunedLoop
 from ....study.tuning.tune import tune as tuned
-from ...console import Copied, Progress, columns, reported, write_all
+from ...console import Progress, columns, reported, write_all
 from ...view import quantity
 from ..options import json_option, output_option, project_argument
 
@@ -70,7 +70,7 @@ def _write(project: Project, tuned: TunedLoop, output: Path, profiles: Sequence[
     """Write the files; why there is no project file, where one cannot hold the result."""
     label = "response before and after, goal over peak sensitivity"
     drawn = stacked(named(tuned.panels(), project.title), 280.0, label)
-    files: dict[str, Any] = {name: Copied(project.path.parent / name) for name in profiles}
+    files: dict[str, Any] = {name: (project.path.parent / name).read_bytes() for name in profiles}
     files |= {CSV: columns(tuned.variables()), SVG: drawn, JSON: reported(project.title, tuned.facts(), True)}
     fault = None
     try:

@@ -87,15 +87,15 @@ def _write(title: str, fit: BodeFit, facts: tuple[Fact, ...], folder: Path) -> N
 @output_option("Folder for loop.svg, loop.csv, loop.json and gear.yaml, the block of a project file.")
 @json_option
 def fit_loop(
-    file: Path, rated_torque: str | None, ratio: float | None, torsion: str, torque: str, delimiter: str | None,
-    decimal: str | None, output: Path | None, as_json: bool,
+    file: Path, rated_torque: str | None, ratio: float | None, torsion: str, torque: str, output: Path | None,
+    as_json: bool, **dialect: str | None,
 ) -> None:  # fmt: skip
     """Fit the law of a gear to a measured loop of torque.
 
     FILE is what `strainwave read-log` reads: CSV in any dialect, .npz, .mat, .parquet or .mf4; it needs no time.
     """
     rated = None if rated_torque is None else value_of("--rated-torque", rated_torque, "N*m")
-    log = read_loop_file(file, {"torsion": torsion, "torque": torque}, delimiter, decimal)
+    log = read_loop_file(file, {"torsion": torsion, "torque": torque}, dialect)
     try:
         fit = loop_fitted(log.channels["torsion"], log.channels["torque"], rated_torque=rated, ratio=ratio)
     except ValueError as error:
@@ -112,12 +112,12 @@ def fit_loop(
     click.echo(numbers if as_json else "\n".join(text))
 
 
-def read_loop_file(file: Path, wanted: dict[str, str], delimiter: str | None, decimal: str | None) -> Log:
+def read_loop_file(file: Path, wanted: dict[str, str], dialect: dict[str, str | None]) -> Log:
     """Log of the channels torsion and torque in the order of the samples; errors as `read_log`."""
     named = {channel: name_and_unit(text) for channel, text in wanted.items()}
     columns = {channel: name for channel, (name, _) in named.items()}
     units = {channel: unit for channel, (_, unit) in named.items() if unit}
-    options: dict[str, Any] = {"trim": 0.0, "unwrap": False, "delimiter": delimiter, "decimal": decimal}
+    options: dict[str, Any] = {"trim": 0.0, "unwrap": False} | dialect
     try:
         return log_of(file, columns, units, rate=1.0, **options)
     except FileError:

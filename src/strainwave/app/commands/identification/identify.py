@@ -92,7 +92,5 @@ def verdict(project: Project) -> list[str]:
     except (SolveError, ValueError) as error:
         return [*text, f"No {kind}: {error}"]
     low, high = (f"{size / ARCSEC:.4g}" for size in np.quantile(peaks, (0.025, 0.975)))
-    return [
-        *text,
-        f"By the intervals the response oscillates with up to {low} to {high} arcsec (95 % of {DRAWN} drives).",
-    ]
+    spread = f"By the intervals the response oscillates with up to {low} to {high} arcsec (95 % of {DRAWN} drives)."
+    return [*text, spread]

@@ -37,9 +37,8 @@ def read_log(file: Path, output: Path | None, as_json: bool, **reading: Any) -> 
     if output is not None:
         with staged(output) as folder:
             read.save(folder / CSV)
-            (folder / SVG).write_text(
-                stacked(log_panels(read, parts), 165.0, "a log over the time", WIDTH) + "\n", encoding="utf-8"
-            )
+            drawn = stacked(log_panels(read, parts), 165.0, "a log over the time", WIDTH)
+            (folder / SVG).write_text(drawn + "\n", encoding="utf-8")
     report = facts(file, read, parts)
     written = [] if output is None else [f"written: {output / CSV}, {output / SVG}"]
     click.echo(to_json(data(report)) if as_json else "\n".join([*lines(report), *written]))

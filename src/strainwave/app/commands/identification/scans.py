@@ -98,11 +98,8 @@ def project_lines(lines: Iterable[Any], once: float = 1.0) -> str:
 
 def block(lines: Sequence[Any], once: float = 1.0) -> str:
     """The lines for a project file, those apart whose amplitude or phase the data do not tell."""
-    sure = [
-        k
-        for k in lines
-        if 2.0 * NINETY_FIVE * k.amplitude_error < k.amplitude and NINETY_FIVE * k.phase_error < 0.5 * np.pi
-    ]
+    large = [line for line in lines if 2.0 * NINETY_FIVE * line.amplitude_error < line.amplitude]
+    sure = [line for line in large if NINETY_FIVE * line.phase_error < 0.5 * np.pi]
     out = ", ".join(f"{line.order / once:g}" for line in lines if line not in sure)
     refused = f"not for a project file, as their intervals are wider than their values: orders {out}\n" if out else ""
     return (refused + (f"for a project file:\n{project_lines(sure, once)}" if sure else "")).rstrip()
@@ -176,9 +173,8 @@ def order_scan(
         click.echo("a project file counts orders on the motor's turn: give --ratio for its lines")
     elif scan.unit == "rad":
         once = float(ratio) if ratio and turned == "load_angle" else 1.0
-        click.echo(
-            block([line for line in scan.lines if is_whole(line, once)], once) or "no whole order for a project file"
-        )
+        whole = [line for line in scan.lines if is_whole(line, once)]
+        click.echo(block(whole, once) or "no whole order for a project file")
     if output is not None:
         click.echo(f"written: {output / CSV}, {JSON}, {SVG}")
 

@@ -12,7 +12,7 @@ from ....study.speed_map.avoid import Avoid
 from ....study.speed_map.bands import AMPLIFIED
 from ...console import number
 from ...view import View, sizes, speed_data
-from ..remedies import no_help, remedies_data
+from ..remedies import bare_speed, no_help, remedies_data
 from ..section import Part, Table
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
         return text
     speed, size = avoid.largest_passed
     speeds = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"
-    speeds += Sentence(", with up to {} about the mean of its turns, at {}", Angle(size), _speed(speed))
+    speeds += Sentence(", with up to {} about the mean of its turns, at {}", Angle(size), bare_speed(speed))
     if view.analysis.train_curve is None:
         return (
             "These speeds are those of the error equation, in place of the whole drive train; the run-up of that train "
@@ -124,19 +124,18 @@ def _limits(view: View, avoid: Avoid) -> Sentence:
     return Sentence(" With the {}, keep out of {} {}.", listed([*of, *posed]), _ranges(view, verdict.speeds), Speed())
 
 
+def _between(low: float, high: float) -> Sentence:
+    return "between " + bare_speed(low) + " and " + bare_speed(high)
+
+
 def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:
     first, last = view.analysis.speeds
     ends = {last: " (the end of the range)", first: " (from the start of the range)"}
     return listed(
-        _speed(*band, ways=(-1, 1))
+        bare_speed(*band, ways=(-1, 1))
         + "".join(text for end, text in ends.items() if any(math.isclose(end, speed) for speed in band))
         for band in bands
     )
-
-
-def _speed(*omega: float, ways: tuple[int, ...] = ()) -> Speed:
-    """Speeds without their unit, for ends of bands."""
-    return Speed(*omega, digits=4, between=" to ", bare=True, ways=ways)
 
 
 def _rule(avoid: Avoid) -> str:
@@ -165,23 +164,19 @@ def _avoid(view: View, avoid: Avoid) -> Sentence:
         )  # fmt: skip
     reasons: list[str] = []
     if avoid.peaks:
-        tops = listed(Angle(size) + " at " + _speed(speed) for speed, size in avoid.peaks)
+        tops = listed(Angle(size) + " at " + bare_speed(speed) for speed, size in avoid.peaks)
         reasons.append(Sentence(f"the error oscillates with more than {AMPLIFIED:g} times the {{}}: {{}}", slow, tops))
     if avoid.limit is not None and avoid.largest > avoid.limit:
         text = "the error oscillates with more than the limit of {}, at most {} at {}"
-        reasons.append(Sentence(text, Angle(avoid.limit), Angle(avoid.largest), _speed(avoid.at)))
+        reasons.append(Sentence(text, Angle(avoid.limit), Angle(avoid.largest), bare_speed(avoid.at)))
     if avoid.apart is not None and avoid.apart[1] > (avoid.limit or AMPLIFIED * avoid.slow):
         text = "a motion apart from the curve oscillates with up to {}, at {}"
-        reasons.append(Sentence(text, apart_said(avoid.apart)[0], _speed(avoid.apart[0])))
+        reasons.append(Sentence(text, apart_said(avoid.apart)[0], bare_speed(avoid.apart[0])))
     jumping = [(None, band) for band in sweep.jumping] if sweep is not None else []
-    if jumps := [
-        "between " + _speed(band.low) + " and " + _speed(band.high) + under_load(torque)
-        for torque, band in jumping or view.analysis.jumping
-    ]:
+    if jumps := [_between(band.low, band.high) + under_load(at) for at, band in jumping or view.analysis.jumping]:
         reasons.append("the motion jumps " + listed(jumps))
     if avoid.unstable:
-        intervals = listed("between " + _speed(low) + " and " + _speed(high) for low, high in avoid.unstable)
-        reasons.append("the motion is not stable " + intervals)
+        reasons.append("the motion is not stable " + listed(_between(*ends) for ends in avoid.unstable))
     reason = Sentence(", and ").join(reasons)
     return Sentence("Avoid {} {}: there {}.", _ranges(view, avoid.bands), Speed(), reason)
 
@@ -212,10 +207,8 @@ def compensation(view: View) -> Part:
     remarks = list(dict.fromkeys(text for result in results for text in (*result.warnings, *result.remarks)))
     body = {"not_computed": "", "speed": speed, **speed_data(speeds, first.speed), **before, "controllers": controllers}
     others = [{"controller": c["title"]} | gear for c in controllers for gear in c["other_gears"]]
-    panels = error_panels(
-        motion(bench, "loop", first.speed, "plain loop"),
-        [motion(bench, name, first.speed, name) for name in _names(view)],
-    )
+    plain = motion(bench, "loop", first.speed, "plain loop")
+    panels = error_panels(plain, [motion(bench, name, first.speed, name) for name in _names(view)])
     return Part(
         heading,
         {"compensation": body | {"remarks": remarks}},

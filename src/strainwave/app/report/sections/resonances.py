@@ -47,15 +47,11 @@ def resonances(view: View) -> Part:
     inside = [(i, regime) for i, regime in enumerate(regimes, 1) if regime.inside]
     without = (reason + "." for reason in dict.fromkeys(regime.reason for _, regime in inside if regime.reason))
     notes = [f"{HEADS} Order: repeats per turn of the {view.speeds.base_angle}.", *without]
-    drawn = [(figure_of(view, r), verdict(row)) for r, row in zip(regimes, rows, strict=True) if _branches(r)]
+    drawn = [(figure_of(view, r), verdict(row)) for r, row in zip(regimes, rows, strict=True) if row["peak"]]
     return Part(
         "Resonances", data, [] if rows else ["No resonance can be listed: " + _remark(view)], [Table(rows, COLUMNS)],
         notes if rows else [], drawn, appendix=True,
     )  # fmt: skip
-
-
-def _branches(regime: Regime) -> bool:
-    return regime.response is not None and bool(regime.response.branches)
 
 
 def verdict(row: dict[str, Any]) -> str:

@@ -152,10 +152,8 @@ def beat_of_turns(view: View) -> Part:
     panel.line(number_of, beat.balanced, BLUE, "harmonic balance")
     if len(beat.integrated):
         panel.points(number_of, beat.integrated, BLACK, "integration")
-    drawn, waves = (
-        figure([[panel]], 240.0, "oscillation of each turn of the motor"),
-        waves_data(motions.curve, motions.top),
-    )
+    drawn = figure([[panel]], 240.0, "oscillation of each turn of the motor")
+    waves = waves_data(motions.curve, motions.top)
     table = Table(waves[:8], title=f"The largest of {len(waves)} waves, repeats per turn of motor and output")
     return Part("The beat", {"beat": data}, [sentence], [table], figures=[drawn])
 

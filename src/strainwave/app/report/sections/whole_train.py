@@ -143,14 +143,10 @@ def parts(view: View) -> str:
     shafts = (("motor", train.motor), ("load", train.load.end()))
     drags = [name for name, shaft in shafts if shaft.drag != NO_DRAG]
     behind = "a load behind " + ("a coupling" if couplings == 1 else f"{couplings} couplings in series")
-    return ", ".join(
-        [
-            motor_in_words(motor_name(train.motor.control, view.project.loop_inertia)),
-            *([behind] if couplings else []),
-            *(["load-proportional friction of the gear"] if train.friction != NO_FRICTION else []),
-            *([f"friction or gravity on the {' and the '.join(drags)}"] if drags else []),
-        ]
-    )
+    motor = motor_in_words(motor_name(train.motor.control, view.project.loop_inertia))
+    friction = ["load-proportional friction of the gear"] if train.friction != NO_FRICTION else []
+    friction += [f"friction or gravity on the {' and the '.join(drags)}"] if drags else []
+    return ", ".join([motor, *([behind] if couplings else []), *friction])
 
 
 def motor_in_words(name: str) -> str:

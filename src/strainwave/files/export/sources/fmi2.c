@@ -67,14 +67,8 @@ EACH(fmi2SetReal, set_value(MINE, references[i], values[i]), UNSET, REFERENCES, 
 
 /* Other kinds of variables: none. */
 #define NO_VARIABLES(kind, type)                                                                                      \
-    FMI(status, fmi2Get##kind)(REFERENCES, type values[])                                                             \
-    {                                                                                                                 \
-        return count ? failed(c, "all variables are real") : OK;                                                      \
-    }                                                                                                                 \
-    FMI(status, fmi2Set##kind)(REFERENCES, const type values[])                                                       \
-    {                                                                                                                 \
-        return count ? failed(c, "all variables are real") : OK;                                                      \
-    }
+    EACH(fmi2Get##kind, 0, "all variables are real", REFERENCES, type values[])                                       \
+    EACH(fmi2Set##kind, 0, "all variables are real", REFERENCES, const type values[])
 NO_VARIABLES(Integer, int)
 NO_VARIABLES(Boolean, int)
 NO_VARIABLES(String, char *)
@@ -103,18 +97,11 @@ REFUSED(fmi2GetBooleanStatus, component c, int kind, int *value)
 REFUSED(fmi2GetStringStatus, component c, int kind, const char **value)
 
 CHANGED(fmi2GetFMUstate, {
-    if (!*state && !(*state = ((instance *)c)->functions->allocate(1, sizeof *my))) {
-        return ERROR;
-    }
-    memcpy(*state, my, sizeof *my);
+    *state = *state ? *state : ((instance *)c)->functions->allocate(1, sizeof *my);
+    return copied_all(*state, my);
 }, component c, void **state)
 
-CHANGED(fmi2SetFMUstate, {
-    if (!state) {
-        return ERROR;
-    }
-    memcpy(my, state, sizeof *my);
-}, component c, void *state)
+CHANGED(fmi2SetFMUstate, return copied_all(my, state), component c, void *state)
 
 CHANGED(fmi2FreeFMUstate, {
     (void)my;

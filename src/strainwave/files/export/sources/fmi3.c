@@ -76,18 +76,11 @@ CHANGED(fmi3DoStep, {
 }, component c, double time, double span, bool no_way_back, bool *event, bool *terminate, bool *early, double *last)
 
 CHANGED(fmi3GetFMUState, {
-    if (!*state && !(*state = malloc(sizeof *my))) {
-        return ERROR;
-    }
-    memcpy(*state, my, sizeof *my);
+    *state = *state ? *state : malloc(sizeof *my);
+    return copied_all(*state, my);
 }, component c, void **state)
 
-CHANGED(fmi3SetFMUState, {
-    if (!state) {
-        return ERROR;
-    }
-    memcpy(my, state, sizeof *my);
-}, component c, void *state)
+CHANGED(fmi3SetFMUState, return copied_all(my, state), component c, void *state)
 
 FMI(status, fmi3FreeFMUState)(component c, void **state)
 {
@@ -100,14 +93,8 @@ FMI(status, fmi3FreeFMUState)(component c, void **state)
 
 /* Other kinds of variables: none. */
 #define NO_VARIABLES(kind, type)                                                                                      \
-    FMI(status, fmi3Get##kind)(REFERENCES, type values[], size_t n)                                                   \
-    {                                                                                                                 \
-        return count ? failed(c, "all variables are of the type Float64") : OK;                                       \
-    }                                                                                                                 \
-    FMI(status, fmi3Set##kind)(REFERENCES, const type values[], size_t n)                                             \
-    {                                                                                                                 \
-        return count ? failed(c, "all variables are of the type Float64") : OK;                                       \
-    }
+    EACH(fmi3Get##kind, 0, "all variables are of the type Float64", REFERENCES, type values[], size_t n)              \
+    EACH(fmi3Set##kind, 0, "all variables are of the type Float64", REFERENCES, const type values[], size_t n)
 NO_VARIABLES(Float32, float)
 NO_VARIABLES(Int8, int8_t)
 NO_VARIABLES(UInt8, uint8_t)

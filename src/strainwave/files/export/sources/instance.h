@@ -85,6 +85,16 @@ typedef struct {
     double time;
 } kept;
 
+/* Copy all that an instance keeps, where there are both places. */
+static status copied_all(kept *to, const kept *from)
+{
+    if (!to || !from) {
+        return ERROR;
+    }
+    *to = *from;
+    return OK;
+}
+
 static int within(unsigned reference, int first, int count)
 {
     return reference >= (unsigned)first && reference < (unsigned)(first + count);
