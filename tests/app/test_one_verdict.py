@@ -151,4 +151,4 @@ def test_the_report_decides_as_the_page_does(tmp_path):
     assert headline.endswith(
         "motor's largest torque of 0.3 N·m; 4000 rpm are above the motor's largest speed of 3500 rpm"
     )
-    assert "The motor has 0.3 N·m: too little." in report.results["verdict"]["answers"]["motor"]
+    assert ", more than the 0.3 N·m available, at " in report.results["verdict"]["answers"]["motor"]

@@ -26,6 +26,7 @@ from threading import Event, Thread
 from time import monotonic
 from typing import Any, TypeVar
 
+import click
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -40,6 +41,7 @@ from ..compile.cache import cache_writable, compiling, is_empty
 T = TypeVar("T")
 
 FIRST_LINE_S, NEXT_LINE_S = 1.0, 60.0  # progress where stderr is no terminal: seconds to its first line, and between
+BAR_FROM, BAR_LETTERS = 80, 29  # columns of a terminal from which on a bar is drawn, and letters of it with the time
 TICK = 0.25  # seconds between looks at what is compiled
 SHORT = 1.0  # seconds of a run whose time left is not shown
 # What the errors are, wherever a command or the report shows one.
@@ -70,10 +72,11 @@ class Progress:
             from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
             from rich.progress import Progress as Bar
 
-            text = TextColumn("{task.description}", markup=False)
-            left = TextColumn("{task.fields[left]}", markup=False)
-            columns = (text, BarColumn(20), TimeElapsedColumn(), left)
-            self.bar = Bar(*columns, console=Console(stderr=True), transient=True)
+            text, left = [TextColumn(f"{{task.{field}}}", markup=False) for field in ("description", "fields[left]")]
+            console = Console(stderr=True)
+            middle = (BarColumn(20), TimeElapsedColumn()) if console.width >= BAR_FROM else ()
+            self.room = console.width - 1 - BAR_LETTERS * bool(middle)
+            self.bar = Bar(text, *middle, left, console=console, transient=True)
             self.task = self.bar.add_task(self.title, total=1.0, left="")
             self.bar.start()
         Thread(target=self._watch, daemon=True).start()
@@ -99,17 +102,24 @@ class Progress:
             time, item = monotonic(), next(map(str, compiling()), "")
             if item:
                 self.compiled += time - before
-            before, text, left = time, f"{self.title}: {item or self.stage}", self.time_left(time)
+            before, stage, left = time, item or self.stage, self.time_left(time)
             if self.bar is not None:
+                text = fitted(self.title, stage, self.room - len(left))
                 self.bar.update(self.task, completed=self.share, description=text, left=left.removeprefix(", "))
-            elif time >= due and (item or self.stage):
+            elif time >= due and stage:
                 due = time + NEXT_LINE_S
-                print(f"{text}, {time - self.started:.0f} s so far{left}", file=sys.stderr, flush=True)
+                print(f"{self.title}: {stage}, {time - self.started:.0f} s so far{left}", file=sys.stderr, flush=True)
 
     def time_left(self, now: float) -> str:
         """Say how long the run goes on after `now`; "" while that is unknown."""
         left = self.total - (now - self.started - self.compiled)
         return "" if self.total < SHORT or left <= 0.0 else f", about {duration(left)} left"
+
+
+def fitted(title: str, stage: str, room: int) -> str:
+    """A title and a stage in so many letters; the title is cut first."""
+    short = title if len(title) + 2 + len(stage) <= room else title[: max(room - len(stage) - 3, 0)] + "…"
+    return (f"{short}: {stage}" if len(short) > 1 else stage)[:room]
 
 
 def compile_beside() -> None:
@@ -190,6 +200,7 @@ CALLS = {
     r"\bjoint= says of which joint, columns= which\b": "--joint says of which joint, --column which",
     r"\bcolumns=\{'time': \.\.\.\}, or rate\b": "--column time=..., or --rate",
     r"\bunits= says": "--unit says",
+    r"\bloosen (peak|gain|phase)_(sensitivity|margin)\b": r"loosen --\1-\2",
     r"(?<![\w./-])trim=0(?![\w.])": "--trim 0",
     r"`load_angles` of sw\.compensate, --load-angle of the command": "--load-angle",
     r"\bgive one, such as Trapezoid\(angle, time\), or a `move` in the project file": (
@@ -225,6 +236,21 @@ def _pairs_as_typed(given: re.Match[str]) -> str:
     return " ".join(typed)
 
 
+def echo(text: str, err: bool = False) -> None:
+    """Print the text of a result; on a terminal its prose wraps at the width, and tables and JSON stay."""
+    if (sys.stderr if err else sys.stdout).isatty() and text[:1] not in ("{", "["):
+        width = shutil.get_terminal_size().columns
+        text = "\n".join(part for line in text.split("\n") for part in _wrapped(line, width))
+    click.echo(text, err=err)
+
+
+def _wrapped(line: str, width: int) -> list[str]:
+    if len(line) <= width or re.search(r"\S {2,}\S", line):  # a line of a table
+        return [line]
+    indent = line[: len(line) - len(line.lstrip())]
+    return wrap(line, width, subsequent_indent=f"{indent}  ", break_long_words=False, break_on_hyphens=False)
+
+
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:
     """Print a table on stdout."""
     cells = [list(columns), *([number(cell) for cell in row] for row in rows)]
@@ -240,7 +266,6 @@ REMEDIES = dict.fromkeys((errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), 
     **dict.fromkeys((errno.EEXIST, errno.ENOTDIR), TAKEN),
 }
 WRITTEN: list[Path] = []  # folders with results of this process
-LAST = "report.html"  # moved last: where it stands, the files that belong to it are there
 
 
 @contextmanager
@@ -265,7 +290,7 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
         raise
     try:
         yield part
-        files = sorted(part.iterdir(), key=lambda f: (f.name == LAST, f.name))
+        files = sorted(part.iterdir(), key=lambda f: (f.name == "report.html", f.name))  # last: its files are there
         refuse_inputs(*(folder / file.name for file in files))
         for path in filter(Path.is_dir, (folder / file.name for file in files)):
             raise IsADirectoryError(errno.EISDIR, "a folder stands where a result is to go", str(path))

@@ -43,7 +43,8 @@ def sizes_said(
         if not covered:
             against = f", {UNCOVERED} the limit of {bound} is not known to be met"
     at = f"{number(speeds.own(float(motions.omega[top])), project.digits(5))} {speeds.own_unit}"
-    return (f"{motions.name}, largest oscillation: {angle.text(size, project.digits())} at {at}{against}",)
+    load = f" with {number(project.mean_load_torque)} N·m on the load" * ranged(project)
+    return (f"{motions.name}, largest oscillation: {angle.text(size, project.digits())} at {at}{load}{against}",)
 
 
 def beat_facts(project: Project, found: DriveResponse) -> tuple[Fact, ...]:

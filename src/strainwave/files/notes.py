@@ -41,8 +41,6 @@ FREQUENCY_FACTOR = 10.0  # times an excitation's frequency
 CROSSOVER = 1.0, 1000.0  # Hz, of a speed loop
 USUAL_TIME, SLOWER = 4.0, 100.0  # T_n and 1/K_v times the crossover, by the symmetric optimum; slow loops are sound
 
-OF_CURVE = "of this curve alone: motions apart from it are not searched"
-
 
 def notes(project: Project, by_bandwidth: bool) -> Iterator[str]:
     """Sentences on the input for a reader of the results; `by_bandwidth` is true for a loop given by its bandwidth."""
@@ -120,6 +118,12 @@ def move_note(project: Project) -> tuple[str, ...]:
     """Note on the answers that are about the move of a project, where it has one."""
     asked = project.move is not None and bool(project.move.profile)
     return ("The move of the file is judged by `analyze` and `move`; this is about steady motions.",) * asked
+
+
+def of_curve(searched: bool) -> str:
+    """The motions that sizes and jumps are of; `searched` where others are looked for at the ends of the range."""
+    others = "looked for at the ends of the range alone" if searched else "not looked for"
+    return f"of this curve alone: motions apart from it are {others}"
 
 
 def load_remark(project: Project) -> tuple[str, ...]:

@@ -63,7 +63,7 @@ def test_the_torque_of_a_free_motor_says_whether_the_mean_is_in_it(drive):
     drive.write_text(free.replace("{kinematic_error: [{order: 2, amplitude: 10 arcsec}]}", ripple))
     assert ", motor 0.01 N·m beside the mean that keeps a free motor's speed\n" in invoke(drive).stdout
     drive.write_text(free.replace("kg*m^2}", "kg*m^2, drag: {type: viscous, B: 5 N*m*s/rad}}"))
-    assert re.search(r", of the motor 0\.\d+ N·m, 0\.\d+ N·m of it at steady speed\n", invoke(drive).stdout)
+    assert re.search(r", motor 0\.\d+ N·m \(mean 0\.\d+ N·m\)\n", invoke(drive).stdout)
 
 
 def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hysteresis(drive):
@@ -79,7 +79,7 @@ def test_a_drive_without_a_bistable_range_is_told_so_and_not_that_it_has_no_hyst
 def test_a_limit_is_met_only_where_a_stable_motion_is_known_at_every_speed(drive, size, covered, said):
     drive.write_text(PROJECT + "limit: {oscillation: 1 deg}\n", encoding="utf-8")
     curve = {"omega": np.array([30.0]), "oscillation": np.array([size]), "peak": np.array([size])}
-    motions = SimpleNamespace(name="pointing error", top=0, largest=lambda: 0, **curve)
+    motions = SimpleNamespace(name="pointing error", top=0, largest_oscillation=lambda: 0, **curve)
     line = sizes_said(read_project(drive), motions, covered)[0]
     assert said in line
     assert ("within" in line) == (said == "within the limit")
@@ -113,7 +113,7 @@ def test_speeds_of_the_curve_s_message_are_those_of_the_project_s_own_shaft(driv
     loaded = read_project(drive)
     text = Sentence("at omega = {} it was cut short", Speed(loaded.speeds.limits[1]))
     curve = replace(loaded.response(coexisting=False), rounding=text)
-    (said,) = (fact.value for fact in facts(loaded, curve) if fact.words == "response, motor: {}")
+    (said,) = (fact.value for fact in facts(loaded, curve) if fact.words == "curve: {}")
     assert said.endswith("at 38 rpm at the load it was cut short")
     assert data(facts(loaded, curve))["message"].endswith("at 38 rpm at the load it was cut short")
 

@@ -63,7 +63,7 @@ def test_what_nothing_excites_is_not_called_the_most_helpful(folder, results):
     cancelled = "cancelled by feed-forward"
     assert cancelled in {remedy["change"] for remedy in results["advice"]["remedies"]}
     assert cancelled not in results["advice"]["remedy_sentence"]
-    assert "A feed-forward that cancels a line of the kinematic error exactly needs its phase" in page(folder)
+    assert "cancels a line of the kinematic error exactly needs the phase of that line" in page(folder)
 
 
 def test_how_sure_is_what_other_dampings_give(folder, results):

@@ -229,7 +229,7 @@ def test_the_guard_of_the_motors_adaptation_needs_no_limit_of_the_torque():
     good = design.build(bench_of(LINEAR, IDEAL), 45.0)
     wrong = good._replace(phase=good.phase + math.pi)
     given = sw.compensate(LINEAR, wrong, speed=45.0, sampling=IDEAL, robust=False)
-    assert any("its guard has dropped its torque" in text for text in given.warnings)
+    assert any("its guard has switched its torque off" in text for text in given.warnings)
 
 
 @pytest.mark.slow

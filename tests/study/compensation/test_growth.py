@@ -75,7 +75,7 @@ def test_what_learns_over_the_turn_grows_as_a_loop_of_its_own_does():
     given = sw.compensate(LEARNING, controller, speed=SPEED, sampling=SLOW, robust=False)
     assert not given.stable
     assert not given.gains
-    assert given.warnings[0].startswith("Repetitive: small motions of the sampled loop grow at 225.7 rpm")
+    assert given.warnings[0].startswith("controller Repetitive: small motions of the sampled loop grow at 225.7 rpm")
 
 
 @pytest.mark.slow

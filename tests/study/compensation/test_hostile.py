@@ -67,7 +67,7 @@ def test_a_guard_that_has_dropped_its_torque_is_said():
     wrong = right._replace(phase=right.phase + math.pi)
     for controller in (wrong, sw.controllers.TorqueTable(wrong, sw.Harmonic(0.0, 2))):
         found = compensated(LINEAR, controller, speed=50.0)
-        assert any("its guard has dropped its torque at 477.5 rpm" in text for text in found.warnings)
+        assert any("its guard has switched its torque off at 477.5 rpm" in text for text in found.warnings)
     assert not compensated(LINEAR, right, speed=50.0).warnings
 
 

@@ -2,7 +2,9 @@
 
 from collections.abc import Sequence
 from importlib.resources import as_file, files
+from importlib.resources.abc import Traversable
 from pathlib import Path
+from shlex import quote
 
 import click
 
@@ -12,7 +14,7 @@ from ...files.reading import read_project
 from ...files.yaml_text import FileError
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.setting import PRIMARY
-from ..console import Progress, in_options, staged, to_json
+from ..console import Progress, echo, in_options, staged, to_json, write_all
 from ..report.report import Report, verdicts_page, write
 from .options import file_type, json_option, output_option
 
@@ -32,11 +34,11 @@ DRIVES = ("antenna", "robot-joint", "index-table")
 def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, check: bool, as_json: bool) -> None:
     """Judge drives and their loops, and write a report of each."""
     if check:
-        click.echo(_checked(projects, as_json))
+        echo(_checked(projects, as_json))
         return
     if output is None and (compare or not as_json):
         output = Path(f"{projects[0].stem}-report" if len(projects) == 1 else "reports")
-    click.echo(_analyzed(projects, output, compare, as_json))
+    echo(_analyzed(projects, output, compare, as_json))
 
 
 @click.command()
@@ -44,12 +46,17 @@ def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, chec
 @json_option
 def demo(output: Path, as_json: bool) -> None:
     """Analyse three axes: an antenna, a robot joint, an index table."""
-    projects = {}
-    for name in DRIVES:
-        with as_file(files("strainwave.app") / "projects" / f"{name}.yaml") as path:
-            projects[name] = read_project(path)
-    reports = _reports(projects, output)
-    click.echo(_summaries(reports, output, as_json))
+    sources = {name: files("strainwave.app") / "projects" / f"{name}.yaml" for name in DRIVES}
+    reports = _reports({name: _read(source) for name, source in sources.items()}, output)
+    for name, source in sources.items():
+        write_all(output / name, {source.name: source.read_text(encoding="utf-8")})
+    first = quote(str(output / DRIVES[0] / f"{DRIVES[0]}.yaml"))
+    echo(_summaries(reports, output, as_json, f"project files are beside the reports: strainwave analyze {first}"))
+
+
+def _read(source: Traversable) -> Project:
+    with as_file(source) as path:
+        return read_project(path)
 
 
 def compile_ahead() -> None:
@@ -57,8 +64,7 @@ def compile_ahead() -> None:
 
     The order differs from that of `analyze`, so that each process finds what the other has made.
     """
-    with as_file(files("strainwave.app") / "projects" / f"{DRIVES[0]}.yaml") as path:
-        project = read_project(path)
+    project = _read(files("strainwave.app") / "projects" / f"{DRIVES[0]}.yaml")
     slow_flow(project.system(reduced=True), PRIMARY).steady_states()
     if project.train is not None:
         project.train_response()

@@ -9,7 +9,7 @@ from ...files.reading import read_project
 from ...theory.article import reproduce as reproduced
 from ...theory.derivation.error_equation import derive as derivation
 from ...theory.printed_forms import FORMS
-from ..console import Progress, print_table, to_json, write_all
+from ..console import Progress, echo, print_table, to_json, write_all
 from ..report.article import FORM_HEADS, files, header, reasons, shown, tables
 from ..report.derivation import derivation_page, reduction
 from .options import file_type, json_option, output_option
@@ -57,11 +57,11 @@ def reproduce(output: Path | None, second_order: bool, as_json: bool) -> None:
     if as_json:
         click.echo(to_json(result.as_dict() | {"header": header(), "tables": compared}))
         return
-    click.echo("\n".join(header()) + f"\nRule: {result.rule}.\n")
+    echo("\n".join(header()) + f"\nRule: {result.rule}.\n")
     for title, rows in compared.items():
         heads, *body = shown(rows, second_order)
         print_table(title, heads, body)
     print_table("Formulas", FORM_HEADS, FORMS)
-    click.echo("\n".join(f"- {why}" for why in reasons(compared)))
+    echo("\n".join(f"- {why}" for why in reasons(compared)))
     if output is not None:
         click.echo(f"written: {output}")

@@ -98,14 +98,14 @@ class Sentences(click.Group):
         except Exception as error:  # whatever it is, a user gets one sentence; --debug shows the rest
             if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":
                 raise
-            from ..console import in_options
+            from ..console import echo, in_options
 
             command = self.get_command(ctx, ctx.invoked_subcommand) if ctx.invoked_subcommand else None
             files = sys.modules.get("strainwave.files.yaml_text")
             if files is not None and isinstance(error, files.FileError):
-                click.echo(in_options(str(error), command), err=True)
+                echo(in_options(str(error), command), err=True)
                 ctx.exit(INVALID_PROJECT)
-            click.echo(f"strainwave: {in_options(_sentence(error), command)}", err=True)
+            echo(f"strainwave: {in_options(_sentence(error), command)}", err=True)
             ctx.exit(FAILED)
 
 

@@ -15,7 +15,7 @@ from ...model.gears.gear import Gear
 from ...plot.svg import stacked
 from ...study.design.design import design as designed
 from ...study.design.result import Design
-from ..console import Progress, as_csv, finished, reported, slug, write_all
+from ..console import Progress, as_csv, echo, finished, reported, slug, write_all
 from .options import file_type, json_option, output_option, retune_option
 
 CSV, REJECTED, SVG, JSON = "designs.csv", "rejected.csv", "designs.svg", "design.json"
@@ -44,7 +44,7 @@ def design(specification: Path, output: Path, gears: Path | None, retune: bool, 
         progress.show("writing", 0.98)
         written = _write(result, output, added, gears)
     files = f"written: {', '.join(str(output / file) for file in written)}"
-    click.echo(reported(request.title, result.facts(), as_json, files))
+    echo(reported(request.title, result.facts(), as_json, files))
     if stop is not None:
         raise stop
     if not result.feasible:

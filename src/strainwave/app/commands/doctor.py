@@ -14,7 +14,7 @@ from ... import __version__
 from ...base.facts import Fact, data, lines
 from ...compile import cache, jit
 from ...compile.jit import target_cpu
-from ..console import to_json
+from ..console import echo, to_json
 from .options import json_option
 
 CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "ruamel.yaml", "click", "rich", "platformdirs")
@@ -84,4 +84,4 @@ def _writable(folder: Path) -> tuple[bool, str]:
 def doctor(as_json: bool) -> None:
     """Report versions, cache, processor and optional parts."""
     report = facts()
-    click.echo(to_json(data(report)) if as_json else "\n".join(lines(report)))
+    echo(to_json(data(report)) if as_json else "\n".join(lines(report)))

@@ -9,7 +9,7 @@ from ...base.quantities import parse
 from ...files.export.export import export as exported
 from ...files.order_table import OrderTable, format_of
 from ...files.reading import read_project
-from ..console import to_json
+from ..console import echo, to_json
 from .options import file_type, json_option, output_option, project_argument, written_type
 
 
@@ -27,7 +27,7 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
     drive = read_project(project)
     notes = exported(drive, output, to=form, step=None if step is None else parse(step, "s")).notes
     summary = {"title": drive.title, "format": form, "file": str(output), "notes": list(notes)}
-    click.echo(to_json(summary) if as_json else "\n".join([f"{drive.title}: {form} in {output}", *notes]))
+    echo(to_json(summary) if as_json else "\n".join([f"{drive.title}: {form} in {output}", *notes]))
 
 
 @click.command("order-table")
@@ -47,8 +47,6 @@ def order_table(
     if speed is not None:
         table = table.at_speed(parse(speed, "rad/s"))
     table.write(target, form, points=points, prefix=prefix)
-    if as_json:
-        click.echo(to_json({"file": source.name, "written": str(target), "format": form, "orders": list(table.orders)}))
-        return
-    click.echo(f"{source.name}: {len(table.orders)} orders per turn of the {table.turn}, {table.sign} in {table.unit}")
-    click.echo(f"  written: {target}")
+    about = {"file": source.name, "written": str(target), "format": form, "orders": list(table.orders)}
+    text = f"{source.name}: {len(table.orders)} orders per turn of the {table.turn}, {table.sign} in {table.unit}"
+    echo(to_json(about) if as_json else f"{text}\n  written: {target}")

@@ -17,7 +17,7 @@ from ...plot.svg import stacked
 from ...study.move.move import move as moved
 from ...study.move.postures import move_postures
 from ...study.move.result import Move
-from ..console import Progress, columns, reported, write_all
+from ..console import Progress, columns, echo, reported, write_all
 from ..view import quantity, span
 from .options import dialect_options, json_option, output_option, project_argument
 
@@ -73,14 +73,14 @@ def move(
             options["progress"] = lambda share: progress.show("move", share)
             rows = move_postures(drive, parts or None, bands=avoided, **options)
             write_all(output, {JSON: reported(drive.title, rows.facts(), True)})
-            click.echo(reported(drive.title, rows.facts(), as_json, f"written: {output / JSON}"))
+            echo(reported(drive.title, rows.facts(), as_json, f"written: {output / JSON}"))
             return
         result = moved(drive, parts or None, bands=avoided, **options)
         progress.show("writing", 0.9)
         facts = (*result.facts(), *(drive.loop.facts() if drive.loop else ()))
         _write(drive, result, facts, output)
     written = f"written: {', '.join(str(output / file) for file in (CSV, SVG, JSON))}"
-    click.echo(reported(drive.title, facts, as_json, written))
+    echo(reported(drive.title, facts, as_json, written))
 
 
 def _write(project: Project, result: Move, facts: tuple[Fact, ...], output: Path) -> None:

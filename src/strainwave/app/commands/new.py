@@ -22,7 +22,7 @@ from ...files.reference import NAME, project_schema, reference, template
 from ...model.gears.catalogue import gear, names, select
 from ...model.gears.gear import NUMBERS, SPECIAL, Gear
 from ...model.orders import TURNING_SPLINE, USUAL
-from ..console import number, print_table, to_json
+from ..console import echo, number, print_table, to_json
 from ..view import quantity
 from .options import file_type, json_option, output_option, together, written_type
 
@@ -133,8 +133,8 @@ def new(output: Path, force: bool, **options: str | None) -> None:
     with atomic(output) as part:
         Path(part).write_text(text, encoding="utf-8", newline="\n")
     for note in project.notes:
-        click.echo(f"note: {note}", err=True)
-    click.echo(f"{output} is written; strainwave analyze {quote(str(output))} -o report computes it")
+        echo(f"note: {note}", err=True)
+    echo(f"{output} is written; strainwave analyze {quote(str(output))} -o report computes it")
 
 
 @click.command()
@@ -166,7 +166,7 @@ def _answers(options: Mapping[str, str | None]) -> dict[str, str]:
 
 def _ask(question: Question, answers: dict[str, str]) -> str:
     """Ask until the answer can be used."""
-    click.echo(f"\n{question.sentence}", err=True)
+    echo(f"\n{question.sentence}", err=True)
     unit = f" [{question.unit}]" if question.unit else ""
     default = f" ({question.default})" if question.default else ""
     while True:
@@ -176,7 +176,7 @@ def _ask(question: Question, answers: dict[str, str]) -> str:
         except click.Abort:
             raise KeyboardInterrupt(STOPPED) from None
         except ValueError as error:
-            click.echo(f"  {error}", err=True)
+            echo(f"  {error}", err=True)
 
 
 def _read(question: Question, text: str, answers: dict[str, str]) -> str:
@@ -361,7 +361,7 @@ def _one(gear: Gear, as_json: bool) -> None:
                    f"rms error {100.0 * fit['relative_rms']:.2g} % up to {number(fit['reach'], 4)} rad")  # fmt: skip
     unknown = [key for key in NUMBERS if getattr(gear, key) is None]
     texts = [f"not tabulated: {', '.join(unknown) or 'nothing'}", f"source: {gear.source}"]
-    click.echo("\n".join([*texts, *(f"note: {note}" for note in gear.notes)]))
+    echo("\n".join([*texts, *(f"note: {note}" for note in gear.notes)]))
 
 
 def _fit(gear: Gear) -> dict[str, float] | None:

@@ -19,7 +19,7 @@ from ...files.notes import load_remark, unsaid
 from ...files.variants.names import keys_of, quantity
 from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
-from ..console import Progress, number, to_json
+from ..console import Progress, echo, number, to_json
 from ..view import sign
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def swept(
     about = {"title": project.title, "store": str(output), "remarks": remarks, "tuning": tuned}
     report = spans(data) | about
     counts = "jumping", "truncated"
-    click.echo(to_json(report) if as_json else summary(report, partial(_placed, project.speeds), counts))
+    echo(to_json(report) if as_json else summary(report, partial(_placed, project.speeds), counts))
 
 
 def doubts(project: Project, axes: Mapping[str, Sequence[str]]) -> Iterator[str]:

@@ -1,5 +1,6 @@
 """`strainwave response`, `compare` and `exceedance`: the response of a drive, of several, and of its scatter."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -8,28 +9,27 @@ import click
 import numpy as np
 
 from ...base.facts import Fact, data, lines
-from ...base.sentences import told
+from ...base.sentences import number, told
 from ...base.units import ARCSEC, Speeds
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
 from ...drive.friction.standstill import standing
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
-from ...files.notes import OF_CURVE, load_remark, move_note, remarks, unsaid
+from ...files.notes import load_remark, move_note, of_curve, remarks, unsaid
 from ...files.reading import read_project
 from ...files.sources import source_facts, sources_text
 from ...plot import axes
 from ...plot.drive import HEIGHT, drive_panels, reference
 from ...plot.panels import named
 from ...plot.svg import WIDTH, stacked
-from ..console import WHAT_X_IS, Progress, as_csv, finished, number, reported, staged, to_json, write_all, write_csv
+from ..console import WHAT_X_IS, Progress, as_csv, echo, finished, reported, staged, to_json, write_all, write_csv
 from ..curves import CONVENTIONS, beat_facts, curve_data, drive_columns, ranged, sizes_said, torques_said
 from ..view import angle_unit, quantity, writer
 from .options import file_type, json_option, limit_option, output_option, project_argument, retune_option
 
 FIGURES = (".svg", ".png")
 CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
-NO_JUMPS = ("no jumps",)
 
 
 @click.command()
@@ -53,7 +53,7 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
             progress.show("writing", 0.8)
             _write(drive, curve, output)
     written = [] if output is None else [f"written: {output}"]
-    click.echo(reported(drive.title, facts(drive, curve, sure), as_json, *written))
+    echo(reported(drive.title, facts(drive, curve, sure), as_json, *written))
 
 
 def _write(project: Project, curve: DriveResponse, output: Path) -> None:
@@ -86,16 +86,17 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         peak = {"speed": speeds.own(float(curve.omega[top])), "peak_arcsec": float(curve.peak[top]) / ARCSEC}
     if motor is not None:
         least = {"speed": speeds.own(motor.at), "torque_N_m": motor.torque, "holding_torque_N_m": motor.holding}
-    bands = sweep.bands if sweep else ()
+    bands, beyond = sweep.bands if sweep else (), re.sub(r"^reached both ends(; )?", "", plain["message"])
     return (
         Fact("failures", tuple(told(list(judged.failures), write)), "FAIL: {}"),
-        Fact("", f"{name}, {plain['message']}".replace(", reached both ends", ""), "motor: {}"),
+        Fact("", name, "motor: {}"),
         Fact("shaft", speeds.shaft), Fact("motor", name), Fact("unit", unit), Fact("error", motions.name),
         Fact("passes", judged.passes), Fact("limit_arcsec", project.limit), Fact("load_has_a_range", ranged(project)),
         Fact("oscillation.speed", speeds.own(float(curve.omega[motions.top]))),
         Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
         Fact("", sizes_said(project, motions, judged.covered) or project.undamped or plain["sweep"], "{}"),
-        Fact("scope", OF_CURVE, "{}"),
+        Fact("scope", of_curve(curve.beat is None), "{}"),
+        Fact("", beyond or (), "curve: {}"),
         *beat_facts(project, motions),
         Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),
         Fact("limits", tuple(one.data() for one in judged.findings)),
@@ -105,7 +106,7 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         Fact("jump_up_speed", speeds.own(sweep.jump_up) if sweep else None),
         Fact("jump_down_speed", speeds.own(sweep.jump_down) if sweep else None),
         Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands), "{}"),
-        Fact("", NO_JUMPS if judged.whole and not bands else (), "{}"),
+        Fact("", ("no jumps",) if judged.whole and not bands else (), "{}"),
         *(Fact(key, value) for key, value in plain.items()),
         *(() if sure is None else sure.facts(project.limit)),
         *(project.loop.facts() if project.loop else ()),
@@ -163,7 +164,7 @@ def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
         write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(result, figure)})
     written = f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}"
     text = "\n".join([*lines(result.facts()), written])
-    click.echo(to_json({"drives": rows, "remarks": result.remarks}) if as_json else text)
+    echo(to_json({"drives": rows, "remarks": result.remarks}) if as_json else text)
     if stop is not None:
         raise stop
 
@@ -189,6 +190,6 @@ def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: 
             lambda: exceeded(drive, **how, progress=lambda done, all_: progress.show(stage, done / all_))
         )
     fault = Fact("failures", (drive.loop_fault,) if drive.loop_fault else (), "FAIL: {}")
-    click.echo(reported(drive.title, (fault, *result.facts()), as_json))
+    echo(reported(drive.title, (fault, *result.facts()), as_json))
     if stop is not None:
         raise stop

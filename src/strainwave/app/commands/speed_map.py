@@ -12,7 +12,7 @@ from ...plot.panels import named
 from ...plot.svg import stacked
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map as mapped
-from ..console import WHAT_X_IS, Progress, ending, finished, reported, write_all
+from ..console import WHAT_X_IS, Progress, echo, ending, finished, reported, write_all
 from ..view import quantity, span
 from .options import json_option, limit_option, output_option, project_argument
 
@@ -58,7 +58,7 @@ def speed_map(
             write(result, output, drive.title)
     written = () if output is None else (f"written: {output}",)
     loop = drive.loop.facts() if drive.loop else ()
-    click.echo(reported(drive.title, (*result.facts(), *loop), as_json, *written))
+    echo(reported(drive.title, (*result.facts(), *loop), as_json, *written))
     if stop is not None:
         raise stop
 

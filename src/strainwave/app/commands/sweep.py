@@ -26,7 +26,7 @@ from ...files.notes import remarks
 from ...files.reading import read_project
 from ...files.variants.names import quantity as parted
 from ...files.variants.replaced import tuning
-from ..console import WHAT_X_IS, Progress, number, to_json
+from ..console import WHAT_X_IS, Progress, echo, number, to_json
 from ..view import sign
 from . import project_sweep
 from .options import json_option, output_option, project_argument, retune_option
@@ -94,7 +94,7 @@ def sweep(
     speed = at_one_speed(drive, float(system.omega), list(axes))
     report["remarks"] = [*filter(None, [report["tuning"]]), *remarks(drive), *speed, *bare(grids, units)]
     counts = "not_settled", "diverged"
-    click.echo(to_json(report) if as_json else project_sweep.summary(report, partial(placed, units), counts))
+    echo(to_json(report) if as_json else project_sweep.summary(report, partial(placed, units), counts))
 
 
 def refuse_options_of_trajectories() -> None:

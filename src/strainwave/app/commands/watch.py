@@ -8,7 +8,7 @@ import click
 from ...files.reading import ProjectError, from_text
 from ...files.yaml_text import FileError, text_of
 from ...study.analysis.verdict_words import first_lines
-from ..console import Progress, in_options
+from ..console import Progress, echo, in_options
 from ..view import View
 from .options import project_argument
 
@@ -25,7 +25,7 @@ def watch(project: Path) -> None:
             before, seen = seen, _content(project)
             if seen == before != judged:  # two looks alike: the save is whole
                 judged = seen
-                click.echo(f"{strftime('%H:%M:%S')} {_verdict(project, *seen)}")
+                echo(f"{strftime('%H:%M:%S')} {_verdict(project, *seen)}")
             sleep(LOOK_S)
     except KeyboardInterrupt:
         return

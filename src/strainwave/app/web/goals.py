@@ -91,7 +91,7 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
     result = tune(project, progress=progress)
     points = {"file": result.before, "rule": result.rule, "recommended": result.recommended}
     size = [number(point.pointing / ARCSEC, project.digits()) for point in (result.before, result.recommended)]
-    binds = [f"limited by {', '.join(result.binding)}"] if result.binding else []
+    binds = [f"limit reached: {', '.join(result.binding)}"] if result.binding else []
     return {
         "said": sentences([f"largest oscillation of the recommended gains {' → '.join(size)} arcsec", *binds]),
         "gains": {name: sign(gain_unit(result.control, name)) for name in result.gains},

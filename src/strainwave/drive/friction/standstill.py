@@ -95,9 +95,10 @@ class Standstill(Result):
     def sentences(self) -> tuple[str, ...]:
         """Sentences on rest and hunting."""
         dry = DRY_TEXT.format(*friction) if any(friction := (self.motor_friction, self.load_friction)) else ""
-        deviation = f"the motor is {_range(self.sag)} (output) off its reference, the load {_range(self.error)}"
+        sag, error = map(_range, (self.sag, self.error))
+        deviation = f"the motor is {sag} (output) off its reference, and the load is {error} off"
         low, high = map(number, self.loads)
-        under = "" if low == high else f" under {low} to {high} N·m on the load"
+        under = "" if low == high else f", under {low} to {high} N·m on the load,"
         level = not dry and max(map(abs, (*self.sag, *self.error))) < LEVEL_ANGLE
         return (
             f"At standstill{under} {'the load is at its reference' if level else deviation}{dry}.",

@@ -125,10 +125,10 @@ class WorstMargins:
         """The loop in a sentence or two."""
         if self.fault:
             return self.fault
-        phase, gain, _, delay, _ = self.sizes.values()
-        angle, factor = (number(phase, 2) + "°" if isfinite(phase) else "infinite"), number(gain, 3)
+        phase, gain, down, delay, _ = self.sizes.values()
+        angle = number(phase, 2) + "°" if isfinite(phase) else "infinite"
         late = f"; {number(1e3 * delay, 3)} ms of further delay make it unstable" if isfinite(delay) else ""
-        text = f"phase margin {angle}, gain margin {factor if isfinite(gain) else 'infinite'}{late}."
+        text = f"phase margin {angle}; the gain may rise {_by(gain)} and fall {_by(1.0 / down if down else inf)}{late}."
         return f"Stable, {self.sampled}: {text} {self.weak}".rstrip()
 
     def facts(self) -> tuple[Fact, ...]:
@@ -153,6 +153,10 @@ def weakness(phase: float, gain: float, down: float, rise: float, where: str = "
     if CLOSE_GAIN * down > 1.0:
         signs.append(f"a gain lower by {_decibels(1.0 / down)} dB makes it unstable (by at least 6 dB)")
     return f"The loop is close to instability{where}: {', '.join(signs)}." if signs else ""
+
+
+def _by(factor: float) -> str:
+    return f"by {_decibels(factor)} dB" if isfinite(factor) else "without limit"
 
 
 def _decibels(factor: float) -> str:

@@ -299,16 +299,17 @@ def _motor(analysis: "Analysis") -> str:
         return ""
     study, run = analysis.train, " in the run-up, without its acceleration" * motor.in_run_up
     digits, where = analysis.project.digits(), Speed(motor.at, digits=5) + words.under_load(motor.load)
-    line = Sentence("Torque up to {} N·m{}, at {}", number(motor.torque, digits), run, where)
-    if motor.holding > LEAST_SHARE * motor.torque:
-        line += f"; loads and friction alone {number(motor.holding, digits)} N·m"
     sheet = limits or MotorLimits()
     torque, speed = sheet.most, sheet.fastest
+    of = "" if sheet.peak_torque else _of(motor.torque, torque, "N·m")
+    line = Sentence("Torque up to {} N·m{}{}, at {}", number(motor.torque, digits), run, of, where)
+    if motor.holding > LEAST_SHARE * motor.torque:
+        line += f"; loads and friction alone {number(motor.holding, digits)} N·m"
     current = f" It takes a current of {number(motor.torque / sheet.K_t)} A." if math.isfinite(sheet.K_t) else ""
-    line += f".{current}" + ("" if sheet.peak_torque else _has(motor.torque, torque, "N·m"))
+    line += f".{current}"
     if analysis.project.speeds.by_motor:
         fastest = analysis.project.speeds.given[-1] / RPM
-        line += f" Speed up to {number(fastest, 5)} rpm." + _has(fastest, speed / RPM, "rpm")
+        line += f" Speed up to {number(fastest, 5)} rpm{_of(fastest, speed / RPM, 'rpm')}."
     if motor.run_up is not None and study is not None and study.ramp is not None:
         text = f" With its acceleration the run-up of {number(study.ramp.duration, 3)} s takes up to "
         slower = Finding("", motor.run_up, torque, "", "").exceeded
@@ -318,13 +319,12 @@ def _motor(analysis: "Analysis") -> str:
     return line if limits else line + " The file gives no limits of the motor."
 
 
-def _has(asked: float, bound: float, unit: str) -> str:
-    """Rating of a motor against its demand; nothing where it is not known."""
+def _of(asked: float, bound: float, unit: str) -> str:
+    """What a motor has available, after the demand on it; nothing where it is not known."""
     if not math.isfinite(bound):
         return ""
-    return f" The motor has {number(bound)} {unit}" + (
-        ": too little." if Finding("", asked, bound, "", "").exceeded else "."
-    )
+    than = "more than the" if Finding("", asked, bound, "", "").exceeded else "of"
+    return f", {than} {number(bound)} {unit} available"
 
 
 def _begun(sentence: str) -> str:

@@ -294,9 +294,9 @@ def _one(
         run = adapting(bench, controller, speed, end)
         result = replace(result, converged=converged_at(run, ERROR_SHARE * result.before.rms))
         if result.after.rms > ERROR_SHARE * result.before.rms and tripped(controller, run.memory.state):
-            warnings.append(_given_up(bench, design, speed))
-    warnings += [*_beyond(bench, design, speed)]
-    return replace(result, warnings=(*warnings, *_warnings(design, result, float(growth))))
+            warnings.append(_given_up(bench, speed))
+    warnings += [*_beyond(bench, design, speed), *_warnings(design, result, float(growth))]
+    return replace(result, warnings=tuple(f"controller {design.name}: {text}" for text in warnings))
 
 
 def _residual(loops: LoopEnsemble) -> Residual:
@@ -331,11 +331,11 @@ def _excluded(bench: Bench, after: LoopEnsemble) -> str:
     return ""
 
 
-def _given_up(bench: Bench, design: Compensator, speed: float) -> str:
+def _given_up(bench: Bench, speed: float) -> str:
     """Sentence on a controller that takes little away and whose guard has dropped its torque."""
     return (
-        f"{design.name}: its guard has dropped its torque at {bench.speeds.said(speed)}, as that grew beyond what "
-        "the error of the model needs; compare the sign and the phase of the model with the drive."
+        f"its guard has switched its torque off at {bench.speeds.said(speed)}, as that grew beyond what the error "
+        "of the model needs; compare the sign and the phase of the model with the drive."
     )
 
 
@@ -348,7 +348,7 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
     order = max(bench.orders)
     if order * abs(speed) > bandwidth:
         yield (
-            f"{design.name}: order {in_turns(order, train)} at {bench.speeds.said(speed)} is "
+            f"order {in_turns(order, train)} at {bench.speeds.said(speed)} is "
             f"{order * abs(speed) / HERTZ:.3g} Hz, beyond the loop's bandwidth of {bandwidth / HERTZ:.3g} Hz, "
             "so that the motor follows the correction only in part; 'inverse' adds the torque that it lacks."
         )
@@ -359,24 +359,21 @@ def _warnings(design: Compensator, result: Compensation, growth: float) -> Any:
     where, share = f"at {result.axis.said(result.speed)}", result.after.rms / result.before.rms
     if growth >= 0.0:
         yield (
-            f"{design.name}: small motions of the sampled loop grow {where}, by a factor e every "
+            f"small motions of the sampled loop grow {where}, by a factor e every "
             f"{1.0 / max(growth, 1e-9):.3g} s; the controller is unstable on this drive, and what a run leaves is no "
             "steady error."
         )
     elif not result.stable:
-        yield f"{design.name}: the error grows {where}; the controller is unstable on this drive."
+        yield f"the error grows {where}; the controller is unstable on this drive."
     elif grows(result.before.rms, result.after.rms):
-        yield f"{design.name}: the error is {share:.3g} times that of the plain loop {where}; do not use it there."
+        yield f"the error is {share:.3g} times that of the plain loop {where}; do not use it there."
     elif not result.gains and design.name != PLAIN:
         left = f"{100.0 * share:.3g} % of the error is left, and two runs differ by up to {100.0 * DIFFER:.0f} %"
-        yield f"{design.name}: no gain {where}: {left}; compare the model with the drive, or let the controller adapt."
+        yield f"no gain {where}: {left}; compare the model with the drive, or let the controller adapt."
     for r in result.robustness if design.name != PLAIN else ():
         gear = f"on a gear {abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'}"
         change = f"{r.before / ARCSEC:.3g} to {r.after / ARCSEC:.3g} arcsec"
         if grows(r.before, r.after):
-            yield (
-                f"{design.name}: {gear} than the model the error grows from {change} {where}; measure the stiffness, "
-                "or let the controller adapt."
-            )
+            yield f"{gear} than the model the error grows from {change} {where}; measure it, or adapt to it."
         elif not gains(r.before, r.after) and result.gains:
-            yield f"{design.name}: no gain {gear} than the model, from {change} {where}."
+            yield f"no gain {gear} than the model, from {change} {where}."

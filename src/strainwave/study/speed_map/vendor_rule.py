@@ -8,9 +8,10 @@ import numpy as np
 
 from ...base.facts import Fact
 from ...base.results import Floats
+from ...base.sentences import listed, number
 from ...base.units import RPM
 from ...drive.project import Project
-from .intervals import Span, clipped, common, complement, listed, merged
+from .intervals import Span, clipped, common, complement, merged
 from .rules import Bands
 
 # f_n [Hz] that the vendor's selection procedure asks for, and where
@@ -24,6 +25,7 @@ REQUIRED = (
 )
 
 SEPARATION = 0.1  # separation margin of torsional trains: 10 % (API 617 after Wang, Feese & Pettinato 2012)
+DIGITS = 3  # of a datasheet's stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,18 +78,18 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
     if not rules:
         return ""
     ends = [min(rules, key=lambda rule: rule.speed), max(rules, key=lambda rule: rule.speed)]
-    f_n = " to ".join(dict.fromkeys(f"{rule.frequency:.4g}" for rule in ends))
-    speed = " to ".join(dict.fromkeys(f"{rule.speed / RPM:.5g}" for rule in ends))
+    f_n = " to ".join(dict.fromkeys(number(rule.frequency, DIGITS) for rule in ends))
+    speed = " to ".join(dict.fromkeys(number(rule.speed / RPM, DIGITS) for rule in ends))
     parts, several = [], len(rules) > 1
     for name, verb, other in (("needless", "forbids", "allows"), ("misleading", "allows", "forbids")):
         some = [getattr(rule, name) for rule in rules if len(getattr(rule, name))]
         if some:
-            spans = merged((float(low), float(high)) for low, high in np.concatenate(some))
-            which = "which" if all(np.array_equal(bands, spans) for bands in some) else "parts of which"
-            loads = f" under {len(some)} of {len(rules)} loads" if several else ""
-            parts.append(f"{verb} {listed(np.array(spans))}, {which} the map {other}{loads}")
-    text = "; it ".join(parts) or "agrees with the map" + " under every load" * several
-    return f"The vendors' rule (±{100.0 * SEPARATION:g} % around f_n = {f_n} Hz, {speed} rpm) {text}."
+            bands = merged((float(low), float(high)) for low, high in np.concatenate(some))
+            spans = listed(" to ".join(number(end / RPM, DIGITS) for end in band) for band in bands)
+            loads = f"under {len(some)} of {len(rules)} loads " if several else ""
+            parts.append(f"{loads}it {verb} speeds that the map {other}, in {spans} rpm")
+    text = "; ".join(parts) or "it agrees with the map" + " under every load" * several
+    return f"The vendors' rule for order 2 (±{100.0 * SEPARATION:g} % around {speed} rpm, f_n = {f_n} Hz): {text}."
 
 
 def vendor_rules(

@@ -148,7 +148,7 @@ class TunedLoop(Result):
             Fact("unstable", not stable, "the loop of the file is unstable with the delay that counts" * (not stable)),
             Fact("broken", tuple(broken), "the gains of the file break the limit of the {}" if stable else ""),
             *self._in_drive_units(),
-            Fact("binding", self.binding, "limited by {}"),
+            Fact("binding", self.binding, "limit reached: {}"),
             Fact("sensitivities", tuple(change.facts() for change in self.sensitivities)),
             *(() if self.cost is None else self._cost(self.cost)),
             Fact("front", tuple(self._row(p) for p in self.front)),

@@ -25,6 +25,7 @@ from .search import COARSE, WORTH, Search, front, least_broken
 ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
 SPAN = 10.0  # times the gains of the rule and of the file, up and down; squared of those that go with the frequency
 SLOWER = np.geomspace(1.0, 1e3, 121)  # times the sum of lags and delays, of the rule
+MARGINS = ("peak sensitivity", "gain margin", "phase margin")
 BINDING_SHARE = 0.97  # share of a limit from which on it binds
 NOTCH = 0.5, 0.1  # width over the frequency, and depth
 BETTER = 0.01  # of the measure: a notch that gains less is not offered
@@ -165,7 +166,7 @@ def tune(
     if search.sturdy:
         best = search.first(best)
     if search.measure(best) == inf:
-        raise ValueError(_goal_sentence(search, loop.names))
+        raise ValueError(_goal_sentence(search, loop.names, trial.linear(of_file)))
     progress("before and after", 0.9)
     sensitivities = tuple(_sensitivities(search, best, loop.names))
     advice, trial.full, trial.with_move = _notched(search, loop, best) if notch else None, True, True
@@ -312,22 +313,30 @@ def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
         for train in filter(None, (case.train for case in chain(*trial.loaded))):
             refuse_overload(train)
         return "no gains make the loop stable; shorten its lag and delay, or move its filters to higher frequencies"
-    field, scale = name.replace(" ", "_"), 180.0 / pi if name == "phase margin" else 1.0
-    unit, side = "°" if name == "phase margin" else "", "above" if name == "peak sensitivity" else "below"
-    bound, value = scale * getattr(limits, field), scale * getattr(point.figures, field)
+    field, bound, value, ratio = _against(name, limits, point)
     return (
-        f"no gains keep the {name} of {number(bound)}{unit}: the nearest, "
-        f"{gains_text(trial.control(x), names, point.gains)}, have {number(value)}{unit}, "
-        f"{number(100.0 * abs(value / bound - 1.0), 3)} % {side} it; allow more, or shorten lag and delay of the loop"
+        f"no gains keep the {name} of {bound}: the nearest, {gains_text(trial.control(x), names, point.gains)}, have "
+        f"{value}, {number(100.0 * abs(ratio - 1.0), 3)} % {'above' if ratio > 1.0 else 'below'} it; loosen {field}, "
+        "or shorten lag and delay of the loop"
     )
 
 
-def _goal_sentence(search: Search, names: tuple[str, ...]) -> str:
+def _against(margin: str, limits: TuningLimits, point: TuningPoint) -> tuple[str, str, str, float]:
+    """Argument of a margin, its bound and its value with some gains as texts, and their ratio."""
+    field, scale, unit = margin.replace(" ", "_"), *((180.0 / pi, "°") if margin == "phase margin" else (1.0, ""))
+    bound, value = scale * getattr(limits, field), scale * getattr(point.figures, field)
+    return field, f"{number(bound)}{unit}", f"{number(value)}{unit}", value / bound if bound else inf
+
+
+def _goal_sentence(search: Search, names: tuple[str, ...], today: TuningPoint) -> str:
     """Sentence on a goal that no gains reach, or on the excess of torque of the gains that need least of it."""
-    if isfinite(search.trial.setting.limits.compliance):
+    limits = search.trial.setting.limits
+    if isfinite(limits.compliance):
+        name = max(MARGINS, key=today.used(limits).__getitem__)
+        field, bound, value, _ = _against(name, limits, today)
         return (
-            "no gains keep the margins, with compliance and settling no worse than today; ask for less margin, or name "
-            "goals to give compliance and settling up"
+            f"no gains keep the {name} of {bound} with compliance and settling no worse than today, when it is "
+            f"{value}; loosen {field}, or name goals to give compliance and settling up"
         )
     goals, points = search.trial.setting.goals, search.computed.values()
     heavy = [point for point in points if 1.0 < point.motor_share < inf]
@@ -359,11 +368,11 @@ def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str,
     control = search.trial.control(best)
     for limit, used in point.used(search.trial.setting.limits).items():
         if used >= BINDING_SHARE:
-            yield f"the {limit}, {number(100.0 * used, 3)} % of it taken"
+            yield limit
     for side, ends in (("lower", search.low), ("upper", search.high)):
         for name, x, end in zip(names, best, ends, strict=True):
             if abs(x - end) < np.log1p(cost.STEP):
-                yield f"the {side} end of the range, {gains_text(control, (name,), (float(np.exp(end)),))}"
+                yield f"{side} end of the range, {gains_text(control, (name,), (float(np.exp(end)),))}"
 
 
 def _response(drives: Sequence[Project], loads: Sequence[float] | None, control: Any) -> DriveResponse | None:

@@ -20,7 +20,7 @@ from ....study.compensation.compensate import benches_of, compensation_bench, re
 from ....study.compensation.compensate import compensate as compensated
 from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import CompensationBench
-from ...console import Progress, as_csv, in_options, to_json, write_all
+from ...console import Progress, as_csv, echo, in_options, to_json, write_all
 from ...view import quantity
 from ..options import file_type, json_option, output_option, project_argument
 from . import tables
@@ -66,9 +66,9 @@ def compensate(
             run = run if stop else run._replace(tables=_tables(run))
             _write(drive.title, run, output, figured=not stop)
     if run is not None:
-        click.echo(to_json(tables.data(run)) if as_json else in_options(tables.summary(run)))
+        echo(to_json(tables.data(run)) if as_json else in_options(tables.summary(run)))
         if output is not None and not as_json:
-            click.echo(f"  written: {output}")
+            echo(f"  written: {output}")
     if stop:
         kept = "nothing was finished" if run is None else f"kept: {', '.join(run.results.names)}"
         raise KeyboardInterrupt(f"interrupted; {kept}; the same command again computes all")

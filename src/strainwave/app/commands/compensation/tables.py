@@ -120,7 +120,7 @@ def summary(run: Run) -> str:
     lines = [f"{run.project.title}: rms of the pointing error about its mean at the samples, arcsec"]
     lines += run.results.residuals(WIDTH)
     if run.best:
-        lines += ["", "best that is stable and within all limits", *_best(run)]
+        lines += ["", "best that is stable and within all limits, by the encoders that it needs", *_best(run)]
     for case in run.details:
         lines += ["", *_on_others(case)]
     lines += [f"  order table, {name}: {case.table.source}" for name, case in run.tables]
@@ -139,7 +139,7 @@ def _best(run: Run) -> list[str]:
 
 
 def _more(case: Compensation, angled: bool) -> Iterator[Fact]:
-    yield Fact("", "load" if case.load_encoder else "", "encoder")
+    yield Fact("", "motor and load" if case.load_encoder else "motor", "encoders")
     if angled:
         yield Fact("", float(np.degrees(case.load_angle)), "load deg")
 
@@ -158,14 +158,14 @@ def _worse(run: Run) -> list[str]:
     for name, row in zip(run.results.names, run.results.results, strict=True):
         grown = [case for case in row if case.stable and grows(case.before.rms, case.after.rms)]
         problems = {
-            "the error grows": [case for case in row if not case.stable],
+            "the error grows, as the controller is unstable on this drive,": [case for case in row if not case.stable],
             "the error is larger than under the plain loop": grown,
             "no gain": [case for case in row if case.stable and not case.gains and case not in grown and name != PLAIN],
         }
         for problem, bad in filter(itemgetter(1), problems.items()):
             axis = run.results.axis
             speeds = ", ".join(number(axis.scale * case.speed) for case in bad)
-            texts.append(f"{name}: {problem} at {speeds} {axis.unit}")
+            texts.append(f"controller {name}: {problem} at {speeds} {axis.unit}")
     texts += [text for row in run.results.results for case in row for text in case.warnings if case.gains]
     given = {text for row in run.results.results for case in row for text in case.warnings}
     return texts + [text for case in run.details if case.gains for text in case.warnings if text not in given]

@@ -15,7 +15,7 @@ from ....plot.svg import stacked
 from ....study.tuning.cost import GOALS
 from ....study.tuning.result import TunedLoop
 from ....study.tuning.tune import tune as tuned
-from ...console import Progress, columns, reported, write_all
+from ...console import Progress, columns, echo, reported, write_all
 from ...view import quantity
 from ..options import json_option, output_option, project_argument
 
@@ -61,7 +61,7 @@ def tune(
         )  # fmt: skip
         progress.show("writing", 0.99)
         fault = None if output is None else _write(drive, result, output, profiles)
-    click.echo(reported(drive.title, result.facts(), as_json, *([] if output is None else [f"written: {output}"])))
+    echo(reported(drive.title, result.facts(), as_json, *([] if output is None else [f"written: {output}"])))
     if fault:
         raise fault
 

@@ -20,7 +20,7 @@ from ....study.identification.bode.bode_fit import fit_bode as bode_fitted
 from ....study.identification.bode.measured_bode import Estimator, Quantity
 from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop as loop_fitted
-from ...console import reported, to_json, write_all
+from ...console import echo, reported, to_json, write_all
 from ...view import quantity as value_of
 from ..options import dialect_options, file_type, json_option, output_option, pairs_option, project_argument
 
@@ -65,7 +65,7 @@ def fit_bode(
         _write(drive.title, fit, (*judged, *fit.facts()), output)
     written = [f"for a project file, into its groups:\n{fit.yaml}".rstrip()] if fit.yaml else []
     written += [] if output is None else [f"written: {output}/bode.svg, bode.csv, bode.json"]
-    click.echo(reported(drive.title, (*judged, *fit.facts()), as_json, *written))
+    echo(reported(drive.title, (*judged, *fit.facts()), as_json, *written))
 
 
 def _write(title: str, fit: BodeFit, facts: tuple[Fact, ...], folder: Path) -> None:
@@ -109,7 +109,7 @@ def fit_loop(
         write_all(output, contents)
     written = [] if output is None else [f"written: {output}/loop.svg, loop.csv, loop.json, gear.yaml"]
     text = [file.name, *lines(fit.facts()), f"for a project file:\n{fit.yaml}".rstrip(), *written]
-    click.echo(numbers if as_json else "\n".join(text))
+    echo(numbers if as_json else "\n".join(text))
 
 
 def read_loop_file(file: Path, wanted: dict[str, str], dialect: dict[str, str | None]) -> Log:

@@ -18,7 +18,7 @@ from ....files.variants.identify_log import identify_log as identified
 from ....files.variants.scatter import scattered
 from ....plot.fits import identified_log_rows
 from ....plot.svg import figure
-from ...console import Progress, to_json, write_all
+from ...console import Progress, echo, to_json, write_all
 from ...report.section import rendered_part
 from ...report.sections import SECTIONS
 from ...view import View
@@ -69,14 +69,14 @@ def identify(
         if result.project is None:
             (output / YAML).unlink(missing_ok=True)  # of an earlier log: it would pass for this one's
     doubts = [f"note: {sentence}" for log in logs for sentence in (*log.doubts, *log.notes)]
-    click.echo(numbers if as_json else "\n".join([*lines(result.facts()), *dict.fromkeys(doubts)]))
+    echo(numbers if as_json else "\n".join([*lines(result.facts()), *dict.fromkeys(doubts)]))
     if not result.usable:
         raise SolveError(f"no project file is written: {result.headline()}")
     if output is not None and not as_json:
         written = f"{output / YAML}, {JSON}, {SVG}"
-        click.echo(f"written: {written}; next: strainwave analyze {quote(str(output / YAML))} -o report")
+        echo(f"written: {written}; next: strainwave analyze {quote(str(output / YAML))} -o report")
     if result.project is not None and not as_json:
-        click.echo("\n".join(verdict(result.project)))
+        echo("\n".join(verdict(result.project)))
 
 
 def verdict(project: Project) -> list[str]:

@@ -12,7 +12,7 @@ from ....files.logs.read import read_log as log_of
 from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
-from ...console import in_options, staged, to_json
+from ...console import echo, in_options, staged, to_json
 from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
 
@@ -41,7 +41,7 @@ def read_log(file: Path, output: Path | None, as_json: bool, **reading: Any) -> 
             (folder / SVG).write_text(drawn + "\n", encoding="utf-8")
     report = facts(file, read, parts)
     written = [] if output is None else [f"written: {output / CSV}, {output / SVG}"]
-    click.echo(to_json(data(report)) if as_json else "\n".join([*lines(report), *written]))
+    echo(to_json(data(report)) if as_json else "\n".join([*lines(report), *written]))
 
 
 def _sizes(values: Floats) -> list[float]:

@@ -22,7 +22,7 @@ from ....study.identification.orders.error_scan import error_scan as error_scann
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as orders_scanned
 from ....study.identification.run import FEWEST_SAMPLES, Run
-from ...console import to_json, write_all
+from ...console import echo, to_json, write_all
 from ..options import file_type, json_option, output_option, reading_options
 
 SHAFTS: dict[str, Turn] = {"load_angle": "output", "motor_angle": "motor"}
@@ -64,13 +64,13 @@ def _print_scan(
         raise FileError(complaint(file, [Problem(forward.last, 1, "angle", str(error))])) from None
     if as_json:
         about = {"file": file.name, "turn": turn, "unit": "rad"} | asdict(scan)
-        click.echo(to_json(about | {"peak_to_peak": scan.peak_to_peak}))
+        echo(to_json(about | {"peak_to_peak": scan.peak_to_peak}))
         return
-    click.echo(f"{file.name}: {counted(len(scan.lines), 'line')}, orders per turn of the {turn}\n{scan}")
+    echo(f"{file.name}: {counted(len(scan.lines), 'line')}, orders per turn of the {turn}\n{scan}")
     if scan.aliases:
-        click.echo("no lines for a project file: the angles do not tell their orders")
+        echo("no lines for a project file: the angles do not tell their orders")
     elif scan.lines:
-        click.echo(block(scan.lines))
+        echo(block(scan.lines))
 
 
 def _factor(shaft: str, turn: str, ratio: float | None) -> float:
@@ -164,19 +164,19 @@ def order_scan(
         figure = stacked(order_scan_panels(scan, channel), 320.0, "lines of an order scan", WIDTH)
         write_all(output, {CSV: _columns(scan), JSON: numbers, SVG: figure})
     if as_json:
-        click.echo(numbers)
+        echo(numbers)
         return
-    click.echo(f"{channel}: {scan}")
+    echo(f"{channel}: {scan}")
     if scan.unit == "rad" and scan.varying:
-        click.echo("no lines for a project file: no one amplitude is that of all runs")
+        echo("no lines for a project file: no one amplitude is that of all runs")
     elif scan.unit == "rad" and turned == "load_angle" and not ratio:
-        click.echo("a project file counts orders on the motor's turn: give --ratio for its lines")
+        echo("a project file counts orders on the motor's turn: give --ratio for its lines")
     elif scan.unit == "rad":
         once = float(ratio) if ratio and turned == "load_angle" else 1.0
         whole = [line for line in scan.lines if is_whole(line, once)]
-        click.echo(block(whole, once) or "no whole order for a project file")
+        echo(block(whole, once) or "no whole order for a project file")
     if output is not None:
-        click.echo(f"written: {output / CSV}, {JSON}, {SVG}")
+        echo(f"written: {output / CSV}, {JSON}, {SVG}")
 
 
 def _orders(text: str) -> list[float]:

@@ -29,8 +29,8 @@ BARS = (
     "drive computed again. With another gear the load keeps its speeds."
 )
 FEED_FORWARD = (
-    "A feed-forward that cancels a line of the kinematic error exactly needs its phase, which the file may not have. "
-    "What a real controller leaves: strainwave compensate."
+    "A feed-forward that cancels a line of the kinematic error exactly needs the phase of that line, which no "
+    "datasheet gives. What a real controller leaves: strainwave compensate."
 )
 TURNS = "Two turns of the {}, after everything has settled, at {}."
 BEYOND = " The curve goes a fifth beyond the single speeds of the file, and so do the speeds to avoid."

@@ -29,7 +29,7 @@ from .resonances import envelope, jump_speeds
 
 MOTOR_RATIO = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
 LITTLE = "the choice changes little"
-MARGINS = " A margin in dB is what the gain may rise, with a minus what it may fall."
+MARGINS = " A label of 6 dB: the gain may rise by 6 dB until the loop is unstable; of −6 dB: it may fall by 6 dB."
 STEPS = " The reference steps in its speed; the torque turns the angles, at the load's side."
 RESPONSE = "Linear response of the speeds to a torque on the"
 
