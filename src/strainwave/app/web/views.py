@@ -117,7 +117,8 @@ def sureness(project: Project) -> dict[str, Any]:
         held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
     sentences, weak = sure.sentences(project.limit), [project.loop.weak] if project.loop and project.loop.weak else []
     return {
-        "how_sure": [f"{text[:1].upper()}{text[1:]}" for text in (*sentences, *weak)], "together": sure.together(project.limit) if sure.doubts else "",
+        "how_sure": [f"{text[:1].upper()}{text[1:]}" for text in (*sentences, *weak)],
+        "together": sure.together(project.limit) if sure.doubts else "",
         "load": sure.load, "met": not sure.doubts
         or (project.limit is not None and sure.largest[1] <= project.limit and not (sure.load and project.has_memory)),
         "held": held, "speed": scale * sure.omega,
