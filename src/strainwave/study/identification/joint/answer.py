@@ -189,12 +189,12 @@ def _best(
 ) -> tuple[Joint, list[str]]:  # fmt: skip
     """The fit, and that the inertia given does not fit; without one the best of several resonances, K1 as printed.
 
-    With an inertia that is far too small a fit takes long: it is asked first whether a far other one fits.
+    With an inertia that is far too small a fit takes long: where a first one is unlikely, others are asked first.
     """
     if inertia is None:
         return _of_any_inertia(logs, ratio, law, lambda joint, omega: solve.fitted(joint, omega, progress)), []
     first, omega = _first(logs, ratio, law, inertia, solve.BASIC), float(np.sqrt(law[0] / inertia))
-    if omega > 2.0 * np.pi * GUESSES[-1]:
+    if omega > 2.0 * np.pi * GUESSES[-1] and not _likely(solve.running(first, omega, solve.FIRST_LINES, False), law):
         other, causes = _other(logs, ratio, law, inertia, np.inf, memory=False)
         if causes:
             return other, causes
@@ -211,11 +211,16 @@ def _of_any_inertia(
 
 def _misgiven(joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], given: float) -> list[str]:
     """That the inertia given does not fit, where a far other one, with K1 as the datasheet has it, leaves nothing."""
-    v = joint.values
-    spring = v["K1"] + v["hysteresis"] * (v["yield_twist"] > v["T1"] / v["K1"])  # what does not yield is a spring
-    if solve.rms(joint) < LEFT * solve.scatter(joint) and 1.0 / UNLIKE < spring / law[0] < UNLIKE:
+    if _likely(joint, law):
         return []
     return _other(logs, ratio, law, given, BETTER * solve.rms(joint), memory="hysteresis" in joint.free)[1]
+
+
+def _likely(joint: Joint, law: Sequence[float]) -> bool:
+    """True for a fit that leaves nothing, with a stiffness like that of the datasheet."""
+    v = joint.values
+    spring = v["K1"] + v["hysteresis"] * (v["yield_twist"] > v["T1"] / v["K1"])  # what does not yield is a spring
+    return bool(solve.rms(joint) < LEFT * solve.scatter(joint) and 1.0 / UNLIKE < spring / law[0] < UNLIKE)
 
 
 def _other(
