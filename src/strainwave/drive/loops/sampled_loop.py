@@ -149,7 +149,7 @@ def held(A: Floats, B: Floats, period: float, delay: float) -> tuple[Floats, Flo
 
     The states are x and the torques of the samples before that do not act yet or still act, the latest first.
     """
-    from scipy.linalg import expm  # here, because most analyses have no sampled loop and need none of SciPy
+    from scipy.linalg import expm  # here: a curve of a drive needs none of SciPy
 
     T, n = period, len(A)
     periods = int(delay / T + DELAY_ROUNDING)

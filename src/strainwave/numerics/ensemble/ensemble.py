@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
-SAMPLED_LANES = 16  # lanes whose blocks are run again with half the step, for the estimate of the error
+SAMPLED_LANES = 16  # lanes; those of their numbers of steps are run again with half the step, for the error
 SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: their errors differ from lane to lane
 EXPLODING_STEPS = 100_000  # steps a period at most, for lanes that explode
 FINEST = 10_000_000  # steps a period at first
