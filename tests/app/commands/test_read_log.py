@@ -3,6 +3,7 @@
 import json
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from shutil import copy
 
 import numpy as np
 import pytest
@@ -23,7 +24,8 @@ def invoke(*given):
 
 
 def test_the_command_tells_channels_segments_and_notes_and_writes_what_it_read(tmp_path):
-    run = invoke(JOINT, "-o", tmp_path / "out", "--column", "torque=torque_from_current_Nm")
+    path = Path(copy(JOINT, tmp_path))
+    run = invoke(path, "-o", tmp_path / "out", "--column", "torque=torque_from_current_Nm")
     assert run.exit_code == 0, run.output
     for text in (
         "5854 samples, 0 to 5.853 s, 1000 Hz",
@@ -43,6 +45,26 @@ def test_the_command_tells_channels_segments_and_notes_and_writes_what_it_read(t
         assert text in texts
     bands = [node for node in figure.iter() if node.get("fill-opacity") and node.tag.endswith("path")]
     assert len(bands) == 2 * len(log.channels)  # run-up and run-down in every panel
+
+
+def test_the_choice_of_columns_is_kept_beside_the_log_for_every_face(tmp_path):
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join(f"{0.002 * k},{0.36 * k},7" for k in range(3000)))
+    chosen = invoke(path, "--columns", "time,load_angle,-", "--unit", "load_angle=deg")
+    assert chosen.exit_code == 0, chosen.output
+    assert "note: the choice of columns is kept in run.csv.columns.json" in chosen.stdout
+    again = invoke(path)
+    assert again.exit_code == 0, again.output
+    assert "note: columns are those chosen in run.csv.columns.json" in again.stdout
+    assert sw.read_log(path).channels["load_angle"][-1] == pytest.approx(np.radians(0.36 * 2999), rel=1e-12)
+    other = invoke(path, "--columns", "time,-,load_angle")  # options come first, and are kept in turn
+    assert other.exit_code == 0, other.output
+    assert np.all(sw.read_log(path).channels["load_angle"] == 7.0)
+    (tmp_path / "run.csv.columns.json").write_text("{half")
+    refused = invoke(path)
+    assert refused.exit_code != 0
+    assert "run.csv.columns.json" in refused.stderr
+    assert "delete it" in refused.stderr
 
 
 def test_json_has_the_same():

@@ -17,6 +17,7 @@ from ...base.results import Floats
 from ...study.identification.log import Log
 from ...study.identification.run import saturated
 from .binary_files import BINARY, Read
+from .choice import ENDING, kept_choice
 from .conditioning import aligned, averaged, regular, trimmed, unwrapped
 from .joints import joined_stamps, joints_named, of_joint, only_joint
 from .names import UNMEASURED, canonical, converted, epoch_unit, expected, named, si_unit, suffixed
@@ -235,7 +236,7 @@ def read_log(
     """Read measured channels from a file.
 
     `notes` of the log hold every guess and change, and every argument overrides a guess. `doubts` hold what is not
-    plausible.
+    plausible. Without columns, units, rate and joint, those that a command kept beside the file are taken.
 
     Parameters
     ----------
@@ -283,8 +284,12 @@ def read_log(
         If the library for a format is not installed.
     """
     path = Path(path)
+    kept = {} if columns or units or rate or joint else kept_choice(path)
+    columns, units = kept.get("columns", columns), kept.get("units", units)
+    rate, joint = kept.get("rate", rate), kept.get("joint", joint)
     count = None if columns is None or isinstance(columns, Mapping) else len(columns)
     file, notes = columns_of(path, delimiter, decimal, count)
+    notes += [f"columns are those chosen in {path.name}{ENDING}"] if kept else []
     joint = only_joint(file) if joint is None and columns is None else joint
     if joint is not None:
         file = of_joint(path, file, joint)

@@ -10,7 +10,6 @@ import numpy as np
 
 from ....base.sentences import counted
 from ....base.units import ARCSEC
-from ....files.logs.read import read_log
 from ....files.scan_file import is_scan, read_scan
 from ....files.yaml_text import FileError, Problem, complaint
 from ....model.orders import Turn, order_map
@@ -24,6 +23,7 @@ from ....study.identification.orders.order_scan import order_scan as orders_scan
 from ....study.identification.run import FEWEST_SAMPLES, Run
 from ...console import echo, to_json, write_all
 from ..options import file_type, json_option, output_option, reading_options
+from .read_log import log_by_choice
 
 SHAFTS: dict[str, Turn] = {"load_angle": "output", "motor_angle": "motor"}
 SHAFT = click.Choice(("motor", "output"))
@@ -144,7 +144,7 @@ def order_scan(
     dialect = {name: reading[name] for name in ("delimiter", "decimal")}
     try:
         if not any(of_scan.values()):
-            logs = [_with_torsion(read_log(file, **reading), ratio) for file in files]
+            logs = [_with_torsion(log_by_choice(file, reading), ratio) for file in files]
     except FileError:
         if not is_scan(files[0], **dialect):
             raise

@@ -100,11 +100,8 @@ def answered(
         joint, by, notes = _weighed(joint, logs, ratio, law, constant, progress)
         inertia = None if by is None else joint.values["inertia"]
     noise = solve.scatter(joint)
-    if by is None and inertia is not None and not causes:
-        causes = _misgiven(joint, logs, ratio, law, inertia)
-    if not causes and (solve.rms(joint) > LEFT * noise or solve.shown(joint, solve.OUTSIDE)):
-        progress("causes", 0.8)
-        joint, causes = _caused(joint, logs, ratio, law, inertia)
+    if not causes:
+        joint, causes = _doubted(joint, logs, ratio, law, inertia, by is None, progress)
     progress("intervals", 0.95)
     if "load_friction" not in joint.free and not one_way(joint):  # without a reversal it is a stiffness
         joint = replace(joint, free=(*joint.free, "load_friction"))  # after a choice intervals are too narrow
@@ -209,11 +206,21 @@ def _of_any_inertia(
     return min((fit(_first(logs, ratio, law, law[0] / w**2, free), w) for w in guesses), key=solve.rms)
 
 
-def _misgiven(joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], given: float) -> list[str]:
-    """That the inertia given does not fit, where a far other one, with K1 as the datasheet has it, leaves nothing."""
-    if _likely(joint, law):
-        return []
-    return _other(logs, ratio, law, given, BETTER * solve.rms(joint), memory="hysteresis" in joint.free)[1]
+def _doubted(
+    joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None, given: bool,
+    progress: solve.Progress,
+) -> tuple[Joint, list[str]]:  # fmt: skip
+    """The fit with what the model lacks, or with an inertia that is not the one given: what leaves less."""
+    likely, misgiven, limit = _likely(joint, law), list[str](), solve.rms(joint)
+    if not likely and given and inertia is not None:
+        limit *= BETTER
+        other, misgiven = _other(logs, ratio, law, inertia, limit, memory="hysteresis" in joint.free)
+        limit = solve.rms(other)
+    if likely and not solve.shown(joint, solve.OUTSIDE):
+        return joint, []
+    progress("causes", 0.8)
+    fitted, causes = _caused(joint, logs, ratio, law, inertia)
+    return (joint, misgiven) if misgiven and limit < solve.rms(fitted) else (fitted, causes)
 
 
 def _likely(joint: Joint, law: Sequence[float]) -> bool:
@@ -248,7 +255,7 @@ def _caused(
             first = _first(logs, ratio, law, given, solve.BASIC) if afresh else joint
             first = replace(first, free=(*first.free, cause))
             if cause == "gap":
-                first = replace(first, values=first.values | {"gap": 10.0 * first.scales["gap"].unit})
+                first = _with_gap(first)
             memory = "hysteresis" in joint.free
             trials[cause] = solve.running(first, omega, joint.lines, memory) if afresh else solve.settled(first)
         name = min(trials, key=lambda cause: solve.rms(trials[cause]))
@@ -261,6 +268,14 @@ def _caused(
             size = {"gap": value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
             return best, [CAUSES[name].format(size)]
     return joint, _left(joint) if solve.rms(joint) > LEFT * solve.scatter(joint) else []
+
+
+def _with_gap(joint: Joint) -> Joint:
+    """The joint with a first gap: where its law is soft up to T1, that is the gap, and the datasheet's law beyond."""
+    v, first = joint.values, {name: joint.scales[name].first for name in ("K1", "K2", "K3", "T1", "T2")}
+    soft = v["K1"] < first["K1"] / UNLIKE
+    more = first | {"gap": v["T1"] / v["K1"]} if soft else {"gap": 10.0 * joint.scales["gap"].unit}
+    return replace(joint, values=v | more)
 
 
 def _left(joint: Joint) -> list[str]:
