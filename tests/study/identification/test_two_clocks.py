@@ -201,3 +201,13 @@ def test_a_measured_torque_has_two_per_turn_of_its_wave_generator():
     for speed in (0.4, 0.8):
         with pytest.raises(ValueError, match="a resonance may change it"):
             scan.amplitude_at(320, speed)
+
+
+@pytest.mark.parametrize("ratio", [None, RATIO])
+def test_a_sideband_over_the_output_turn_is_a_line_of_its_own(ratio):
+    lines = {2.0: (4.0, 0.4), 2.0 + 1.0 / RATIO: (1.5, 2.0)}
+    scan = sw.order_scan([record(lines, 3.0 * RATIO, noise=3.0)], ratio=ratio, highest=20.0)
+    one, other = over_angle(scan)
+    for line, (order, (size, _)) in zip((one, other), lines.items(), strict=True):
+        assert line.order == pytest.approx(order, abs=3.0 * line.order_error + 1e-9)
+        assert line.amplitude == pytest.approx(ARCSEC * size, abs=3.0 * line.amplitude_error)

@@ -20,10 +20,12 @@ RESOLVED = 0.06  # of 1/omega of the stiffest slope: a step of the grid
 CLOUD = 600  # points
 MISSED = 0.2  # of the torsion: a residual from which on the joint's own frequency is not known
 GUESSES = (6.0, 12.0, 24.0)  # Hz, resonances that are tried where no inertia is given
-LEFT = 1.2  # of the readings' scatter: a residual that needs another cause
+LEFT, BAND_LEFT = 1.2, 1.3  # of the readings' scatter: a residual, and one in the band, that needs another cause
+BAND = 4.0  # of the joint's resonance: the band in which loads move
 CAUSE_LEFT = 3.0  # of the readings' scatter: what a named cause leaves at most
 BETTER = 0.8  # of the residual: what a cause leaves at most
 UNLIKE = 2.0  # times: a K1 so far off the datasheet's, or an inertia off the one given
+MOST_UNEVEN = 0.25  # of the stiffness, to either side: more is no spring's
 PEAK, CLOSE, OVER = 0.3, 0.1, 8.0  # of a residual's power, how near to its place, and over what is beside: a peak
 ABOVE = 1.3  # of the joint's own resonance: the least second one
 LOWEST_ORDER, BETWEEN = 0.2, 0.1  # per turn; how far from whole an order is that no line of the model has
@@ -71,7 +73,7 @@ class Answer:
     @property
     def more(self) -> float:
         """Residual in scatters of the readings, where it is more than chance and of no known cause; or 0."""
-        return self.residual / self.scatter if self.residual > LEFT * self.scatter and not self.causes else 0.0
+        return 0.0 if self.causes or not unexplained(self.joint) else self.residual / self.scatter
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound
@@ -227,7 +229,18 @@ def _likely(joint: Joint, law: Sequence[float]) -> bool:
     """True for a fit that leaves nothing, with a stiffness like that of the datasheet."""
     v = joint.values
     spring = v["K1"] + v["hysteresis"] * (v["yield_twist"] > v["T1"] / v["K1"])  # what does not yield is a spring
-    return bool(solve.rms(joint) < LEFT * solve.scatter(joint) and 1.0 / UNLIKE < spring / law[0] < UNLIKE)
+    return not unexplained(joint) and bool(1.0 / UNLIKE < spring / law[0] < UNLIKE)
+
+
+def unexplained(joint: Joint) -> bool:
+    """True for a residual that is more than the readings' scatter, at all frequencies or where loads move."""
+    scatter, power, many = solve.scatter(joint), 0.0, 0
+    highest = BAND * float(np.sqrt(joint.values["K1"] / joint.values["inertia"])) / (2.0 * np.pi)
+    for piece, residual in zip(joint.pieces, joint.residuals(), strict=True):
+        frequencies, spectrum = _spectrum(piece.time, residual)
+        inside = frequencies < highest
+        power, many = power + float(np.sum(spectrum[inside])), many + int(np.count_nonzero(inside))
+    return solve.rms(joint) > LEFT * scatter or power > many * (BAND_LEFT * scatter) ** 2
 
 
 def _other(
@@ -237,7 +250,7 @@ def _other(
     free = _of_any_inertia(logs, ratio, law, lambda first, w: solve.running(first, w, solve.FIRST_LINES, memory))
     free = solve.completed(free) if solve.rms(free) < limit else free
     fitted = free.values["inertia"]
-    if solve.rms(free) > LEFT * solve.scatter(free) or 1.0 / UNLIKE < fitted / given < UNLIKE:
+    if unexplained(free) or 1.0 / UNLIKE < fitted / given < UNLIKE:
         return free, []
     hint = f"with the gear's K1 it is near {fitted:.3g} kg·m²"
     return free, [f"that the load inertia given, {given:.3g} kg·m², does not fit ({hint})"]
@@ -258,16 +271,17 @@ def _caused(
                 first = _with_gap(first)
             memory = "hysteresis" in joint.free
             trials[cause] = solve.running(first, omega, joint.lines, memory) if afresh else solve.settled(first)
+        trials = {n: trial for n, trial in trials.items() if abs(trial.values["asymmetry"]) < MOST_UNEVEN}
         name = min(trials, key=lambda cause: solve.rms(trials[cause]))
         best = solve.completed(trials[name])
         if solve.fell(joint, best) and solve.rms(best) < min(part * solve.rms(joint), CAUSE_LEFT * solve.scatter(best)):
             best = solve.without(best, name)
             if name not in best.free:  # it has but led out of a trap
-                return best, _left(best) if solve.rms(best) > LEFT * solve.scatter(best) else []
+                return best, _left(best) if unexplained(best) else []
             value = best.values[name]
             size = {"gap": value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
             return best, [CAUSES[name].format(size)]
-    return joint, _left(joint) if solve.rms(joint) > LEFT * solve.scatter(joint) else []
+    return joint, _left(joint) if unexplained(joint) else []
 
 
 def _with_gap(joint: Joint) -> Joint:
@@ -299,14 +313,19 @@ def _left(joint: Joint) -> list[str]:
 
 def _peak(places: Floats, values: Floats, lowest: float) -> tuple[float, float]:
     """Frequency of a peak in the power of values, per unit of their places, and its share; 0 without a peak."""
-    even = np.linspace(places[0], places[-1], len(places))
-    power = np.abs(np.fft.rfft(np.interp(even, places, values - np.mean(values)) * np.hanning(len(even)))) ** 2
-    frequencies = np.fft.rfftfreq(len(even), even[1] - even[0])
+    frequencies, power = _spectrum(places, values)
     frequency = float(frequencies[np.argmax(power * (frequencies >= lowest))])
     off = np.abs(frequencies / frequency - 1.0)
     share = float(np.sum(power[off < CLOSE]) / max(np.sum(power), 1e-300))
     beside = np.mean(power[(off > CLOSE) & (off < 3.0 * CLOSE)])
     return frequency, share if share > PEAK and np.mean(power[off < 0.5 * CLOSE]) > OVER * beside else 0.0
+
+
+def _spectrum(places: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Frequencies per unit of the places of values, and the power there: of white noise its variance."""
+    even, window = np.linspace(places[0], places[-1], len(places)), np.hanning(len(places))
+    wave = np.fft.rfft(np.interp(even, places, values - np.mean(values)) * window)
+    return np.fft.rfftfreq(len(even), even[1] - even[0]), np.abs(wave) ** 2 / np.sum(window**2)
 
 
 def residual_orders(joint: Joint) -> tuple[Floats, Floats]:

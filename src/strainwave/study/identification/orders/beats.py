@@ -155,12 +155,14 @@ def _resolved(
 ) -> list[FoundLine]:  # fmt: skip
     """Lines with one or two in the place of those around a line; frequencies there may be the second one too."""
     turns = max(run.turns for run in runs)
-    width = 3.0 / turns if turning is None else max([LINE_GAP / turns, *(abs(k - line.place) for k in group.values())])
-    members = [k for k in lines if k.kind != "frequency" and abs(k.place - line.place) <= width]
-    if len(members) > 2 or any(member.joint for member in members):
-        return lines
+    centres, width = np.array([*group.values()] or [line.place]), (3.0 if turning is None else LINE_GAP) / turns
+    members = [k for k in lines if k.kind != "frequency" and np.min(np.abs(k.place - centres)) <= width]
+    if line not in members or len(members) > 2 or any(member.joint for member in members):
+        return lines  # a line beside its group is one of its own
     once = np.array([2.0 * np.pi / abs(run.speed) for run in runs])  # order of 1 Hz
-    standing = [k for k in lines if k.kind == "frequency" and np.min(np.abs(k.place * once - line.place)) <= width]
+    standing = [
+        k for k in lines if k.kind == "frequency" and np.min(np.abs(k.place * once - centres[:, None])) <= width
+    ]
     places, reach = _grid(line.place, turning, turns)
     if group:
         places = np.array([*group.values(), *(line.place + np.arange(-2.0, 2.0, SEARCH_STEP) / turns)])
@@ -180,6 +182,8 @@ def _group(order: float, turning: Clocks | None, turns: float, *, short: bool = 
     if turning is None or j not in LOBE_ORDERS or short != (turns < BEATS * turning.beat((j, 0))):
         return {}
     group = {pair: turning.order(pair) for pair in ((j, 0), (j, -j), (j, j))}
+    if turns * abs(turning.order((j, 1)) - group[j, 0]) > LINE_GAP:  # sidebands of what changes along the output's turn
+        group |= {pair: turning.order(pair) for pair in ((j, -1), (j, 1))}
     return group if _beside(order, group, turns) else {}
 
 
