@@ -23,8 +23,8 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 from strainwave.compile.jit import _numba, run
 from strainwave.compile.lanes import LANES
+from strainwave.numerics.ensemble.blocks import march
 from strainwave.numerics.ensemble.ensemble import _batch
-from strainwave.numerics.ensemble.machine import march
 
 DUFFING = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.05), sw.Harmonic(1.0), 1.0)
 FMA_PER_STEP = 30  # of RK4 on the Duffing oscillator

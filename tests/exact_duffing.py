@@ -31,7 +31,7 @@ from strainwave.model.excitation import Harmonic, Harmonics, NoError
 from strainwave.model.laws.springs import Cubic, Linear, Polynomial
 from strainwave.model.oscillator import Oscillator
 from strainwave.numerics.balance.rates import SAME
-from strainwave.numerics.operating_point import bracketed_root
+from strainwave.numerics.roots import bracketed_root
 
 LEAST = 1e-6  # of 1 - m, and of 1/(1 - m): nearer to the limit a period is no longer right to ten digits
 SAMPLES = 4096  # of a period, for the Fourier coefficients of a biased motion

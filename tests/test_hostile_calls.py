@@ -205,7 +205,7 @@ def test_a_lane_that_takes_some_minutes_is_marched(monkeypatch):
     def march(*_):
         raise Marched
 
-    monkeypatch.setattr(ensemble, "_march_all", march)
+    monkeypatch.setattr(ensemble, "march_all", march)
     with pytest.raises(Marched):
         sw.ensemble(STRONG, {"B": [0.1]}, (0.0, 0.0), periods=100_000, method=sw.Dop8(steps_per_period=128))
 

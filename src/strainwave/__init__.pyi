@@ -66,7 +66,7 @@ from .numerics.ensemble.measures import Amplitude as Amplitude
 from .numerics.ensemble.measures import Final as Final
 
 # Periodic motions
-from .numerics.shooting import find_orbit as find_orbit
+from .numerics.balanced_orbit import find_orbit as find_orbit
 from .numerics.curves.response import frequency_response as frequency_response
 from .study.analysis.isolas import isolas as isolas
 from .numerics.attractors.basins import basins as basins
@@ -74,11 +74,11 @@ from .drive.jumps import jumps as jumps
 
 # Closed forms and proofs
 from .theory.slow_flow.flow import slow_flow as slow_flow
-from .theory.slow_flow.setting import Resonance as Resonance
-from .theory.slow_flow.setting import PRIMARY as PRIMARY
-from .theory.slow_flow.setting import SUPERHARMONIC as SUPERHARMONIC
-from .theory.slow_flow.setting import SUBHARMONIC as SUBHARMONIC
-from .theory.slow_flow.setting import NONRESONANT as NONRESONANT
+from .theory.resonance import Resonance as Resonance
+from .theory.resonance import PRIMARY as PRIMARY
+from .theory.resonance import SUPERHARMONIC as SUPERHARMONIC
+from .theory.resonance import SUBHARMONIC as SUBHARMONIC
+from .theory.resonance import NONRESONANT as NONRESONANT
 from .theory.lyapunov import lyapunov as lyapunov
 from .theory.small_signal import small_signal as small_signal
 

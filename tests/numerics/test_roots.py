@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from strainwave.numerics.operating_point import bracketed_root
+from strainwave.numerics.roots import bracketed_root
 
 
 @pytest.mark.parametrize(

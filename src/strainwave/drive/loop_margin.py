@@ -21,7 +21,7 @@ from ..model.excitation import Harmonic
 from ..model.train import Filtered, LoadEncoder, MixedEncoders, PositionIntegral, SteadyTrain, controls
 from ..model.train.controls import HERTZ
 from ..model.train.drive_train import DriveTrain, coupling_twist
-from ..numerics.shooting import find_orbit
+from ..numerics.balanced_orbit import find_orbit
 from .operating_point import mean_state
 from .state_space import driven, state_space, undriven
 

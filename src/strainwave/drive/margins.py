@@ -16,7 +16,7 @@ from ..base.sentences import on_screen
 from ..model.controllers.closed_loop import Sampling
 from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain
-from ..numerics.operating_point import bracketed_root
+from ..numerics.roots import bracketed_root
 from .loops.linear_control import LinearControl, around_poles, control_response, linear_control
 from .loops.sampled_loop import SampledLoop, sampled_loop
 from .state_space import StateSpace, state_space

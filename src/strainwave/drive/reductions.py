@@ -12,7 +12,7 @@ from ..model.laws.friction import NO_FRICTION
 from ..model.oscillator import Oscillator
 from ..model.train import AngleTorque, DriveTrain, SteadyTrain
 from ..model.train.shafts import NO_DRAG
-from ..numerics.shooting import find_orbit
+from ..numerics.balanced_orbit import find_orbit
 
 SAMPLES = 512  # of a cycle, for its largest values
 BRANCH_DIFFERENCE = 0.5  # relative difference beyond which the two are taken for motions on different branches

@@ -18,8 +18,8 @@ from ..model.gears.limits import Finding, check_limits
 from ..model.train import DriveTrain, Motor
 from ..model.train.controls import FREE, core_of
 from ..model.train.train_forms import Metered
-from ..numerics.integration.attempts import watched_ends
 from ..numerics.integration.methods import Dopri5, Method
+from ..numerics.integration.peaks import watched_ends
 from ..numerics.integration.simulate import first_time, simulate
 from .operating_point import operating_state, repeats
 

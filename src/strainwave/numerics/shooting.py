@@ -6,8 +6,6 @@ breakpoints, because the integration ends its steps on them.
 (A continuous law needs no jump in the variational equations there.)
 
 Seydel 2010, Practical Bifurcation and Stability Analysis, sec. 7.3-7.4 (shooting, monodromy matrix).
-
-`find_orbit`: one periodic orbit of a forced system, by harmonic balance; shooting refines it for laws with kinks.
 """
 
 from typing import Any, NamedTuple
@@ -15,19 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.law import breakpoints_of, is_spring, torsion
-from ..base.protocols import DECAYS, END, Balance, System, has_jacobian, omega_of, with_parts
-from ..base.quantities import Reals, States, number, numbers, positive_count, reals, shown
-from ..base.results import Floats, Orbit, SolveError, Status, Trajectory
-from ..compile.jit import load
-from ..compile.tree import leaf_of
-from .balance.choice import balance_of
-from .balance.harmonics import grown, most_harmonics, starting_harmonics
+from ..base.law import breakpoints_of, torsion
+from ..base.protocols import DECAYS, System, has_jacobian, omega_of, with_parts
+from ..base.quantities import Reals, States, number, numbers, positive_count
+from ..base.results import Floats, Orbit, SolveError, Status
 from .balance.rates import periodic
-from .balance.truncation import ORBIT, Tail, tail_along
-from .continuation.starts import linear_start, settled_start
-from .continuation.trace import Trace, describe, solve
 from .integration.methods import Dopri5
+from .integration.record import uninterrupted
 from .integration.simulate import simulate
 
 SAMPLES = 4096  # of the orbit, from which peak and Fourier coefficients are taken
@@ -65,28 +57,36 @@ class Variational(NamedTuple):
         return first, second, j00 * a + j01 * b, j10 * a + j11 * b, j00 * c + j01 * d, j10 * c + j11 * d
 
 
-def period_map(system: System, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
-    """State after one period, the monodromy matrix (2, 2), sizes of the states; None if the solution stops before."""
+class PeriodMap(NamedTuple):
+    """State (n,) after a period, its derivative (n, n) by the state before, the monodromy matrix, and sizes (n,)."""
+
+    end: Floats
+    matrix: Floats
+    sizes: Floats
+
+
+def variational_map(system: System, y0: Floats, duration: float, rtol: float) -> PeriodMap | None:
+    """Period map of two states by their variational equations; None if the solution stops before."""
     start = [*y0, 1.0, 0.0, 0.0, 1.0]
-    end = _span(Variational(system), start, duration, _method(y0, duration, rtol))
-    if not end.status:
+    run = uninterrupted(simulate(Variational(system), start, (0.0, duration), method=_method(y0, duration, rtol)))
+    if not run.status:
         return None
-    size = _size(end.y[:2, -1], duration)
-    return end.y[:2, -1], end.y[2:, -1].reshape(2, 2).T, size * np.array([1.0, 2.0 * np.pi / duration])
+    y, matrix = run.y[:2, -1], run.y[2:, -1].reshape(2, 2).T
+    return PeriodMap(y, matrix, _size(y, duration) * np.array([1.0, 2.0 * np.pi / duration]))
 
 
-def differenced_map(system: System, y0: Floats, duration: float, rtol: float) -> tuple[Floats, Floats, Floats] | None:
-    """State after one period, the monodromy matrix by central differences, and the sizes of the states; None as above.
+def differenced_map(system: System, y0: Floats, duration: float, rtol: float) -> PeriodMap | None:
+    """Period map by central differences, right to about six digits; None if a solution stops before.
 
-    Of laws with memory, which need not be smooth: the matrix is good to about six digits.
+    It serves laws with memory, which need not be smooth.
     """
     method = _method(y0, duration, rtol)
 
     def end(start: Floats) -> Floats | None:
-        run = _span(system, start, duration, method)
+        run = uninterrupted(simulate(system, start, (0.0, duration), method=method))
         return run.y[:, -1] if run.status else None
 
-    run = _span(system, y0, duration, method)
+    run = uninterrupted(simulate(system, y0, (0.0, duration), method=method))
     if not run.status:
         return None
     sizes = np.max(np.abs(run.y), axis=1)
@@ -97,15 +97,7 @@ def differenced_map(system: System, y0: Floats, duration: float, rtol: float) ->
         if after is None or before is None:
             return None
         columns.append((after - before) / (2.0 * np.max(step)))
-    return run.y[:, -1], np.array(columns).T, sizes
-
-
-def _span(system: System, y: Any, duration: float, method: Dopri5) -> Trajectory:
-    """Motion over a time [s]; an interrupt (Ctrl-C) stops the search for an orbit too."""
-    run = simulate(system, y, (0.0, duration), method=method)
-    if run.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
-    return run
+    return PeriodMap(run.y[:, -1], np.array(columns).T, sizes)
 
 
 def _size(y: Floats, duration: float) -> float:
@@ -152,7 +144,7 @@ def shoot(system: System, y0: ArrayLike, *, period: int = 1, rtol: float = 1e-11
     positive_count("period", period)
     Dopri5(rtol=rtol)
     omega = number("omega", omega_of(system), positive=True)
-    return raised(_sampled(system, omega, period, rtol, *closed_state(system, numbers("y0", y0), period, rtol)), throw)
+    return raised(_orbit(system, omega, period, rtol, *closed_state(system, numbers("y0", y0), period, rtol)), throw)
 
 
 def closed_state(system: System, y: Floats, period: int, rtol: float) -> tuple[Floats, Floats, Status]:
@@ -163,8 +155,8 @@ def closed_state(system: System, y: Floats, period: int, rtol: float) -> tuple[F
     matrix = np.full((n, n), 1e300)
     status, last = Status.NO_CONVERGENCE, np.inf
 
-    def mapped(y: Floats) -> tuple[Floats, Floats, Floats] | None:
-        return (period_map if smooth else differenced_map)(system, y, duration, rtol)
+    def mapped(y: Floats) -> PeriodMap | None:
+        return (variational_map if smooth else differenced_map)(system, y, duration, rtol)
 
     after, turns = mapped(y), 1
     for _ in range(STEPS):
@@ -185,19 +177,28 @@ def closed_state(system: System, y: Floats, period: int, rtol: float) -> tuple[F
         last = moved
         nearer = _nearer(mapped, y, after, step)
         if nearer is None:  # as beside a fold, where an orbit has just vanished: the motion leads away from there
-            y, turns = _gone_on(system, y, turns * duration, rtol), min(2 * turns, MOST_TURNS)
+            y, turns = _later(system, y, turns * duration, rtol), min(2 * turns, MOST_TURNS)
             nearer = y, mapped(y)
         y, after = nearer
     return y, matrix, status
 
 
-def _gone_on(system: System, y: Floats, time: float, rtol: float) -> Floats:
+def coefficients_of(samples: Floats, harmonics: int) -> Floats:
+    """Coefficients (2H+1, states), mean, cos 1, sin 1, ..., of samples (states, n) of a period; H harmonics at most."""
+    spectrum = np.fft.rfft(samples, axis=1).T * (2.0 / samples.shape[1])
+    waves = spectrum[1 : harmonics + 1]
+    series = np.empty((2 * len(waves) + 1, len(samples)))
+    series[0], series[1::2], series[2::2] = spectrum[0].real / 2.0, waves.real, -waves.imag
+    return series
+
+
+def _later(system: System, y: Floats, time: float, rtol: float) -> Floats:
     """State after a time [s]; the state itself where the motion ends before."""
-    run = _span(system, y, time, _method(y, time, rtol))
+    run = uninterrupted(simulate(system, y, (0.0, time), method=_method(y, time, rtol)))
     return run.y[:, -1] if run.status else y
 
 
-def _nearer(mapped: Any, y: Floats, now: tuple[Floats, Floats, Floats], step: Floats) -> tuple[Floats, Any] | None:
+def _nearer(mapped: Any, y: Floats, now: PeriodMap, step: Floats) -> tuple[Floats, Any] | None:
     """State after a step of Newton's method, and its map; None if the whole step and its halves open the orbit."""
     end, _, sizes = now
     sizes = sizes * max(1.0, float(np.max(np.abs([y, end]) / sizes)))  # a motion may begin and end at x = 0
@@ -207,24 +208,21 @@ def _nearer(mapped: Any, y: Floats, now: tuple[Floats, Floats, Floats], step: Fl
         trial = y - share * step
         after = mapped(trial)
         if after is not None:
-            left = np.max(np.abs(after[0] - trial) / sizes)
+            left = np.max(np.abs(after.end - trial) / sizes)
             if moved <= WHOLE_STEP or left <= (1.0 - 0.1 * share) * gap:
                 return trial, after
         share *= 0.5
     return None
 
 
-def _sampled(system: Any, omega: float, period: int, rtol: float, y: Floats, matrix: Floats, status: Status) -> Orbit:
+def _orbit(system: Any, omega: float, period: int, rtol: float, y: Floats, matrix: Floats, status: Status) -> Orbit:
+    """Orbit through a state y, from samples of its motion and the monodromy matrix."""
     duration = 2.0 * np.pi * period / omega
     times = np.linspace(0.0, duration, SAMPLES + 1)
     run = simulate(system, y, times, method=_method(y, duration, rtol))
     if not run.status:
         run, status = simulate(system, np.zeros(len(y)), times[:3]), Status.DIVERGED
-    spectrum = np.fft.rfft(run.y[:, :SAMPLES], axis=1).T * (2.0 / min(SAMPLES, run.y.shape[1]))
-    kept = min(1023, len(spectrum) - 1)
-    series = np.empty((2 * kept + 1, len(y)))
-    series[0] = spectrum[0].real / 2.0
-    series[1::2], series[2::2] = spectrum[1 : kept + 1].real, -spectrum[1 : kept + 1].imag
+    series = coefficients_of(run.y[:, :SAMPLES], 1023)
     values = np.linalg.eigvals(matrix)
     multipliers = np.asarray(values[np.argsort(-np.abs(values))], complex)
     size = max(float(np.linalg.norm(series[:, 0])), 1e-300)
@@ -239,137 +237,8 @@ def _sampled(system: Any, omega: float, period: int, rtol: float, y: Floats, mat
     return Orbit(omega, period, series, run.peak(), multipliers, stable, tail, status, message, value=omega)
 
 
-def find_orbit(
-    system: System,
-    *,
-    harmonics: int | None = None,
-    guess: Floats | Orbit | None = None,
-    period: int = 1,
-    throw: bool = False,
-) -> Orbit:
-    """Find a periodic orbit by harmonic balance.
-
-    Parameters
-    ----------
-    system : Oscillator, or any NamedTuple with `rhs(phase, y)`
-        The forced system, at its own `omega` (1 where it has none).
-    harmonics : int, optional
-        Highest harmonic of omega/period. Default: grown until the last two and those left out hold less than 1e-10 of
-        the whole, at most 127 or 31 with friction or memory; an orbit whose spectrum decays slowly, because it crosses
-        breakpoints of the law or the law has friction or memory, is then refined by shooting. With too few for 1e-3 of
-        the orbit, the status is `Status.TRUNCATED`.
-    guess : (2H+1, states) array or Orbit, optional
-        Coefficients (mean, cos 1, sin 1, ...) near the orbit. Default: the linear response, then integration.
-    period : int
-        Turns of the base angle that the orbit takes (2 or more: subharmonic).
-    throw : bool
-        Raise instead of returning an orbit with a status.
-
-    Returns
-    -------
-    Orbit
-        `coefficients` (2H+1, states) of the states, x [rad] and x' [rad/s] of an oscillator: mean, cos 1, sin 1, ...;
-        `peak`, the largest |x| [rad]; Floquet `multipliers`, without unit; `stable`; `status` is `Status.OK` or the
-        reason for stopping.
-
-    Raises
-    ------
-    ValueError
-        If the guess has the wrong shape or `harmonics` or `period` is not positive.
-    SolveError
-        If no orbit is found and `throw` is true.
-
-    References
-    ----------
-    Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, secs. 2.2-2.4.
-    """
-    load()
-    system = periodic("find_orbit", with_parts("find_orbit", system, "rhs"), period)
-    h, largest = starting_harmonics(system, harmonics, period), most_harmonics(system)
-    omega = float(omega_of(system))
-    if not omega > 0.0:
-        raise ValueError(f"omega is {omega:g} rad/s; a periodic orbit needs a positive base frequency")
-    start = None if guess is None else _table(guess)
-    if harmonics is None and start is not None:
-        h = max(h, min(len(start) // 2, largest))
-    leaf = leaf_of(system, "omega") if "omega" in getattr(system, "_fields", ()) else -1
-
-    def balanced(h: int, aim: float) -> tuple[tuple[Any, Any, Any], float]:
-        nonlocal start
-        problem = balance_of(system, leaf, leaf, h, period, start is None)
-        point = _balanced(problem, omega, start)
-        if point is None:
-            return (problem, None, None), 0.0
-        start, tail = problem.state_table(problem.table(point)), tail_along(problem, point[None, :], aim)
-        return (problem, point, tail), tail.worst
-
-    problem, point, tail = grown(balanced, h, largest if harmonics is None else h, ORBIT)
-    if point is None:
-        return raised(_missing(problem, omega), throw)
-    orbit = _described(problem, point, tail)
-    smooth = is_spring(system) and not breakpoints_of(system)
-    corners = harmonics is None and tail.worst > ORBIT and not smooth
-    return raised(_refined(system, orbit, period) if corners else orbit, throw)
-
-
-def _refined(system: System, orbit: Orbit, period: int) -> Orbit:
-    """The orbit by shooting, where that converges.
-
-    Corners of a law with memory are not located: they can scatter a fine integration by more than its tolerance, on
-    which Newton's method then waits in vain, and a coarser one not.
-    """
-    for rtol in (1e-11, 1e-9):
-        exact = shoot(system, orbit.state(0.0), period=period, rtol=rtol)
-        if exact.status:
-            return exact
-    return orbit
-
-
 def raised(orbit: Orbit, throw: bool) -> Orbit:
     """Return the orbit, or raise its message if it is none and `throw` is true."""
     if throw and not orbit.status.found:
         raise SolveError(orbit.message)
     return orbit
-
-
-def _table(guess: Floats | Orbit) -> Floats:
-    """Coefficients (2H+1, states) of a guess."""
-    table = reals(guess.coefficients if isinstance(guess, Orbit) else guess)
-    if table.size == 0:
-        raise ValueError(f"guess is {shown(guess)}; it must be an Orbit or an array (2H+1, states)")
-    if table.ndim == 1:
-        table = table[:, None]
-    if table.ndim != 2 or len(table) % 2 == 0 or not np.all(np.isfinite(table)):
-        raise ValueError(f"guess has shape {table.shape}; it must be finite, (2H+1, states): mean, cos 1, sin 1, ...")
-    return table
-
-
-def _balanced(problem: Balance, omega: float, start: Floats | None) -> Floats | None:
-    """Solution (coefficients in blocks, parameter) from a guess, the linear response, or an integration."""
-    if start is None:
-        point = linear_start(problem, omega)
-        return settled_start(problem, omega) if point is None else point
-    states = problem.state_count()
-    if start.shape[1] != states and not problem.hill():  # an oscillator's first state tells the other
-        raise ValueError(f"guess has {start.shape[1]} states; {type(problem.system).__name__} has {states}")
-    return solve(problem, problem.point(start, omega))
-
-
-def _described(problem: Balance, point: Floats, tail: Tail) -> Orbit:
-    branch = describe(problem, "omega", Trace(point[None, :], np.zeros(1, int), END), tail, "", locate=False)
-    return Orbit(
-        float(branch.omega[0]), branch.period, problem.motion(point, branch.coefficients[0]), float(branch.peak[0]),
-        branch.multipliers[0], bool(branch.stable[0]), tail.share, *tail.verdict(Status.OK, "finished", "omega", 0.0),
-        value=float(branch.omega[0]),
-    )  # fmt: skip
-
-
-def _missing(problem: Balance, omega: float) -> Orbit:
-    message = (
-        f"no periodic orbit found at omega = {omega:.6g} rad/s: Newton's method failed from the guess, the linear "
-        "response and an integration; give a guess, or more damping where a resonance has none, or continue from a "
-        "frequency with a small response"
-    )
-    states, failed = problem.state_count(), Status.NO_CONVERGENCE
-    nothing, unknown = np.zeros((3, states)), np.full(states, 0j)
-    return Orbit(omega, int(problem.turns), nothing, 0.0, unknown, False, 0.0, failed, message, value=omega)

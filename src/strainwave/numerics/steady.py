@@ -13,6 +13,7 @@ import numpy as np
 from ..base.results import Floats, Status, Trajectory
 from .balance.harmonics import highest_order
 from .integration.methods import Dopri5
+from .integration.record import uninterrupted
 from .integration.simulate import simulate
 from .shooting import closed_state
 
@@ -125,7 +126,7 @@ def settle(
     turn = 2.0 * math.pi / system.omega * period
     start = tuple(float(y) for y in y0)
     if time > 0.0:
-        run = finished_or_interrupted(
+        run = uninterrupted(
             simulate(system, start, np.array([0.0, 0.5, 1.0]) * turn * math.ceil(time / turn), method=method)
         )
         start = tuple(run.y[:, -1].tolist())
@@ -153,18 +154,11 @@ def settled(
     return motion
 
 
-def finished_or_interrupted(run: Trajectory) -> Trajectory:
-    """Return a trajectory as it is, unless the user stopped it: a study of many runs then stops too."""
-    if run.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
-    return run
-
-
 def _lap(system: Any, start: tuple[float, ...], period: int, method: Dopri5) -> Trajectory:
     """One span of the motion, in samples fit for its spectrum."""
     length = 2.0 * math.pi / system.omega * period
     grid = np.linspace(0.0, length, SAMPLES * max(period, highest_order(system)) + 1)
-    return finished_or_interrupted(simulate(system, start, grid, method=method))
+    return uninterrupted(simulate(system, start, grid, method=method))
 
 
 def _scale(system: Any, lap: Trajectory) -> Floats:

@@ -22,9 +22,9 @@ from ..model.oscillator import Oscillator
 from ..numerics.integration.simulate import simulate
 from ..numerics.steady import SteadyMotion, settle
 from .printed_forms import largest, printed_steady, printed_x, steady, without_alpha
+from .resonance import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
 from .slow_flow.flow import SlowFlow, slow_flow
 from .slow_flow.results import SlowResponse
-from .slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
 
 MOTOR_TORQUE = 10.0  # N*m, Table 3
 ALPHA = 0.1  # 1/rad^2, Table 3 ("assumed")

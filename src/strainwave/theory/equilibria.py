@@ -15,13 +15,11 @@ import numpy as np
 from ..base.law import breakpoints_of
 from ..base.sentences import Angle, Sentence
 from ..model.laws.springs import MERGE, turning_points_of
-from ..numerics.operating_point import bracketed_root
+from ..numerics.roots import bracketed_root
 
 SAMPLES = 4000  # intervals over the span of a law that is only sampled
 ROUNDING = 1e-14  # torques below this fraction of the largest one met are zero to a law that is sampled
-TOUCHING = (
-    1e-10  # of the largest torque at a turning point: there MERGE apart, two rests are one that the torque touches
-)
+TOUCHING = 1e-10  # of the largest torque at a turning point: there two rests MERGE apart are one that it touches
 CANCELLED = 1e-14  # of slope times torsion: less is rounding
 DISTANCES = tuple(2.0**k for k in range(-40, 200))  # rad beyond the last turning point, where a sign is looked for
 

@@ -26,7 +26,7 @@ from ..model.laws.springs import Linear
 from ..model.oscillator import Variation
 from ..numerics.balance.first_order import first_order
 from ..numerics.operating_point import operating_point
-from ..numerics.stability.first_order import hill_map
+from ..numerics.stability.first_order import period_maps
 
 HIGHEST = 4  # multiple n of a line's half order that is looked at
 ROUNDING = 1e-11  # of the traces: a tongue that has closed is none
@@ -191,7 +191,7 @@ def _resonance(linear: Any, omega_0: float, free: float, base: int, g: int, caus
         """Sizes log(1 + |D|) of the relative traces, positive in tongue m, and logarithms of the determinant's root."""
         points = np.zeros((len(omega), problem.size() + 1))
         points[:, -1] = omega
-        flow, size, decay = hill_map(problem, points)
+        flow, (_, size, decay) = period_maps(problem, points, hill=True)
         trace = (-1.0) ** m * np.trace(flow, axis1=1, axis2=2)
         with np.errstate(divide="ignore"):
             return np.sign(trace) * np.logaddexp(0.0, np.log(np.abs(trace)) + size), decay

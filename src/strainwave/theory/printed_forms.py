@@ -1,4 +1,4 @@
-"""Forms that the article prints beside those that follow from its equations of motion; its formulas as printed.
+"""Formulas as the article prints them, beside those that follow from its equations of motion.
 
 The numbers E1 to E11 are those of the errata list of the documentation.
 """
@@ -10,8 +10,8 @@ import numpy as np
 from ..base.results import Floats
 from ..base.series import largest_of_samples
 from ..model.oscillator import Oscillator
+from .resonance import SUBHARMONIC, Resonance
 from .slow_flow.flow import SlowFlow, slow_flow
-from .slow_flow.setting import SUBHARMONIC, Resonance
 
 SAMPLES = 512  # of a turn of the fastest component
 

@@ -1,6 +1,6 @@
-"""Claim of Lyapunov's direct method about the dynamic error: the function V, its rate, and the region of the claim.
+"""Claim of Lyapunov's direct method about the dynamic error: the function V, its rate, the region, and the damping.
 
-The energy argument for rest under a damping and a stiffness that change: J x'' + b x' + kappa T(x) = 0.
+`reserve` says how much damping the argument has left where damping and stiffness change: J x'' + b x' + kappa T(x) = 0.
 """
 
 import math

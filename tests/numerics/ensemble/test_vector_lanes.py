@@ -11,6 +11,7 @@ import strainwave as sw
 from strainwave.base.law import states_of
 from strainwave.compile import lanes
 from strainwave.numerics.ensemble import fixed_step
+from strainwave.numerics.ensemble.pieces import General
 from strainwave.numerics.integration.steps import Classical
 
 pytestmark = pytest.mark.slow
@@ -24,17 +25,16 @@ CASES = {
 }
 
 
-def two_steps(scheme, system, y0, sums, rows, turn):
+def two_steps(scheme, model, rows, turn):
     for j in range(lanes.LANES):
-        fixed_step.pair(scheme, system, y0, sums, rows, 20, 20, 0.3, turn, j)
+        fixed_step.take_two_steps(scheme, model, rows, 20, 20, 0.3, turn, j)
 
 
 def packed_and_calls(system):
     """Numbers of packed multiply-adds in the loop over lanes, and of calls."""
     y0 = (0.0,) * (2 + states_of(system.law))
-    code = machine_code.instructions(
-        two_steps, Classical(), system.prepared(), y0, ((0.0,),), np.ones((100, lanes.LANES)), 0.1
-    )
+    model = fixed_step.LaneModel(system.prepared(), y0, General(), (), ((0.0,),))
+    code = machine_code.instructions(two_steps, Classical(), model, np.ones((100, lanes.LANES)), 0.1)
     return tuple(sum(bool(re.fullmatch(pattern, i)) for i in code) for pattern in (r"vfn?m\w+pd", r"call\w*"))
 
 

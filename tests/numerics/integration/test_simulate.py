@@ -12,10 +12,8 @@ from canonical import CSF_40_50
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.numerics.integration import marches as switches
-from strainwave.numerics.integration import methods, steps
-from strainwave.numerics.integration import methods as record
-from strainwave.numerics.integration.attempts import K, Y, workspace
+from strainwave.numerics.integration import methods, record, steps, switches
+from strainwave.numerics.integration.workspace import K, Y, workspace
 
 DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.1), sw.Harmonic(0.18), 1.0)
 SPRING = sw.Oscillator(1.0, 0.0, sw.Cubic(1.0, 0.0), sw.Harmonic(0.0), 1.0)  # of the type of DUFFING: compiled once
@@ -140,7 +138,7 @@ def test_pieces_of_any_size_give_one_solution(method, monkeypatch):
     whole = sw.simulate(DUFFING, (0.5, 0.0), 20.0, method=method)
     apart = sw.simulate(DUFFING, (0.5, 0.0), [0.0, 9.0, 20.0], method=method)
     monkeypatch.setattr(methods, "BUDGET", 7)
-    monkeypatch.setattr(record, "FIRST", 3)
+    monkeypatch.setattr(record, "FIRST_STEPS", 3)
     pieces = sw.simulate(DUFFING, (0.5, 0.0), 20.0, method=method)
     apart_in_pieces = sw.simulate(DUFFING, (0.5, 0.0), [0.0, 9.0, 20.0], method=method)
     np.testing.assert_allclose(pieces.y[:, -1], whole.y[:, -1], rtol=0, atol=1e-7)

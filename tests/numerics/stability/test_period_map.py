@@ -11,7 +11,7 @@ from strainwave.numerics.balance.first_order import first_order
 from strainwave.numerics.balance.linear_part import STRENGTH
 from strainwave.numerics.balance.rates import rates_at
 from strainwave.numerics.continuation.trace import solve
-from strainwave.numerics.stability.first_order import hill_map, period_maps
+from strainwave.numerics.stability.first_order import period_maps
 from strainwave.numerics.stability.gauss_steps import GAUSS_PLACES, gauss_steps
 
 K, ALPHA, J_M, J_1, J_2, N, B, K_C, B_C, K_P, K_I, A = (
@@ -60,7 +60,7 @@ def test_the_period_map_of_a_train_is_that_of_dop853_on_equations_written_by_han
     found = period_maps(problem, point[None])[0][0] * problem.sizes / problem.sizes[:, None]
     expected = np.array(columns).T * problem.sizes / problem.sizes[:, None]
     assert found == pytest.approx(expected, abs=3e-7 * np.max(np.abs(expected)))
-    flow, size, decay = hill_map(problem, point[None])
+    flow, (_, size, decay) = period_maps(problem, point[None], hill=True)
     whole = np.exp(decay + size)[:, None, None] * flow
     assert whole[0] == pytest.approx(period_maps(problem, point[None])[0][0], rel=1e-7, abs=1e-12)
 

@@ -15,7 +15,7 @@ from strainwave.study.speed_map.avoid import speeds_to_avoid
 from strainwave.study.speed_map.bands import quasi_static
 from strainwave.study.speed_map.ramp import Ramp, in_run
 from strainwave.study.speed_map.resonances import Regime, operating_point
-from strainwave.theory.slow_flow.setting import Resonance
+from strainwave.theory.resonance import Resonance
 
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
 OMEGA_0 = math.sqrt(K / J)

@@ -8,7 +8,7 @@ import pytest
 import strainwave as sw
 from strainwave.compile.jit import run
 from strainwave.numerics.balance.piecewise import pieces_of
-from strainwave.theory.slow_flow.averages import averages, grid_table
+from strainwave.theory.slow_flow.averages.piecewise_averages import averages, grid_table
 
 GEAR = sw.PiecewiseLinear(1e5, 1.4e5, 1.8e5, 54.0, 196.0)
 PLAY = sw.Backlash(2.0, 0.5)

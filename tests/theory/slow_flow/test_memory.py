@@ -12,7 +12,7 @@ from scipy.integrate import quad, solve_ivp
 import strainwave as sw
 from strainwave.base.law import states_of
 from strainwave.compile.jit import run
-from strainwave.theory.slow_flow.memory import Loops, closed
+from strainwave.theory.slow_flow.averages.memory import Loops, closed
 
 DRIVE = sw.Oscillator(1.0, 0.05, sw.Parallel(sw.Linear(1.0), sw.BoucWen(1.0, 0.0, 0.4)), sw.Harmonic(0.4), 1.117)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from second_order_form import second_order_form
 
-from strainwave.theory.slow_flow.closed_forms import FORMS
+from strainwave.theory.slow_flow.second_order_forms import FORMS
 
 C2, C3, K, MU, W, V = 0.7, -1.3, 2.1, 0.23, 1.7, 0.41
 Z, C = 0.31 - 0.42j, -0.27 + 0.19j

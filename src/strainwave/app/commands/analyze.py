@@ -12,8 +12,8 @@ from ...drive.project import Project
 from ...drive.run import drive_run
 from ...files.reading import read_project
 from ...files.yaml_text import FileError
+from ...theory.resonance import PRIMARY
 from ...theory.slow_flow.flow import slow_flow
-from ...theory.slow_flow.setting import PRIMARY
 from ..console import Progress, echo, in_options, staged, to_json, write_all
 from ..report.report import Report, verdicts_page, write
 from .options import file_type, json_option, output_option

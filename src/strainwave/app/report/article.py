@@ -19,9 +19,9 @@ from ...plot.svg import figure
 from ...theory import article
 from ...theory.lyapunov import lyapunov
 from ...theory.printed_forms import FORMS
+from ...theory.resonance import PRIMARY, SUBHARMONIC, SUPERHARMONIC
 from ...theory.slow_flow.flow import SlowFlow
 from ...theory.slow_flow.results import SlowResponse
-from ...theory.slow_flow.setting import PRIMARY, SUBHARMONIC, SUPERHARMONIC
 from ..console import as_csv, columns, number, slug
 from .report import plain_page
 from .section import html_table

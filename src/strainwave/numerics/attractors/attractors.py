@@ -1,7 +1,4 @@
-"""Attractors recognised among settled lanes: periodic orbits by `find_orbit`, and which lanes ended on which.
-
-Motions on which random starts settle at given base frequencies: what coexists there and attracts.
-"""
+"""Attractors among settled lanes: periodic orbits by `find_orbit`, and which lanes ended on which."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,30 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ...base.law import breakpoints_of
-from ...base.protocols import Balance, System, omega_of
-from ...base.quantities import replace
+from ...base.protocols import System, omega_of
 from ...base.results import Floats, Integers, Orbit, SolveError
-from ..balance.fourier import orders
-from ..balance.linear_part import carried, drive
+from ..balanced_orbit import find_orbit
 from ..integration.methods import Dopri5
 from ..integration.simulate import simulate
-from ..shooting import find_orbit
-from .settle import Settled, settled
-
-STARTS = (
-    100  # at each frequency: a motion that 3 % of the box lead to is missed once in twenty searches of one frequency
-)
-SEED = 20
-DECAY = 16.0  # transients die by exp(-16), 1e-7, in the longest time
-FIRST_TURNS, LEAST_TURNS, MOST_TURNS = 30, 300, 6000
-MOST_MOTIONS = 20  # at one frequency
-MOST_STEPS = 3.2e9  # of all starts together at a time: half a minute
-LEAST_DAMPING = 1e-4  # of critical, that bounds the vibrations which are looked for
-FASTEST = (
-    2.0  # times the highest line of the forcing, or the free vibration about a rest: what vibrates faster is left out
-)
-SIZES = np.geomspace(1e-6, 1e6, 241)
+from ..shooting import coefficients_of
+from .settle import Settled
 
 END_GAP = 1e-3  # of a state's size: lanes as near as this to an attractor's point have ended on it
 SAME_TURN = 1e-6  # of a state's size: two turns that agree so well are one
@@ -138,13 +118,8 @@ def fewest(points: Floats, turns: int, scale: Floats, tolerance: float) -> int:
 
 def _orbit(system: System, y: Floats, turns: int, scale: Floats) -> Orbit | None:
     """Periodic orbit near the samples (states, samples) of one period; None where it is not found there."""
-    samples = y.shape[1]
-    spectrum = np.fft.rfft(y, axis=1).T * (2.0 / samples)
-    h = min(len(spectrum) - 1, 31 * turns)
-    series = np.empty((2 * h + 1, len(y)))
-    series[0], series[1::2], series[2::2] = spectrum[0].real / 2.0, spectrum[1 : h + 1].real, -spectrum[1 : h + 1].imag
     try:
-        orbit = find_orbit(system, guess=series, period=turns)
+        orbit = find_orbit(system, guess=coefficients_of(y, 31 * turns), period=turns)
     except (ValueError, TypeError, SolveError):  # a system without periodic orbits that `find_orbit` can look for
         return None
     gap = np.abs(orbit.state(0.0) - y[:, 0]) / scale if orbit.status.found else np.array([np.inf])
@@ -158,50 +133,6 @@ class Motion:
     omega: float
     turns: int
     samples: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Search:
-    """Motions that random starts led to, and the choice of the starts.
-
-    `turns` is the longest time that a start was given, `reach` the largest first state [rad] of a start; `diverged` and
-    `unsettled` count starts, `loose` are the frequencies of the latter.
-    """
-
-    omegas: Floats
-    starts: int
-    turns: int
-    reach: float
-    motions: list[Motion]
-    diverged: int
-    unsettled: int
-    loose: list[float]
-
-
-def settled_motions(problem: Balance, omegas: Floats) -> Search:
-    """Integrate random starts of a harmonic-balance problem's system at each frequency [rad/s] until they settle."""
-    system = problem.system
-    boxes = [box_at(problem, float(omega)) for omega in omegas]
-    rng = np.random.default_rng(SEED)
-    draws = rng.uniform(size=(4, STARTS))  # the same at every frequency: no result depends on which others there are
-    y0 = np.concatenate([starts_in(box, draws) for box in boxes], axis=1)
-    rate = 0.5 * system.B / system.J
-    needed = DECAY * np.max(omegas) / (2.0 * np.pi * rate) if rate > 0.0 else MOST_TURNS
-    longest = int(np.clip(needed, LEAST_TURNS, MOST_TURNS))
-    size = max(box.size for box in boxes)
-    method = Dopri5(rtol=1e-8, atol=1e-10 * size) if breakpoints_of(system.law) else None
-    lanes = np.repeat(omegas, STARTS)
-    ends = settled(system, {"omega": lanes}, y0, settle=FIRST_TURNS, longest=longest, method=method, budget=MOST_STEPS)
-    motions: list[Motion] = []
-    for omega in omegas:
-        driven = replace(system, {"omega": float(omega)})
-        some = islice(motions_among(driven, ends, np.flatnonzero(lanes == omega)), MOST_MOTIONS)
-        motions += [motion for motion, _, _ in some]
-    loose = (ends.period == 0) & ~ends.diverged
-    return Search(
-        omegas, STARTS, longest, float(np.max(np.abs(y0[0]))), motions, int(np.count_nonzero(ends.diverged)),
-        int(np.count_nonzero(loose)), [float(w) for w in omegas if np.any(loose & (lanes == w))],
-    )  # fmt: skip
 
 
 def motions_among(system: System, ends: Settled, lanes: Integers) -> Iterator[tuple[Motion, Floats, Integers]]:
@@ -224,73 +155,3 @@ def motions_among(system: System, ends: Settled, lanes: Integers) -> Iterator[tu
         reached[0] = True
         yield motion, scale, waiting[reached]
         waiting = waiting[~reached]
-
-
-@dataclass(frozen=True, eq=False)
-class Box:
-    """Range of x and largest speed of the starts, and the rests (n,) in it with the frequencies (n,) about them."""
-
-    low: float
-    high: float
-    speed: float
-    rests: Floats
-    rates: Floats
-
-    @property
-    def size(self) -> float:
-        """Half of its width [rad]."""
-        return 0.5 * (self.high - self.low)
-
-
-def box_at(problem: Any, omega: float) -> Box:
-    """Box from which starts at one frequency are drawn."""
-    system, law, mean = problem.system, problem.system.law, float(problem.tau[0])
-    middle = carried(law, mean)
-    w = orders(len(problem.tau) // 2) * omega / problem.turns
-    force = np.abs(drive(system, w, problem.tau, problem.error))
-    forced = force > 1e-9 * np.max(force)
-    damping = max(system.B, 2.0 * LEAST_DAMPING * system.J * omega)
-    top = max(float(np.sum(force[forced] / (damping * w[forced]))) * problem.turns, 1e-300)
-    x = middle + np.concatenate([-top * SIZES[::-1], [0.0], top * SIZES])
-    with np.errstate(all="ignore"):
-        pull = law.torque(x) + 0.0 * x - mean
-        rests = _roots(x, pull)
-        about = np.sqrt(np.maximum(np.append(law.stiffness(rests) + 0.0 * rests, 0.0), 0.0) / system.J)
-        rate = np.sqrt(np.abs(pull / np.where(x == middle, 1.0, x - middle)) / system.J)
-    fastest = FASTEST * max(float(np.max(w[forced])), float(np.max(about)))
-    met = (rate <= fastest) | (np.abs(pull) <= 2.0 * np.sum(force[forced]))
-    distant = np.max(np.abs([*breakpoints_of(law), *rests, 0.0] - np.array(middle)))
-    reach = max(min(top, float(np.max(np.abs(x - middle)[met], initial=0.0))), 2.0 * float(distant))
-    reach = reach if reach > 0.0 else top
-    inside = np.abs(x - middle) <= reach
-    low, high = float(np.min(x[inside])), float(np.max(x[inside]))
-    if len(rests) and pull[inside][0] > 0.0:  # beyond the outermost rest the law pushes away
-        low = max(low, float(rests[0]))
-    if len(rests) and pull[inside][-1] < 0.0:
-        high = min(high, float(rests[-1]))
-    grid = np.linspace(low, high, 513)
-    with np.errstate(all="ignore"):
-        energy = np.cumsum(law.torque(grid) + 0.0 * grid - mean) * (grid[1] - grid[0])
-    speed = float(np.sqrt(2.0 * np.ptp(energy[np.isfinite(energy)]) / system.J))
-    calm = about[:-1] > 0.0
-    if not np.any(calm):
-        rests, about, calm = np.array([middle]), np.array([omega, 0.0]), np.array([True])
-    return Box(low, high, max(speed, omega * 0.5 * (high - low)), rests[calm], about[:-1][calm])
-
-
-def _roots(x: Floats, pull: Floats) -> Floats:
-    """Torsions at which the torque of the law, sampled at x, balances the mean torque: by linear interpolation."""
-    i = np.flatnonzero(np.isfinite(pull[1:]) & np.isfinite(pull[:-1]) & (pull[1:] * pull[:-1] <= 0.0))
-    fall = pull[i] - pull[i + 1]
-    share = np.divide(pull[i], fall, out=np.zeros(len(i)), where=fall != 0.0)
-    return np.unique(x[i] + share * (x[i + 1] - x[i]))
-
-
-def starts_in(box: Box, draws: Floats) -> Floats:
-    """States (2, starts) from numbers between 0 and 1."""
-    half = draws.shape[1] // 2
-    even = np.stack([box.low + draws[0] * (box.high - box.low), (2.0 * draws[1] - 1.0) * box.speed])
-    size, angle = box.size * 10.0 ** (-2.0 * draws[2]), 2.0 * np.pi * draws[3]
-    i = (draws[0] * len(box.rests)).astype(int)
-    about = np.stack([box.rests[i] + size * np.cos(angle), size * box.rates[i] * np.sin(angle)])
-    return np.concatenate([even[:, :half], about[:, half:]], axis=1)

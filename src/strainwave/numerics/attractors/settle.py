@@ -1,4 +1,4 @@
-"""Lanes of an ensemble marched on until each repeats itself, leaves every bound, or has had its longest time.
+"""Settling of lanes: they march on until each repeats itself, leaves every bound, or has had its longest time.
 
 The rate at which neighbouring motions drift apart tells chaotic ones.
 """
@@ -14,7 +14,7 @@ from ...base.law import torsion
 from ...base.protocols import System, omega_of, prepared
 from ...base.results import Booleans, Floats, Integers, SolveError
 from ...compile.elementwise import select
-from ..ensemble.ensemble import lanes_run
+from ..ensemble.ensemble import run_lanes
 from ..ensemble.measures import Extremes, Final
 from ..integration.methods import Dop8, Dopri5, Method
 
@@ -95,7 +95,7 @@ def settled(
     places, start, turns, skipped = np.arange(lanes), y0, 0, settle
     while True:
         varied: dict[str, Any] = {path: np.broadcast_to(v, (lanes,))[places] for path, v in parameters.items()}
-        run = lanes_run(
+        run = run_lanes(
             system, varied, tuple(start), periods=SEEN, settle=skipped, measures=(Extremes(), Final()), method=method,
             threads=threads, budget=budget if turns else budget / 8.0,
         ).variables  # fmt: skip
@@ -127,7 +127,7 @@ def stretching(system: System, state: Floats) -> Floats:
     method, rates, turns = None, [], STRETCHES + UNCOUNTED_TURNS
     for _ in range(turns):
         start = np.concatenate([state, state + away], axis=1)
-        ridden = lanes_run(system, {}, tuple(start), method=method, **request).variables
+        ridden = run_lanes(system, {}, tuple(start), method=method, **request).variables
         if method is None:
             fixed = "steps" in ridden
             steps = int(2 * ridden["steps"].values.max()) if fixed else 0

@@ -15,7 +15,7 @@ from ...base.results import Floats
 from ...compile.address import MATRIX, VECTOR, at, word_of_leaf, words_of
 from ...compile.jit import entries, routine
 from ..addressed import EquationsAt, SeveralAt, corner_distances, several_at
-from ..operating_point import FA, FB, SHARE, A, B, narrow, next_place
+from ..roots import FA, FB, SHARE, A, B, narrow, next_place
 from .fourier import CLOSE, LOOKED, PHASE, PLACES, WEIGHTS, extend_series, multiply_rows
 from .linear_algebra import add, copy, fill
 from .linear_part import STRENGTH

@@ -16,7 +16,7 @@ from ...base.protocols import BOUND, CLOSED, END, FOLD, LOST, RUNNING, START, ST
 from ...base.results import Floats
 from ...compile.jit import borrowed, kernel, routine
 from ..balance.linear_algebra import add, copy, divide, dot, factor, fill, substitute, weigh, weighted_norm
-from ..operating_point import FA, FB, SHARE, A, B, narrow, next_place
+from ..roots import FA, FB, SHARE, A, B, narrow, next_place
 
 Z0, T0, Z1, T1, Z, T, ROW, SCALE, HOME, AHEAD, LACK, CHANGE, ROWS = range(
     13

@@ -18,6 +18,7 @@ from ..balance.rates import base_speed
 from ..balance.truncation import Tail, tail_along
 from ..stability import second_order as stability
 from ..stability.first_order import with_stability
+from ..stability.special_points import finer_table, inserted, root_on_chord, with_crossings
 from .arc_length import ROWS, SCALE, Z1, buffers_for, follow
 
 NAMES = {
@@ -57,7 +58,7 @@ def with_missed_folds(problem: Balance, points: Floats, labels: Any) -> tuple[Fl
         for j in (i, i + 1):
             first, last = points[j - 1], points[j]
             slope = partial(_slope, problem, last - first)
-            fold = stability.root_on_chord(problem, first, last, slope)
+            fold = root_on_chord(problem, first, last, slope)
             if fold is not None:
                 points, labels = np.insert(points, j, fold, axis=0), np.insert(labels, j, FOLD)
                 break
@@ -215,7 +216,7 @@ def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Flo
                     crests.append((gap, TOP, crest[1]))
                     risen = max(risen, crest[2] / np.max(values))
         if crests:
-            points, labels, places, new = stability.inserted(points, labels, crests)
+            points, labels, places, new = inserted(points, labels, crests)
             peaks = np.insert(peaks, places, largest_size(series_of(problem, new)))
         if risen <= 1.0 + CREST_RISE:
             break
@@ -345,11 +346,11 @@ def with_hill(problem: Any, points: Floats, labels: Any) -> tuple[Floats, Any, C
     """Points of an oscillator's branch with its special points, and their multipliers."""
     traces = stability.hill(problem, points)
     decay = stability.orbit_scales(problem, points[:, -1])[1]
-    points, labels, added = stability.with_crossings(problem, points, labels, traces, decay)
+    points, labels, added = with_crossings(problem, points, labels, traces, decay)
     if added:
         traces = stability.hill(problem, points)
         located = labels > TOP
-        traces[located] = stability.hill(problem, points[located], stability.finer_table(problem, points[located]))
+        traces[located] = stability.hill(problem, points[located], finer_table(problem, points[located]))
         decay = stability.orbit_scales(problem, points[:, -1])[1]
     floquet = stability.multipliers(traces, decay)
     if np.isnan(floquet).any():

@@ -9,10 +9,10 @@ from ...base.protocols import Balance
 from ...base.results import GROWS, Branch, Floats, Orbit
 from ...base.sentences import Sentence, Speed
 from ...compile.tree import leaf_of, with_leaf
+from ..balanced_orbit import find_orbit
 from ..continuation.coexisting import Coexisting
 from ..continuation.connected import alike
 from ..continuation.trace import Trace
-from ..shooting import find_orbit
 
 FOLLOWED = ": parameter_response with its orbit in `elsewhere` as start follows it"
 NEVER_STABLE = "no point of it is stable"

@@ -3,24 +3,18 @@
 Lanes march side by side in blocks (see `lanes`); threads share the blocks. A lane's numbers do not depend on its place
 in the batch: each lane asks for its own number of steps, lanes that ask for the same number share blocks, and blocks
 are filled up with copies.
-
-Results of an ensemble: its variables over the lanes, with units.
 """
 
-import logging
 import math
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace as with_changes
-from time import monotonic
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.law import breakpoints_of, repeating, torsion
-from ...base.protocols import System, lacking, names_of, omega_of, order_of, prepared, with_parts
+from ...base.protocols import System, names_of, omega_of, order_of, prepared, with_parts
 from ...base.quantities import parameters as parameters_of
 from ...base.quantities import positive_count, replace
 from ...base.results import Floats, SolveError
@@ -28,93 +22,21 @@ from ...compile.lanes import LANES, VECTOR_LANES
 from ...compile.tree import leaves, mapped
 from ..balance.harmonics import whole_orders
 from ..integration.methods import HOPELESS, MOST_STEPS, Method
-from .machine import Batch, Block, march
+from .blocks import Batch, Block, march_all
 from .measures import Peak, Rms
 from .pieces import General, Smooth
 from .request import LaneError, lanes_of, measures_and_method, spans
 from .stepping import fastest_rates, stepping_of, steps_needed
+from .variables import LANE, Variable, variables_of
 
 if TYPE_CHECKING:
     import xarray as xr
-
-log = logging.getLogger(__name__)
 
 MOST_TRIES = 12  # of finer steps, until the stiffness met asks for no more
 SAMPLED_LANES = 16  # lanes; those of their numbers of steps are run again with half the step, for the error
 SAMPLED_BLOCKS = 16  # of every number of steps, for laws with breakpoints: their errors differ from lane to lane
 EXPLODING_STEPS = 100_000  # steps a period at most, for lanes that explode
 FINEST = 10_000_000  # steps a period at first
-
-LANE = ("lane",)
-AT_REST = 1e-15  # what is smaller than this share of the initial state has come to rest
-
-
-class Variable(NamedTuple):
-    """Values over the lanes, the last of its dimensions, with unit and remarks: what xarray makes a variable of."""
-
-    dims: tuple[str, ...]
-    values: Any
-    attrs: dict[str, Any]
-
-
-def variables_of(
-    system: System, batch: Batch, block: Block, measures: Any, method: Method
-) -> dict[str, Variable]:  # fmt: skip
-    """Variables over the lanes, with units, from what came of them."""
-    periods = batch.settle + batch.periods
-    good, short = block.ended == periods, block.ended < 0.0
-    ended = np.where(short, -1.0 - block.ended, block.ended)
-    turn = 2.0 * np.pi / batch.omega
-    angle = {} if lacking(system, "torsion") else {"units": "rad"}
-    data: dict[str, Variable] = {}
-    row = 0
-    for measure in batch.measures:
-        n = len(leaves(measure.start()))
-        with np.errstate(all="ignore"):
-            variables = measure.results(block.sums[row : row + n], batch.periods * turn)
-        row += n
-        for name, values in variables.items():
-            data[name] = Variable(LANE, np.where(good, values, np.nan), _unit(measure, angle))
-    for measure in measures:
-        if not lacking(measure, "of_end"):
-            for name, of_lanes in measure.of_end(np.where(good, block.last[-1], np.nan)).items():
-                values = np.asarray(of_lanes)
-                if values.shape[-1:] != good.shape:
-                    raise ValueError(f"{type(measure).__name__}.of_end gives {name!r} without a value for every lane")
-                data[name] = Variable(("state", *LANE)[-values.ndim :], values, _unit(measure, {}))
-    status = np.where(short, 2, np.where(good, 0, 1)).astype(np.int8)
-    meaning = "0 finished, 1 left every bound, 2 stopped: more steps than the method's max_steps (raise it, or rtol)"
-    data["status"] = Variable(LANE, status, {"meaning": meaning})
-    data["ended"] = Variable(LANE, ended * turn, {"units": "s", "long_name": "bounded until"})
-    turns = _periods_of(batch, block, good, method)
-    data["period"] = Variable(LANE, turns, {"units": "turn", "long_name": "0: not settled"})
-    return data
-
-
-def _unit(measure: Any, unit: dict[str, str]) -> dict[str, str]:
-    return dict(unit) if lacking(measure, "unit") else {"units": measure.unit()}
-
-
-def _periods_of(batch: Batch, block: Block, good: Any, method: Method) -> Any:
-    """Turns after which a state comes back (lanes,): the smallest number up to 8; 0 where there is none.
-
-    To a share of its size, in which a rate counts as what it is at the base frequency; closer than the tolerance of
-    adaptive steps, or than 1e-15 of the start, is back.
-    """
-    settled, tolerance = stepping_of(method).tolerances()
-    last = block.last
-    size = np.max(np.abs(last), axis=0)
-    start = np.abs(batch.y0)
-    if isinstance(batch.kind, Smooth):
-        for sizes in (size, start):
-            sizes[0] = np.maximum(sizes[0], sizes[1] / batch.omega)
-            sizes[1] = batch.omega * sizes[0]
-    turns = np.zeros(last.shape[2], np.int64)
-    for n in range(len(last) - 1, 0, -1):
-        with np.errstate(all="ignore"):
-            back = np.all(np.abs(last[-1] - last[-1 - n]) <= settled * size + AT_REST * start + tolerance, axis=0)
-        turns[back & good] = n
-    return turns
 
 
 def ensemble(
@@ -175,7 +97,7 @@ def ensemble(
     Hairer, Norsett & Wanner, Solving Ordinary Differential Equations I, 2nd ed., secs. II.4-II.5.
     """
     system = repeating("ensemble", with_parts("ensemble", system, "rhs"))
-    run = lanes_run(
+    run = run_lanes(
         system, parameters, y0, periods=periods, settle=settle, measures=measures, method=method, threads=threads
     )
     run.estimate()
@@ -190,7 +112,10 @@ def ensemble(
 
 
 class Run(NamedTuple):
-    """Variables of an ensemble, the varied parameters, their number of states, and what is said of all."""
+    """Run of all lanes: variables, varied parameters, number of states, and the settings, which xarray calls attrs.
+
+    `estimate` adds the estimated errors to the variables, which takes as long as a few hundred lanes.
+    """
 
     variables: dict[str, Variable]
     varied: dict[str, Floats]
@@ -199,14 +124,11 @@ class Run(NamedTuple):
     estimate: Callable[[], None]
 
 
-def lanes_run(
+def run_lanes(
     system: System, parameters: dict[str, ArrayLike], y0: Any, *, periods: int, settle: int, measures: tuple[Any, ...],
     method: Method | None, threads: int | None, budget: float = math.inf,
 ) -> Run:  # fmt: skip
-    """Variables of an ensemble, and what adds the estimates of its errors: that takes as long as a few hundred lanes.
-
-    Fixed steps of all lanes are at most `budget` (SolveError).
-    """
+    """Check the request for an ensemble and run its lanes; more fixed steps of all than `budget` raise SolveError."""
     whole_orders(system)  # every turn begins at phase 0
     varied, states, lanes = lanes_of(system, parameters, y0)
     settle, periods = spans(periods, settle)
@@ -246,15 +168,49 @@ def _is_smooth(system: System, states: int) -> bool:
 
 
 def _run(batch: Batch, members: Any, method: Any, threads: int, budget: float) -> tuple[Block, Any]:
-    """Run all lanes, those of a fixed method again with finer steps where they met more stiffness than foreseen."""
-    lanes, stepping = len(batch.omega), stepping_of(method)
-    if (fixed := stepping.given(lanes)) is not None:
-        _refuse_many(batch, fixed, budget)
-        return _march_all(batch, fixed, method, threads), fixed
+    """Run all lanes; returns their steps a period too, 0 where they are adaptive."""
+    stepping = stepping_of(method)
+    given = stepping.given(len(batch.omega))
+    if given is not None:
+        _refuse_many(batch, given, budget)
+        return march_all(batch, given, method, threads), given
     order = max(1, *members.orders(), stepping.order_for(max(map(order_of, batch.measures), default=0)))
-    margin = _error_reach(members, lanes)
-    reach, periods = np.abs(batch.y0[0]), batch.settle + batch.periods
-    steps = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
+    return _run_refined(batch, members, method, order, threads, budget)
+
+
+def _run_refined(
+    batch: Batch, members: Any, method: Any, order: int, threads: int, budget: float
+) -> tuple[Block, Any]:  # fmt: skip
+    """Run all lanes with fixed steps, again with finer ones where they met more stiffness than foreseen."""
+    margin = _error_reach(members, len(batch.omega))
+    reach = np.abs(batch.y0[0])
+
+    def needed_steps() -> Any:
+        return steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
+
+    steps = needed_steps()
+    _refuse_endless(batch, steps, order, method)
+    _refuse_many(batch, steps, budget)
+    block = march_all(batch, steps, method, threads)
+    lost = np.zeros(len(steps), bool)  # explodes in the same period with half the step: no finer one will save it
+    for _ in range(MOST_TRIES):
+        reach = np.maximum(reach, 1.02 * np.where(np.isfinite(block.reach), block.reach, 0.0))
+        needed = needed_steps()
+        stayed = block.ended == batch.settle + batch.periods
+        finer = np.where(stayed, needed, np.minimum(needed, 2 * steps))  # a lane that explodes asks for any number
+        repeated = np.flatnonzero((finer > steps) & (stayed | (steps < EXPLODING_STEPS)) & ~lost)
+        if not len(repeated):
+            break
+        _refuse_many(batch, np.where(stayed & ~lost, finer, 0), budget)
+        steps[repeated] = finer[repeated]
+        better = march_all(batch.part(repeated), steps[repeated], method, threads)
+        lost[repeated] = ~stayed[repeated] & (better.ended == block.ended[repeated])
+        block.put(repeated, better)
+    return block, steps
+
+
+def _refuse_endless(batch: Batch, steps: Any, order: int, method: Any) -> None:
+    """Refuse lanes (LaneError) with more steps a period than `FINEST`."""
     endless = steps > FINEST
     if endless.any():
         lane = int(np.argmax(endless))
@@ -264,24 +220,6 @@ def _run(batch: Batch, members: Any, method: Any, threads: int, budget: float) -
             "or integrate part of a period with simulate",
             endless,
         )
-    _refuse_many(batch, steps, budget)
-    block = _march_all(batch, steps, method, threads)
-    lost = np.zeros(lanes, bool)  # explodes in the same period with half the step: no finer one will save it
-    for _ in range(MOST_TRIES):
-        reach = np.maximum(reach, 1.02 * np.where(np.isfinite(block.reach), block.reach, 0.0))
-        needed = steps_needed(method.steps, fastest_rates(members, reach + margin), batch.omega, order)
-        stayed = block.ended == periods
-        finer = np.where(stayed, needed, np.minimum(needed, 2 * steps))  # a lane that explodes asks for any number
-        repeated = np.flatnonzero((finer > steps) & (stayed | (steps < EXPLODING_STEPS)) & ~lost)
-        if not len(repeated):
-            break
-        _refuse_many(batch, np.where(stayed & ~lost, finer, 0), budget)
-        steps[repeated] = finer[repeated]
-        better = _march_all(_some(batch, repeated), steps[repeated], method, threads)
-        lost[repeated] = ~stayed[repeated] & (better.ended == block.ended[repeated])
-        for name in ("sums", "last", "ended", "reach"):
-            getattr(block, name)[..., repeated] = getattr(better, name)
-    return block, steps
 
 
 def _refuse_many(batch: Batch, steps: Any, budget: float) -> None:
@@ -307,47 +245,6 @@ def _error_reach(members: object, lanes: int) -> Floats:
     return np.asarray(np.max(np.abs(np.broadcast_to(np.asarray(gaps, float), (16, lanes))), axis=0))
 
 
-def _some(batch: Batch, places: Any) -> Batch:
-    return with_changes(batch, numbers=batch.numbers[:, places], omega=batch.omega[places], y0=batch.y0[:, places])
-
-
-def _march_all(batch: Batch, steps: Any, method: Method, threads: int) -> Block:
-    """Run all lanes, in blocks of lanes with one number of steps."""
-    jobs = []
-    for number in np.unique(steps):
-        places = np.flatnonzero(steps == number)
-        jobs += [(places[i : i + LANES], int(number)) for i in range(0, len(places), LANES)]
-    logged, ready, blocks = monotonic(), 0, []
-
-    def job(item: tuple[Any, int]) -> Block:
-        return march(batch, item[0], method, item[1])
-
-    def results() -> Any:
-        if threads == 1 or len(jobs) == 1:
-            yield from map(job, jobs)
-            return
-        yield job(jobs[0])  # compiles, where that is still to do, before the threads start
-        with ThreadPoolExecutor(threads) as pool:
-            try:
-                yield from pool.map(job, jobs[1:])
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
-
-    for (places, _), block in zip(jobs, results(), strict=True):
-        blocks.append(block)
-        ready += len(places)
-        if monotonic() - logged >= 1.0:
-            logged = monotonic()
-            log.info("%d of %d trajectories (%.0f %%)", ready, len(steps), 100.0 * ready / len(steps))
-    order = np.concatenate([places for places, _ in jobs])
-    back = np.empty_like(order)
-    back[order] = np.arange(len(order))
-    parts = ("sums", "last", "ended", "reach")
-    joined: Any = {part: np.concatenate([getattr(b, part) for b in blocks], axis=-1)[..., back] for part in parts}
-    return Block(**joined)
-
-
 def _add_error_estimates(
     data: dict[str, Variable], batch: Batch, method: Any, steps: Any, measures: Any, system: System,
     threads: int,
@@ -363,8 +260,8 @@ def _add_error_estimates(
     seen, size = (good, SAMPLED_BLOCKS * LANES) if kinks else (_spread(good, SAMPLED_LANES), VECTOR_LANES)
     groups = [good[steps[good] == number] for number in np.unique(steps[seen])]
     sample = np.sort(np.concatenate([_spread(group, size) for group in groups]))
-    part = _some(batch, sample)
-    finer = _march_all(part, 2 * steps[sample], method, threads)
+    part = batch.part(sample)
+    finer = march_all(part, 2 * steps[sample], method, threads)
     factor = 2.0 if kinks else 1.0 / (1.0 - 0.5**4)  # of the error to its change
     for name, few in variables_of(system, part, finer, measures, method).items():
         if few.values.dtype.kind == "f" and name != "ended":

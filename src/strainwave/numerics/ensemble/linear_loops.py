@@ -80,6 +80,38 @@ class LoopResponse(Result):
         return on_screen(f"LoopResponse: {len(self.omega)} frequencies, {len(self.poles)} poles, {verdict}")
 
 
+class _SampleMap:
+    """Map of a loop from sample to sample near a state: its states and its memory, but for the counts, as one vector.
+
+    It begins after a first sample, from which on the controller's differences count.
+    """
+
+    def __init__(self, loop: Any, y0: States, steps: int) -> None:
+        self.loop, self.states, self.steps = loop, len(y0), steps
+        y, self.memory = self._after(y0, loop.start())
+        self.base = self.joined(y, self.memory)
+
+    def joined(self, y: States, memory: Any) -> Floats:
+        """Vector of a state and a memory."""
+        return np.array([*y, *leaves(memory[:-COUNTS])], float)
+
+    def parted(self, z: Floats) -> tuple[Any, Any]:
+        """State and memory of a vector; its counts are those after the first sample."""
+        values = iter(z[self.states :].tolist())
+        held = mapped(lambda _: next(values), self.memory[:-COUNTS])
+        return tuple(z[: self.states].tolist()), type(self.memory)(*held, *mapped(float, self.memory[-COUNTS:]))
+
+    def following(self, d: Floats | float, torque: float = 0.0, angle: float = 0.0, time: float = 0.0) -> Floats:
+        """Vector one sample after the base plus d, with inputs [N*m, rad], from a time [s] of the motion."""
+        return self.joined(*self._after(*self.parted(self.base + d), torque, angle, time))
+
+    def _after(self, y: Any, memory: Any, torque: float = 0.0, angle: float = 0.0, time: float = 0.0) -> Any:
+        driven = self.loop.with_inputs(torque, angle)
+        with np.errstate(all="ignore"):
+            memory = driven.update(time, y, memory, 0, 0)
+            return between(driven, time, y, memory, self.steps), memory
+
+
 def loop_response(
     loop: Any,
     omega: ArrayLike,
@@ -124,24 +156,15 @@ def loop_response(
             f"omega goes to {worst:.4g} rad/s; samples every {quiet.period():g} s carry none above "
             f"{np.pi / quiet.period():.4g} rad/s: sample faster"
         )
-    start, y0 = quiet.start(), np.array(first)
-    steps = max(FEWEST_STEPS, per_sample) if steps is None else per_sample
-    # A first sample, from which on the controller's differences count
-    y, memory = after(quiet, tuple(y0.tolist()), start, 0.0, 0.0, steps)
-    base = np.array([*y, *leaves(memory[:-COUNTS])], float)
-    states = len(y0)
+    sampled = _SampleMap(quiet, first, max(FEWEST_STEPS, per_sample) if steps is None else per_sample)
 
-    def following(z: Floats, torque: float, angle: float) -> Floats:
-        new = after(quiet, *_parted(z, states, memory), torque, angle, steps)
-        return np.array([*new[0], *leaves(new[1][:-COUNTS])], float)
-
-    def error(z: Floats) -> float:
-        state = tuple(z[:states].tolist())
+    def error(d: Floats) -> float:
+        state, _ = sampled.parted(sampled.base + d)
         return number_of(output or (lambda y: quiet.watched(0.0, y)[0]), state, "a state of the plant")
 
-    n = len(base)
-    A, B = _slopes(lambda d: following(base + d, 0.0, 0.0), n), _slopes(lambda d: following(base, *d), 2)
-    C = _slopes(lambda d: error(base + d), n)
+    n = len(sampled.base)
+    A, B = _slopes(sampled.following, n), _slopes(lambda d: sampled.following(0.0, *d), 2)
+    C = _slopes(error, n)
     moving = np.any(np.abs(A - np.eye(n)) > SAME_SLOPE, axis=1)  # what nothing moves is no motion of the loop
     A, B, C, n = A[moving][:, moving], B[moving], C[moving], int(np.sum(moving))
     z = np.exp(1j * grid * quiet.period())
@@ -163,13 +186,6 @@ def _slopes(function: Callable[..., Any], size: int) -> Any:
     return slopes
 
 
-def _parted(z: Floats, states: int, memory: Any) -> tuple[Any, Any]:
-    """State and memory from their numbers; counts are those of a memory."""
-    values = iter(z[states:].tolist())
-    held = mapped(lambda _: next(values), memory[:-COUNTS])
-    return tuple(z[:states].tolist()), type(memory)(*held, *mapped(float, memory[-COUNTS:]))
-
-
 def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, float]:
     """Multipliers of the small motions of a sampled loop over a time, and that time [s].
 
@@ -187,31 +203,17 @@ def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, fl
         State of the plant in its steady motion.
     """
     quiet, y0 = loop.quiet(), numbers("at", at)
-    steps, states = max(FEWEST_STEPS, steps_of(quiet, y0)), len(y0)
-    y, memory = after(quiet, tuple(y0.tolist()), quiet.start(), 0.0, 0.0, steps)
-    base = np.array([*y, *leaves(memory[:-COUNTS])], float)
-
-    def single(d: Floats, time: float) -> Floats:
-        y, held = after(quiet, *_parted(base + d, states, memory), 0.0, 0.0, steps, time)
-        return np.array([*y, *leaves(held[:-COUNTS])], float)
+    sampled = _SampleMap(quiet, tuple(y0.tolist()), max(FEWEST_STEPS, steps_of(quiet, y0)))
 
     def whole_turn(d: Floats) -> Floats:
-        buffers = np.empty((states, 1)), np.empty((4, 1))
-        y, held = marched(quiet, *_parted(base + d, states, memory), samples, steps, *buffers, stride=samples)
-        return np.array([*y, *leaves(held[:-COUNTS])], float)
+        start, buffers = sampled.parted(sampled.base + d), (np.empty((len(y0), 1)), np.empty((4, 1)))
+        return sampled.joined(*marched(quiet, *start, samples, sampled.steps, *buffers, stride=samples))
 
-    period, samples, n = quiet.period(), 1, len(base)
-    slopes, later = _slopes(lambda d: single(d, 0.0), n), _slopes(lambda d: single(d, OTHER_TIME * turn), n)
+    period, samples, n = quiet.period(), 1, len(sampled.base)
+    slopes = _slopes(sampled.following, n)
+    later = _slopes(lambda d: sampled.following(d, time=OTHER_TIME * turn), n)
     if np.max(np.abs(slopes - later)) > SAME_SLOPE * np.max(np.abs(slopes)):
         samples = round(np.ceil(LEAST_SAMPLES * period / turn) * turn / period)
         slopes = _slopes(whole_turn, n)
     moving = np.any(np.abs(slopes - np.eye(n)) > SAME_SLOPE, axis=1)
     return np.linalg.eigvals(slopes[moving][:, moving]).astype(complex), samples * period
-
-
-def after(loop: Any, y: States, memory: object, torque: float, angle: float, steps: int, time: float = 0.0) -> Any:
-    """State and memory one sample on, with inputs, from a time [s] of the motion."""
-    driven = loop.with_inputs(torque, angle)
-    with np.errstate(all="ignore"):
-        memory = driven.update(time, y, memory, 0, 0)
-        return between(driven, time, y, memory, steps), memory

@@ -3,7 +3,6 @@
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -21,6 +20,7 @@ from ...compile.lanes import LANES, lane
 from ...compile.tree import leaf_of, leaves, mapped
 from . import loop_march as row
 from .loop_march import BLOCK, NO_SUMS, ROWS, SUMS, Sums, begun, march, native_of, spread, sums_by_address
+from .threads import results_of
 
 FINE_STEP = 0.15  # a step times the fastest rate: its error is below 1e-6 of what moves so fast
 MOST_STEPS, MOST_SAMPLES = 1000, 100_000_000  # of a sample; of a loop: minutes
@@ -111,6 +111,13 @@ class LoopEnsemble(Result):
     """
 
     rows: ClassVar[str] = "lane"
+    arrays: ClassVar[Along] = {
+        "lane": {
+            "mean": "rad", "rms": "rad", "peak": "rad", "torque_rms": "N*m", "torque_peak": "N*m",
+            "gear_torque": "N*m", "limited": "", "lost": "", "stable": "",
+        },
+        ("order", "lane"): {"amplitude": "rad", "phase": "rad"},
+    }  # fmt: skip
 
     mean: Floats
     rms: Floats
@@ -129,16 +136,6 @@ class LoopEnsemble(Result):
     def coordinates(self) -> Labelled:
         """Orders of the amplitudes."""
         return {"order": ("order", self.orders, "")}
-
-    def variables(self) -> Labelled:
-        """Every measure by lane."""
-        units = {"mean": "rad", "rms": "rad", "peak": "rad", "torque_rms": "N*m", "torque_peak": "N*m",
-                 "gear_torque": "N*m", "limited": "", "lost": "", "stable": ""}  # fmt: skip
-        measures: dict[str, Any] = {name: ("lane", getattr(self, name), unit) for name, unit in units.items()}
-        return measures | {
-            "amplitude": (("order", "lane"), self.amplitude, "rad"),
-            "phase": (("order", "lane"), self.phase, "rad"),
-        }
 
     def __str__(self) -> str:
         loops = f"LoopEnsemble: {len(self.rms)} loops, {int(np.sum(~self.stable))} of them unstable"
@@ -277,14 +274,8 @@ def loop_ensemble(
         sums[:, low:high] = totals
 
     workers = positive_count("threads", os.cpu_count() or 1 if threads is None else threads)
-    job(jobs[0])  # compiles
-    with ThreadPoolExecutor(workers) as pool:
-        try:
-            for i, _ in enumerate(pool.map(job, jobs[1:])):
-                progress(f"{jobs[i + 1][1]} of {lanes} loops", jobs[i + 1][1] / lanes)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    for (_, ready_lanes), _ in zip(jobs, results_of(job, jobs, workers), strict=True):
+        progress(f"{ready_lanes} of {lanes} loops", ready_lanes / lanes)
     return _measured(sums, lines, samples, steps, 0.0 if lacking(loop, "finest") else loop.finest())
 
 

@@ -16,22 +16,22 @@ LOG_OF_ONE = 2.0**20 + 1023.0  # what `_log2_by_bits` makes of the bits of 1
 
 
 class Whole(NamedTuple):
-    """Says of a `Piece` that its integral is wanted by itself."""
+    """Rule of a `Piece` whose integral is wanted by itself."""
 
 
 class Even(NamedTuple):
-    """Says of a `Piece` that it is one of many of one width: its integral is width times the value at its end."""
+    """Rule of a `Piece` that is one of many of one width: its integral is width times the value at its end."""
 
 
 class Ends(NamedTuple):
-    """Says of a `Piece` that it spans many even ones, of their width: its integral is what their sum lacks."""
+    """Rule of a `Piece` that spans many even ones, of their width: its integral is what their sum lacks."""
 
 
 class Piece(NamedTuple):
     """A stretch of a trajectory between two instants: phase, first state and its rate there, and what lies between.
 
-    `rule` says how integrals over it are formed, `width` is its time, `omega` the base frequency, `extreme` the extreme
-    value of the first state inside, or any value there where it has none.
+    `rule` (`Whole`, `Even` or `Ends`) says how integrals over it are formed, `width` is its time [s], `omega` the base
+    frequency [rad/s], `extreme` the extreme value of the first state inside, or any value there where it has none.
     """
 
     rule: Any
@@ -119,9 +119,8 @@ def about_one_over(x: Floats) -> Any:
 
 
 def _log2_by_bits(x: Any) -> Any:
-    shifted = float_of(
-        (bits_of(x) >> 20) | 0x4330000000000000
-    )  # 2^52 + 2^32 (1023 + logarithm): no integer is converted
+    # 2^52 + 2^32 (1023 + logarithm): no integer is converted
+    shifted = float_of((bits_of(x) >> 20) | 0x4330000000000000)
     return shifted * 2.0**-32 - LOG_OF_ONE
 
 
@@ -174,22 +173,16 @@ def smooth_vertex(x0: Any, v0: Any, a0: Any, x1: Any, v1: Any, a1: Any, h: Any) 
 
 
 class Smooth(NamedTuple):
-    """Says of a system that its second state is the rate of the first."""
+    """Kind of a system whose second state is the rate of the first."""
+
+    def extreme(self, y: States, rate: States, y1: States, rate1: States, h: Any) -> Any:
+        """Extreme value of the first state between two instants h [s] apart, with the rates of all states there."""
+        return smooth_vertex(y[0], rate[0], rate[1], y1[0], rate1[0], rate1[1], h)
 
 
 class General(NamedTuple):
-    """Says of a system that nothing is known of its states."""
+    """Kind of a system of whose states nothing is known."""
 
-
-@chosen
-def extreme_between(kind: Any, y: Any, rate: Any, y1: Any, rate1: Any, h: Any) -> Any:
-    """Extreme value of the first state between two instants h apart, with the rates of all states there."""
-    return {Smooth: _smooth_extreme, General: _general_extreme}[class_of(kind)]
-
-
-def _smooth_extreme(kind: Any, y: States, rate: States, y1: States, rate1: States, h: Any) -> Any:
-    return smooth_vertex(y[0], rate[0], rate[1], y1[0], rate1[0], rate1[1], h)
-
-
-def _general_extreme(kind: Any, y: States, rate: States, y1: States, rate1: States, h: Any) -> Any:
-    return vertex(y[0], rate[0], y1[0], rate1[0], h)
+    def extreme(self, y: States, rate: States, y1: States, rate1: States, h: Any) -> Any:
+        """Extreme value of the first state, as `Smooth` has it."""
+        return vertex(y[0], rate[0], y1[0], rate1[0], h)

@@ -1,4 +1,4 @@
-"""Request for an ensemble, checked once: lanes, spans, measures and method.
+"""Checks of a request for an ensemble: lanes, spans of time, measures and method.
 
 Lanes with parameters that no single system may have are found without a look at every lane.
 """

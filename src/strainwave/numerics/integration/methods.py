@@ -2,119 +2,33 @@
 
 `Dopri5` chooses its steps by tolerances and, where the system has `breakpoints()` (torsions where its law is not
 smooth), ends a step on each of them, so that its order is kept. `Rk4` and `Dop8` take equal steps.
-
-The recorded samples of a running integration, and word of its progress.
 """
 
-import logging
 import math
 from dataclasses import dataclass
-from time import monotonic
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...base.law import breakpoints_of, has
-from ...base.protocols import Scheme, System, has_jacobian, lacking, omega_of, orders_of
+from ...base.protocols import Scheme, System, has_jacobian, omega_of, orders_of
 from ...base.quantities import States, number, positive_count, shown
 from ...base.results import Floats, Status, Trajectory
 from ...compile.jit import run
 from ..addressed import system_by_address
-from .attempts import K, Y, attempts_by_address, steps_by_address, workspace
-from .marches import DIVERGED, DONE, PAUSED, STOPPED, adaptive, fixed
+from .addressed_steps import attempts_by_address, steps_by_address
+from .marches import DIVERGED, DONE, PAUSED, STOPPED, march_adaptively, march_evenly
+from .record import Record, uninterrupted
+from .step_control import DIFFERENCE_SIZE, ROUNDS, StepControl
 from .steps import ORDER, Classical, EighthOrder
+from .workspace import K, Y, workspace
 
 BUDGET = 65536  # steps per call of a kernel: between calls the user can interrupt
 MOST_STEPS = 10_000_000  # of an integration: some seconds, and where each is recorded up to a GB
 HOPELESS = 10  # times as many steps, by what the start tells, are not begun
 STABLE = 3.3  # length of the real interval of stability of Dormand & Prince 5(4) (Hairer & Wanner II, sec. IV.2)
 LOOKS = np.array([[0.1, 0.425, 0.55, 0.675]])  # fractions of its step where its stages are more than 1/8 of it apart
-DIFFERENCE_SIZE, ROUNDS = 1e-7, 6  # size of the differences next to states of size 1; rounds of the power iteration
 ENDED = {DONE: Status.OK, DIVERGED: Status.DIVERGED, PAUSED: Status.TOO_MANY_STEPS, STOPPED: Status.TOO_MANY_STEPS}
-
-log = logging.getLogger(__name__)
-
-FIRST, GROWTH, LARGEST = 8192, 8, 1 << 20  # steps that the tables hold: small for short runs, few for long ones
-
-
-class Record:
-    """Samples as columns of tables with the rows t, states, rates, and largest values: of one table for given times.
-
-    Parameters
-    ----------
-    system : NamedTuple
-        System that is integrated.
-    times : (n,) array
-        Start and end [s], or all times to record.
-    spans : list of (float, float)
-        Stretches between the corners; a time in the gap between two is recorded at the end of the first.
-    y, rate : tuple of float
-        State and its time derivative at the start, which are the first sample.
-    sampled : bool
-        True to record at the times, instead of every step.
-    between : bool
-        True if steps lie between these times, so that the largest values there are recorded too.
-    """
-
-    def __init__(
-        self, system: Any, times: Floats, spans: Any, y: States, rate: States, sampled: bool, between: bool
-    ) -> None:  # fmt: skip
-        self.times, self.states, self.sampled, self.said = times, len(y), sampled, monotonic()
-        self.t, self.full, self.filled = float(times[0]), list[Floats](), 1
-        self.samples = np.array([times]) if sampled else np.empty((1, 0))
-        if sampled and (len(spans) > 1 or spans[-1][1] < times[-1]):
-            begins, ends = np.array(spans).T
-            self.samples[0] = np.minimum(times, ends[np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)])
-        watched = len(system.watched(0.0, y)) if between and not lacking(system, "watched") else 0
-        self.most, self.seen = np.zeros(between * (len(y) + watched)), np.empty((4, watched))
-        self.table = np.empty((1 + 2 * len(y) + len(self.most), len(times) if sampled else FIRST))
-        self.table[:, 0] = (times[0], *y, *rate, *self.most)
-
-    def room(self, steps: int) -> int:
-        """Return how many of `steps` steps the table can record, after starting a new one where it is full."""
-        if self.sampled:
-            return steps
-        if self.filled == self.table.shape[1]:
-            self.full.append(self.table)
-            self.table = np.empty((len(self.table), min(LARGEST, GROWTH * self.filled)))
-            self.filled = 0
-        return min(steps, self.table.shape[1] - self.filled)
-
-    def buffers(self) -> tuple[Floats, Floats, Floats]:
-        """Largest values since the last sample, a workspace for what is watched, and the table to fill."""
-        return self.most[None], self.seen, self.table
-
-    def keep(self, filled: int, t: float) -> None:
-        """Take over what the kernel has filled up to the time t."""
-        self.filled, self.t = filled, t
-        if monotonic() - self.said >= 1.0:
-            self.said = monotonic()
-            start, end = self.times[[0, -1]]
-            log.info("t = %.6g of %.6g s (%.0f %%)", t, end, 100.0 * (t - start) / (end - start))
-
-    def go_on(self, t: float, y: Floats, rate: Floats) -> None:
-        """Record the state just after a corner, where every step is recorded."""
-        if not self.sampled:
-            self.room(1)
-            self.table[:, self.filled] = (t, *y, *rate)
-            self.filled += 1
-
-    def trajectory(self, status: Status, steps: int, rejected: int = 0, switches: int = 0) -> Trajectory:
-        """Assemble the result with one sentence on how it ended."""
-        if self.filled < self.table.shape[1] or self.full:
-            self.table = np.concatenate([*self.full, self.table[:, : self.filled]], axis=1)
-        n = self.states
-        times, peaks = self.table[0], self.table[1 + 2 * n :]
-        y, rate = self.table[1 : 1 + n], self.table[1 + n : 1 + 2 * n]
-        if self.sampled:
-            times[:] = self.times[: self.filled]
-        message = status.value
-        if status:
-            times[-1] = self.times[-1]
-        else:
-            message = f"stopped at t = {self.t:.6g} s with the largest state {np.max(np.abs(y)):.3g}: {status.value}"
-        largest = peaks if len(peaks) else None
-        return Trajectory(times, y, rate, status, message, steps, rejected, switches, largest)
 
 
 @dataclass(frozen=True)
@@ -167,10 +81,11 @@ class Dopri5:
         omega = float(omega_of(system))
         breakpoints = breakpoints_of(system)
         kinks = np.array([breakpoints, [1.0] * len(breakpoints)])
-        longest, span = float(self.largest_step or math.inf), spans[-1][1] - spans[0][0]
+        span = spans[-1][1] - spans[0][0]
         if _is_hopeless(system, spans[0][0], span, y, max(MOST_STEPS, self.max_steps)):
             return record.trajectory(Status.TOO_MANY_STEPS, 0)
-        limits = longest, span, float(self.rtol), float(self.atol)
+        longest, rtol, atol = float(self.largest_step or math.inf), float(self.rtol), float(self.atol)
+        control = StepControl(ORDER, STABLE, LOOKS, longest, span, rtol, atol)
         t, h, kink, w = spans[0][0], 0.0, -1, workspace(y)
         guard = np.zeros((1, len(guards_of(system, omega * t, y))))
 
@@ -195,8 +110,8 @@ class Dopri5:
                         (attempts, by_address), h, kink = addressed(), 0.0, -1
                     budget = record.room(min(BUDGET, self.max_steps - steps - rejected))
                     t, h, kink, filled, status, new, bad, crossed = run(
-                        adaptive, attempts, ORDER, STABLE, LOOKS, by_address, omega, t, w, end, h, *limits, kinks, kink,
-                        guard, record.samples, record.filled, budget, *record.buffers(),
+                        march_adaptively, attempts, by_address, control, kinks, guard, record.recording(), omega, t,
+                        end, h, kink, w, record.filled, budget,
                     )  # fmt: skip
                     record.keep(filled, t)
                     steps, rejected, switches = steps + new, rejected + bad, switches + crossed
@@ -260,8 +175,8 @@ class FixedStep:
                 status = PAUSED
                 while status == PAUSED:
                     t, filled, status, new = run(
-                        fixed, scheme, by_address, omega, t, w, end, h, record.samples, record.filled, BUDGET,
-                        *record.buffers(),
+                        march_evenly, scheme, by_address, record.recording(), omega, t, end, h, w, record.filled,
+                        BUDGET,
                     )  # fmt: skip
                     record.keep(filled, t)
                     steps += new
@@ -282,9 +197,7 @@ class FixedStep:
             name = type(system).__name__
             raise TypeError(f"{name} has no jacobian to choose a step from; give steps_per_period or use Dopri5")
         record = Record(system, times[[0, -1]], spans, y, rate, False, False)
-        coarse = Dopri5(rtol=1e-3, atol=1e-6).recorded(system, y, spans, record)
-        if coarse.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
+        coarse = uninterrupted(Dopri5(rtol=1e-3, atol=1e-6).recorded(system, y, spans, record))
         # On the way to infinity the stiffness has no bound; what counts is the stiffness before.
         almost = times[0] + 0.99 * (coarse.t[-1] - times[0])
         end = len(coarse.t) if coarse.status else int(np.searchsorted(coarse.t, almost))

@@ -13,7 +13,7 @@ from ...base.law import corners_of
 from ...base.protocols import System, names_of, omega_of, with_parts
 from ...base.quantities import reals, shown
 from ...base.results import Floats, Trajectory
-from .attempts import BOUND
+from .addressed_steps import BOUND
 from .methods import Dopri5, Method, checked, slipping
 
 METHOD = Dopri5()

@@ -27,7 +27,8 @@ from ..balance.fourier import Samples, pieces
 from ..balance.rates import base_speed
 from .gauss_steps import GAUSS_PLACES, gauss_step, gauss_steps
 from .panel_map import maps_through_panels, resolved
-from .second_order import LARGEST_LOG, changes, inserted, root_on_chord
+from .second_order import LARGEST_LOG
+from .special_points import changes, inserted, root_on_chord
 
 FINEST = 4096  # steps a period
 PHASE = 0.6  # of the fastest eigenvalue in a step: errors of 4e-10 a step
@@ -79,25 +80,17 @@ def _mean_rates(problem: FirstOrder, point: Floats) -> Complexes:
     return np.asarray(mean)
 
 
-def hill_map(problem: FirstOrder, points: Floats) -> tuple[Floats, Floats, Floats]:
-    """Period maps without their mean growth, in a form that neither under- nor overflows.
+def period_maps(problem: FirstOrder, points: Floats, hill: bool = False) -> tuple[Floats, Floats]:
+    """Period maps of orbits; with `hill` without their mean growth, in a form that neither under- nor overflows.
 
     Abel's formula: the determinant of a period map is the exponential of the integral of A's trace. Without its share
-    of the trace A gives a map of determinant 1.
+    of the trace A gives a map of determinant 1. Of laws with breakpoints the steps end at the kinks of each orbit.
 
     Returns
     -------
-    (points, states, states), (points,), (points,) arrays
-        M, s and d: the period map is exp(d + s) M, where exp(s) M has the determinant 1.
-    """
-    flow, (_, size, decay) = period_maps(problem, points, hill=True)
-    return flow, size, decay
-
-
-def period_maps(problem: FirstOrder, points: Floats, hill: bool = False) -> tuple[Floats, Floats]:
-    """Period maps (points, states, states) of orbits, and for each what `map_along` returns (3, points).
-
-    Of laws with breakpoints the steps end at the kinks of each orbit.
+    (points, states, states), (3, points) arrays
+        M, and for each point what `map_along` returns: an angle, s and d. With `hill` the period map is exp(d + s) M,
+        where exp(s) M has the determinant 1; else it is M.
     """
     flow = np.tile(np.eye(len(problem.sizes)), (len(points), 1, 1))
     returned = [

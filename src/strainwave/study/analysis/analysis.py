@@ -23,7 +23,7 @@ from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator, VaryingOscillator
 from ...numerics.operating_point import SPEED
 from ...theory.parametric import ParametricResonance, parametric_resonances
-from ...theory.slow_flow.setting import Resonance
+from ...theory.resonance import Resonance
 from ...theory.stability_proof import StabilityProof
 from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
 from ..move.move import move

@@ -27,7 +27,7 @@ from ...model.gears.limits import RATCHETING
 from ...model.train.drive_train import DriveTrain
 from ...numerics.curves.torus_motion import largest_sizes
 from ...theory.lyapunov import lyapunov
-from ...theory.slow_flow.setting import NONRESONANT, Resonance
+from ...theory.resonance import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
 from ..speed_map.avoid import Avoid
 from ..speed_map.bands import HALF_POWER, searched

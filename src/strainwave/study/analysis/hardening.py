@@ -23,8 +23,8 @@ from ...base.series import oscillation
 from ...drive.jumps import jumps
 from ...model.laws.springs import Cubic
 from ...numerics.balance.fourier import with_velocity
+from ...numerics.balanced_orbit import find_orbit
 from ...numerics.curves.response import response_family
-from ...numerics.shooting import find_orbit
 from ...theory.slow_flow.setting import active_orders
 
 POINTS = 200  # of a curve, at least

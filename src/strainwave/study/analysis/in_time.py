@@ -29,8 +29,9 @@ from ...model.train.train_forms import behind_gear
 from ...numerics.balance.fourier import with_velocity
 from ...numerics.curves.torus_motion import BESIDE, largest_in_turns, largest_of_turns
 from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.record import uninterrupted
 from ...numerics.integration.simulate import simulate
-from ...numerics.steady import SteadyMotion, finished_or_interrupted, settle, settled
+from ...numerics.steady import SteadyMotion, settle, settled
 from ..speed_map.resonances import OperatingPoint, operating_point
 
 CHECKS, BEYOND_CHECKS = 8, 4  # speeds per direction on the curve, and where the curve has no stable motion to follow
@@ -384,7 +385,7 @@ def _run(system: Any, start: Any, turns: int) -> Trajectory:
     """Some turns from a state."""
     count = turns * max(SAMPLES, PER_CYCLE * math.ceil(max((1, *system.orders()))))
     times = np.linspace(0.0, turns * 2.0 * np.pi / system.omega, count + 1)
-    run = finished_or_interrupted(simulate(system, start, times, method=METHOD))
+    run = uninterrupted(simulate(system, start, times, method=METHOD))
     if not run.status:
         raise SolveError(Sentence("the motion at {} could not be integrated: {}", Speed(system.omega), run.message))
     return run

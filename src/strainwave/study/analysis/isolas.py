@@ -24,7 +24,8 @@ from ...base.law import repeating, springs_only
 from ...base.protocols import CLOSED, END, FOLD, STEP, Balance, with_parts
 from ...base.quantities import interval, leaf_of, replace
 from ...base.results import Branch, Floats, SolveError
-from ...numerics.attractors.attractors import Motion, Search, settled_motions
+from ...numerics.attractors.attractors import Motion
+from ...numerics.attractors.random_starts import Search, settled_motions
 from ...numerics.attractors.settle import SEEN
 from ...numerics.balance.fourier import stretched
 from ...numerics.balance.harmonics import MOST_HARMONICS, grown, highest_order, starting_harmonics
@@ -36,8 +37,8 @@ from ...numerics.continuation.trace import Trace, describe, solve
 from ...numerics.curves.backbone import backbone
 from ...numerics.curves.parameter_response import apart_from_shorter, between, both_ways
 from ...numerics.curves.response import frequency_response
+from ...theory.resonance import SUBHARMONIC, Resonance
 from ...theory.slow_flow.flow import slow_flow
-from ...theory.slow_flow.setting import SUBHARMONIC, Resonance
 from ..speed_map.search import crossings
 
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes

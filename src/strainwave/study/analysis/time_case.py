@@ -13,10 +13,11 @@ from ...base.series import largest_of_samples
 from ...drive.drive_response import DriveResponse, Usage, most_used
 from ...drive.response import damping_of, gear_torque, heat, loses_energy, no_multiple_scales, settling_time
 from ...model.gears.limits import cubic_mean
+from ...numerics.integration.record import uninterrupted
 from ...numerics.integration.simulate import simulate
-from ...numerics.steady import SteadyMotion, finished_or_interrupted, settle, settled
+from ...numerics.steady import SteadyMotion, settle, settled
+from ...theory.resonance import Resonance
 from ...theory.slow_flow.flow import slow_flow
-from ...theory.slow_flow.setting import Resonance
 from ..speed_map.resonances import OperatingPoint, Regime
 from .in_time import RunUp
 from .validity import Comparison, compare_with_integration
@@ -130,10 +131,10 @@ def time_case(name: str, system: Any, resonance: Resonance, point: OperatingPoin
             raise ValueError(reason)
         window = None if damping_of(system) > 0.0 else settling_time(system)
         comparison = compare_with_integration(system, resonance, (point.x, 0.0), window)
-        transient = finished_or_interrupted(comparison.integrated)
+        transient = uninterrupted(comparison.integrated)
     except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
-        transient = finished_or_interrupted(simulate(system, start, _times(system, point)))
+        transient = uninterrupted(simulate(system, start, _times(system, point)))
     theory, amplitude = None, None
     if comparison is not None and cycle is not None:
         theory, amplitude = _steady_theory(comparison, cycle.t)

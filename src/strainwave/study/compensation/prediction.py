@@ -21,9 +21,10 @@ from ...drive.train_curve import in_turns
 from ...model.controllers.feedforward import SpeedTable
 from ...model.oscillator import Oscillator
 from ...model.train.motion import MOST_POINTS
+from ...theory.resonance import Resonance
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.predictor.predictor import BEYOND, OK, motion, state_of, swing
-from ...theory.slow_flow.setting import Resonance, active_orders
+from ...theory.slow_flow.setting import active_orders
 from ..speed_map.resonances import operating_point
 from .bench import Bench, bench_of
 from .gains import torque_against

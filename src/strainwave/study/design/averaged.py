@@ -28,8 +28,8 @@ from ...drive.loops.linear_control import control_parts, control_response
 from ...model.excitation import Harmonic, KinematicError
 from ...model.oscillator import Oscillator
 from ...numerics.balance.linear_part import one_harmonic
+from ...theory.resonance import Resonance
 from ...theory.slow_flow.flow import slow_flow
-from ...theory.slow_flow.setting import Resonance
 from .result import Sensitivity
 
 FINEST, COARSEST, MOST_SPEEDS = 1e-3, 0.01, 1000  # relative distance of speeds, and most of them

@@ -15,10 +15,10 @@ from ...base.results import Booleans, Floats, Integers, SolveError, Status, larg
 from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import Segment
 from ...model.train.train_forms import behind_gear
-from ...numerics.integration.attempts import watched_ends
 from ...numerics.integration.methods import Dopri5, Method
+from ...numerics.integration.peaks import watched_ends
+from ...numerics.integration.record import uninterrupted
 from ...numerics.integration.simulate import simulate
-from ...numerics.steady import finished_or_interrupted
 from .servo import on_segment
 
 MOST_STEPS = 1_000_000  # steps in all: they take up to a GB of memory
@@ -247,7 +247,7 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
     t, values, rates, means, left = [], [], [], y[-len(MEANS) :], limit
     for i, segment in enumerate([*segments, standstill]):
         system, span = Watched(on_segment(train, segment)), (knots[i], knots[i + 1])
-        run = finished_or_interrupted(simulate(system, y, span, method=_within(method, left)))
+        run = uninterrupted(simulate(system, y, span, method=_within(method, left)))
         left -= len(run.t)
         if run.status is Status.TOO_MANY_STEPS or left < 1:
             raise SolveError(

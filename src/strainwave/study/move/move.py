@@ -27,9 +27,9 @@ from ...model.gears.limits import Finding, bearing_life, check_limits
 from ...model.laws.dry import is_dry
 from ...model.train import DriveTrain, Segment
 from ...numerics.integration.methods import Dopri5, Method
+from ...numerics.integration.record import uninterrupted
 from ...numerics.integration.simulate import simulate
-from ...numerics.operating_point import bracketed_root
-from ...numerics.steady import finished_or_interrupted
+from ...numerics.roots import bracketed_root
 from .follow import Followed, Path, follow
 from .mover import Motion, Mover, move_findings, mover_of, refuse_heavy, standing_torque
 from .profiles import path_of
@@ -368,7 +368,7 @@ def _rests(mover: Mover, path: Path, run: Followed, decay: float, method: Method
         state: Any = None if mover.remembers else tuple(_at_rest(mover.train, end, angle))
         if state is None or _is_loose(standing, end, state):
             state_there = run.y[:, np.searchsorted(run.t, until)]
-            on = finished_or_interrupted(simulate(standing, state_there, (until, until + decay), method=method))
+            on = uninterrupted(simulate(standing, state_there, (until, until + decay), method=method))
             if not on.status:
                 raise SolveError(f"the motion cannot be followed to its rest: {on.message}")
             state = tuple(on.y[:, -1])

@@ -26,9 +26,9 @@ from ...model.oscillator import Oscillator, VaryingOscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad, behind_gear
 from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.record import uninterrupted
 from ...numerics.integration.simulate import simulate
 from ...numerics.operating_point import loaded_state
-from ...numerics.steady import finished_or_interrupted
 
 BELOW, ABOVE = 0.5, 2.0  # times the lowest and the highest resonance of the lines: the usual range of a system
 SETTLED, LONGEST = 20.0, 5000.0  # time constants of the slowest motion before a run, and at most so many turns
@@ -230,7 +230,7 @@ def _run(system: Any, first: float, last: float, rate: float, turns: float) -> t
     moving, start, decay = (_train if isinstance(system, DriveTrain) else _equation)(system, ramp)
     before = min(SETTLED / decay if decay else math.inf, LONGEST * 2.0 * math.pi / first)
     times = np.linspace(0.0, abs(last - first) / rate, 2 + math.ceil(PER_TURN * turns))
-    run = finished_or_interrupted(simulate(moving, start, np.append(-before, times), method=METHOD))
+    run = uninterrupted(simulate(moving, start, np.append(-before, times), method=METHOD))
     if not run.status or run.largest is None:
         raise SolveError(f"the run from {first:g} to {last:g} rad/s at {rate:g} rad/s^2 ends early: {run.message}")
     sizes = run.largest[0, 2:]

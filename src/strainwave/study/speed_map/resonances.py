@@ -17,9 +17,9 @@ from ...base.results import Floats, SolveError
 from ...drive.response import no_multiple_scales
 from ...model.excitation import KinematicError, NoError, mean_torque
 from ...numerics.operating_point import loaded_state
+from ...theory.resonance import Resonance
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.results import Certificate, SlowResponse, SteadyState
-from ...theory.slow_flow.setting import Resonance
 from ...theory.slow_flow.setting import active_orders as active_orders
 
 NAMES = {

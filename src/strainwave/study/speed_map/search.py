@@ -19,7 +19,7 @@ from ...drive.train_curve import of_train, torque_in
 from ...model.oscillator import Oscillator
 from ...model.train.drive_train import DriveTrain
 from ...model.train.train_forms import AtLoad
-from ...numerics.attractors.attractors import box_at, starts_in
+from ...numerics.attractors.random_starts import box_at, starts_in
 from ...numerics.attractors.settle import SEEN, Bounded, Settled, settled
 from ...numerics.balance.choice import balance_of
 from ...numerics.balance.fourier import with_velocity

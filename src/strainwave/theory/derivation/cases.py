@@ -11,7 +11,7 @@ Sources: Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.1 to 4.1.4. Corre
 from collections import namedtuple
 from typing import Any
 
-from ..slow_flow.setting import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
+from ..resonance import NONRESONANT, PRIMARY, SUBHARMONIC, SUPERHARMONIC, Resonance
 from . import sp
 from .steps import Row, Steps, Symbols
 

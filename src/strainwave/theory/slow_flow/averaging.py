@@ -13,8 +13,8 @@ A law without stiffness at u0 has omega_0 = Omega, with Omega/2 for the detuning
 states then are those of one harmonic, (w^2(a) - Omega^2 + i mu Omega) z = S, w^2(a) = 2 <T cos eta>/(J a) the
 describing function (Gelb & Vander Velde 1968, Multiple-Input Describing Functions, sec. 2.3).
 
-The means of a law that is linear between breakpoints are exact (`numerics.averages`); those of other laws are taken by
-the trapezoid rule, spectrally accurate where the law is smooth.
+The means of a law that is linear between breakpoints are exact (`averages.piecewise_averages`); those of other laws are
+taken by the trapezoid rule, spectrally accurate where the law is smooth.
 """
 
 from collections.abc import Callable
@@ -26,10 +26,10 @@ import numpy as np
 from ...base.results import Complexes, Floats
 from ...compile.jit import run
 from ...numerics.balance.piecewise import Pieces, pieces_of
-from .averages import averages, grid_table
-from .memory import LoopAverages, loop_averages, remembers
+from .averages.memory import LoopAverages, loop_averages, remembers
+from .averages.piecewise_averages import averages, grid_table
+from .averages.varying import dampings, stiffnesses, torques, varies
 from .setting import Setting, real_matrix
-from .varying import dampings, stiffnesses, torques, varies
 
 TARGET, LIMIT, LIMIT_2D = 1e-14, 8192, 65536  # accuracy of the trapezoid rule, and its most points
 SPEED_STEP = 1e-5  # of omega: of central differences
@@ -128,7 +128,7 @@ class Exact:
     fast, harmonics : int, tuple of int
         Harmonics of the common period: of E, and of the lines.
     lines, table : arrays
-        Lines and grid of `numerics.averages`; without lines in the non-resonant case.
+        Lines and grid of `piecewise_averages.averages`; without lines in the non-resonant case.
     means : (m,) array
         Torsion [rad] that the fast motion is about: u0, or u0 + F at m places of the second angle without resonance.
     """

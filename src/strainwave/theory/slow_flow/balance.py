@@ -15,18 +15,18 @@ import numpy as np
 from ...base.law import breakpoints_of
 from ...base.results import Complexes, Floats
 from ...numerics.addressed import stiffnesses, torques
-from . import varying
-from .averages import harmonics, means, samples
+from .averages import varying
+from .averages.law_samples import harmonics, means, samples
+from .averages.memory import Loops, remembers
+from .averages.varying import varies
 from .fixed_points import Flow
-from .memory import Loops, remembers
 from .setting import Setting
-from .varying import varies
 
 SMOOTH, KINKED = 8, 64  # sample points per harmonic
 MULTIPLES = 7  # harmonics up to this multiple of the fastest component of the first-order motion
 MOST_STEPS, FEW_STEPS, CONVERGED = 30, 8, 1e-9  # of Newton's method, and the relative change at which it has converged
 LEAST_STEP, MOST_CHANGE = 1e-6, 0.2  # of a motion followed to another speed: of the speed, and of its fast component
-ON_LOOPS, STEP = 1e-7, 1e-5  # the same change along closed loops, and the relative step of differences there
+CONVERGED_ON_LOOPS, STEP = 1e-7, 1e-5  # the same change along closed loops, and the relative step of differences there
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ class Balance:
         return theta, samples(c, (numbers,), points), samples(turning, (numbers,), points)
 
     def _varied(self, values: Any, c: Complexes, omega: Floats, top: int) -> Complexes:
-        """The same as `_means` of what varies."""
+        """Harmonics (states, top+1) of a varying torque, stiffness or damping along motions, as means."""
         return means(values(self.setting, *self.along(c, omega)), (np.arange(top + 1),))
 
     def _means(self, values: Any, c: Complexes, top: int) -> Complexes:
@@ -128,14 +128,14 @@ class Balance:
             r[..., harmonic] -= s.torque_lines[..., i] + s.system.J * (k * omega) ** 2 * s.error_lines[..., i]
         return np.asarray(r)
 
-    def settles(self, c: Complexes, omega: Floats) -> Any:
+    def attracts(self, c: Complexes, omega: Floats) -> Any:
         """True for true motions (states, H+1) that attract: no real Floquet multiplier beyond 1 or -1.
 
         The determinant of the balance is a positive multiple of (1 - m_1)(1 - m_2) of the multipliers m.
         """
-        return (np.linalg.slogdet(self.slopes(c, omega)[0])[0] > 0.0) & ~self.doubles(c, omega)
+        return (np.linalg.slogdet(self.slopes(c, omega)[0])[0] > 0.0) & ~self.doubles_period(c, omega)
 
-    def doubles(self, c: Complexes, omega: Floats) -> Any:
+    def doubles_period(self, c: Complexes, omega: Floats) -> Any:
         """True where a disturbance of twice the period grows on true motions (states, H+1) of a spring.
 
         Hill's determinant at half orders is a positive multiple of (1 + m_1)(1 + m_2).
@@ -230,8 +230,8 @@ class Balance:
 
 
 @dataclass(frozen=True, eq=False)
-class Corrected:
-    """A state moved to the true motion.
+class Correction:
+    """Motion that Newton's method in the full equation leads to.
 
     Attributes
     ----------
@@ -240,6 +240,7 @@ class Corrected:
     omega : (1,) array
         Speed of the base angle [rad/s].
     converged : bool
+        True if it is a true motion.
     """
 
     c: Complexes
@@ -247,11 +248,11 @@ class Corrected:
     converged: bool
 
 
-def corrected(
+def correct(
     balance: Balance, c: Complexes, omega: Floats, turn: Complexes | None, steps: int = MOST_STEPS
-) -> Corrected:
-    """Newton's method to convergence from an approximate motion."""
-    first, tolerance = (c, omega), CONVERGED if balance.loops is None else ON_LOOPS
+) -> Correction:
+    """Correct an approximate motion by Newton's method; `turn` is that of `Balance.newton`."""
+    first, tolerance = (c, omega), CONVERGED if balance.loops is None else CONVERGED_ON_LOOPS
     for round_ in range(steps):
         try:
             new, speed = balance.newton(c, omega, turn)
@@ -264,16 +265,16 @@ def corrected(
         with np.errstate(all="ignore"):
             change = np.max(np.abs(new - c)) + size * np.abs(speed[0] / omega[0] - 1.0)
         if change <= tolerance * np.max(np.abs(c)):
-            return Corrected(new, speed, True)
+            return Correction(new, speed, True)
         c, omega = new, speed
-    return Corrected(*first, False)
+    return Correction(*first, False)
 
 
-def followed(balance: Balance, true: Corrected, omega: float) -> Corrected:
-    """A true motion followed along its curve to a speed [rad/s]; not converged where the curve turns back before."""
+def follow(balance: Balance, true: Correction, omega: float) -> Correction:
+    """Follow a true motion along its curve to a speed [rad/s]; not converged where the curve turns back before."""
     step = omega - true.omega
     while abs(step[0]) > LEAST_STEP * omega:
-        moved = corrected(balance, true.c, true.omega + step, None, FEW_STEPS)
+        moved = correct(balance, true.c, true.omega + step, None, FEW_STEPS)
         change = np.abs((moved.c - true.c)[:, balance.fast]) / np.abs(true.c[:, balance.fast])
         if moved.converged and change[0] <= MOST_CHANGE:
             true, left = moved, omega - moved.omega

@@ -11,15 +11,15 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base.results import Complexes, Floats
-from . import varying
-from .averages import samples
-from .balance import Balance, balance_of, corrected, followed
+from .averages import varying
+from .averages.law_samples import samples
+from .averages.memory import remembers
+from .averages.varying import varies
+from .balance import Balance, balance_of, correct, follow
 from .fixed_points import Flow, is_stable
-from .memory import remembers
 from .results import Certificate
 from .second_order import second_order
 from .setting import Setting
-from .varying import varies
 
 ACCEPTED = 0.10
 PUMPED = "; the speed lies beside a resonance, which decides on stability: give its Resonance(p, q)"
@@ -32,43 +32,49 @@ def certify(flow: Flow, z: complex, order: int, *, curve: bool = False) -> Certi
     """Estimate the error of the steady state z of a slow flow, or of its curve; see `SlowFlow.certificate`."""
     s = flow.setting
     balance = balance_of(s)
-    c0 = balance.motion(flow, z)[None]
+    motion = balance.motion(flow, z)[None]
     speed = np.array([s.omega])
     # without damping, and where stiffness varies, the phase need not change along the curve
     turning = s.resonance.q == 1 and not varies(s.system) and (s.mu != 0.0 or balance.loops is not None)
     turn = np.array([z / abs(z)]) if z != 0.0 and turning else None
-    along = equal = corrected(balance, c0, speed, None)
+    at_phase = at_speed = correct(balance, motion, speed, None)
     if turn is not None:
-        along = corrected(balance, c0, speed, turn)
-    if along.converged and not equal.converged:
-        equal = followed(balance, along, s.omega)
-    at_speed = errors(balance, c0, equal.c, z != 0.0)
-    at_phase = errors(balance, c0, along.c, z != 0.0)
-    solved, converged = equal.converged, along.converged
-    amplitude = float(at_phase.amplitude[0]) if converged else max(float(at_phase.amplitude[0]), 1.0)
-    shift = float(s.omega / along.omega[0] - 1.0)
-    largest = max(amplitude, abs(shift), float(at_speed.amplitude[0]) if solved else 0.0)
-    pumped = z == 0.0 and _pumped(s)
-    true = (equal.c, speed) if solved else (along.c, along.omega)
-    lost = converged and is_stable(flow, z) and not balance.settles(*true)[0]
-    doubled = lost and bool(balance.doubles(*true)[0])
+        at_phase = correct(balance, motion, speed, turn)
+    if at_phase.converged and not at_speed.converged:
+        at_speed = follow(balance, at_phase, s.omega)
+    solved, converged = at_speed.converged, at_phase.converged
+    speed_errors = errors(balance, motion, at_speed.c, z != 0.0)
+    phase_errors = errors(balance, motion, at_phase.c, z != 0.0)
+    amplitude = float(phase_errors.amplitude[0]) if converged else max(float(phase_errors.amplitude[0]), 1.0)
+    amplitude_at_speed = float(speed_errors.amplitude[0]) if solved else None
+    shift = float(s.omega / at_phase.omega[0] - 1.0)
+    largest = max(amplitude, abs(shift), amplitude_at_speed or 0.0)
+    true = (at_speed.c, speed) if solved else (at_phase.c, at_phase.omega)
+    remark = _instability(flow, z, balance, *true) if converged else ""
+    remark = PUMPED + remark if z == 0.0 and _pumped(s) else remark
     certificate = Certificate(
         regime=str(s.resonance),
         order=order,
-        valid=converged and (solved or curve) and largest <= ACCEPTED and not (pumped or lost or s.beyond(z)),
+        valid=converged and (solved or curve) and largest <= ACCEPTED and not (remark or s.beyond(z)),
         amplitude=amplitude,
-        phase=float(at_speed.phase[0]) if solved else None,
+        phase=float(speed_errors.phase[0]) if solved else None,
         speed=shift,
-        waveform=float(at_phase.waveform[0]),
-        amplitude_at_speed=float(at_speed.amplitude[0]) if solved else None,
-        nonlinearity=_nonlinearity(balance, c0[0]),
+        waveform=float(phase_errors.waveform[0]),
+        amplitude_at_speed=amplitude_at_speed,
+        nonlinearity=_nonlinearity(balance, motion[0]),
         damping=s.mu / s.omega_0,
         detuning=abs(s.fast - s.omega_0) / s.omega_0,
         quadrature_error=flow.error,
-        sentence=PUMPED * pumped + (DOUBLED if doubled else UNSTABLE * lost),
+        sentence="",
     )
-    sentence = _sentence(flow, z, certificate, converged, turn is not None)
-    return replace(certificate, sentence=sentence + certificate.sentence)
+    return replace(certificate, sentence=_sentence(flow, z, certificate, converged, turn is not None) + remark)
+
+
+def _instability(flow: Flow, z: complex, balance: Balance, c: Complexes, omega: Floats) -> str:
+    """Remark on a stable state z whose true motion c at omega does not attract; empty where it does."""
+    if not is_stable(flow, z) or balance.attracts(c, omega)[0]:
+        return ""
+    return DOUBLED if balance.doubles_period(c, omega)[0] else UNSTABLE
 
 
 def _pumped(s: Setting) -> bool:
@@ -85,6 +91,7 @@ def _pumped(s: Setting) -> bool:
 
 
 def _nonlinearity(balance: Balance, c: Complexes) -> float:
+    """Largest torque beyond the linear one over the largest linear one, along a motion (H+1,)."""
     s = balance.setting
     u = samples(c[None], (np.arange(len(c)),), (balance.points,))[0] - s.u0
     linear = s.system.J * s.omega_0**2 * u
@@ -119,30 +126,33 @@ def errors(balance: Balance, motion: Complexes, true: Complexes, has_fast: bool)
     return Errors(np.abs(np.abs(mine) - least) / least, phase, waveform)
 
 
-def _sentence(flow: Flow, z: complex, error: Certificate, converged: bool, followed: bool) -> str:
+def _sentence(flow: Flow, z: complex, error: Certificate, converged: bool, at_phase: bool) -> str:
+    """Verdict with its numbers; `at_phase` where the estimate is made at equal phase."""
     s, verdict = flow.setting, "valid" if error.valid else "not valid"
     motion = f"steady amplitude {abs(z):.6g} rad" if z != 0.0 else "forced motion"
     motion += "" if is_stable(flow, z) else " (not asymptotically stable)"
+    lost = bool(s.inside(z) or s.beyond(z))
     if s.inside(z):
         estimate = f"it stays inside the gap of {s.gap:.6g} rad to both sides, where nothing holds its mean"
-    elif s.beyond(z):
+    elif lost:
         estimate = f"it passes a saddle of the law, {s.reach:.6g} rad from rest, from where motions do not come back"
     elif not converged:
         estimate = "a harmonic correction of it does not converge, so nothing is known of its error"
-    elif followed:
+    elif not at_phase:
+        estimate = f"its estimated error is {_percent(error.amplitude)} at equal speed"
+    else:
+        at_speed = error.amplitude_at_speed
         estimate = (
             f"its estimated error is {_percent(error.amplitude)} in amplitude and {_percent(abs(error.speed))} in "
             "speed at equal phase, "
-            + (
-                "and at equal speed no true state is near it"
-                if error.amplitude_at_speed is None
-                else f"{_percent(error.amplitude_at_speed)} at equal speed"
-            )
         )
-    else:
-        estimate = f"its estimated error is {_percent(error.amplitude)} at equal speed"
-    remedy = "" if error.valid else "; use second order, harmonic balance or integration instead"
-    remedy = remedy if error.order == 1 and not (s.inside(z) or s.beyond(z)) else remedy.replace("second order, ", "")
+        estimate += (
+            "and at equal speed no true state is near it"
+            if at_speed is None
+            else f"{_percent(at_speed)} at equal speed"
+        )
+    other = "second order, harmonic balance" if error.order == 1 and not lost else "harmonic balance"
+    remedy = "" if error.valid else f"; use {other} or integration instead"
     name = f"{ORDINAL[error.order]}-order multiple scales ({s.resonance}, omega = {s.omega:.6g} rad/s)"
     return (
         f"{name} is {verdict} for the {motion}: {estimate} (limit {100.0 * ACCEPTED:.0f} %); nonlinear over linear "

@@ -8,12 +8,12 @@ import numpy as np
 
 from ...base.results import Complexes, Floats
 from ...numerics.balance.piecewise import pieces_of
+from .averages.memory import remembers
+from .averages.varying import varies
 from .averaging import AveragedFlow
 from .closed_forms import CubicFlow
-from .memory import remembers
 from .second_order import SecondOrderFlow
 from .setting import Setting
-from .varying import varies
 
 Integrals = AveragedFlow | SecondOrderFlow  # whose fixed points are sought on a grid
 Flow = Integrals | CubicFlow
@@ -40,7 +40,7 @@ def is_stable(flow: Flow, z: complex) -> bool:
 
 
 def are_stable(flow: Flow, omega: Floats, z: Complexes) -> Any:
-    """The same of steady states (n,) at speeds (n,) [rad/s]: at once, unless averages or loops know one speed alone."""
+    """Stability (n,) of steady states (n,) at speeds (n,) [rad/s]: one by one where averages hold at one speed."""
     s = flow.setting
     one_speed = isinstance(flow, AveragedFlow) and (np.any(s.hard) or varies(s.system))
     if remembers(s.system.law) or one_speed:
@@ -66,24 +66,25 @@ def newton_step(matrix: Floats, rate: Complexes) -> Any:
         return (-(d * rate.real - b * rate.imag) - 1j * (a * rate.imag - c * rate.real)) / (a * d - b * c)
 
 
-def scanned(flow: Integrals, sizes: Floats) -> tuple[Any, Complexes]:
-    """Middles [rad] of the cells of a polar grid in which both rates may vanish, at one speed or many.
+def scan(flow: Integrals, sizes: Floats) -> tuple[Any, Complexes]:
+    """Scan a polar grid of amplitudes [rad] for cells in which both rates may vanish, at one speed or many.
 
-    With the place of each among the speeds. Cells are left out where no state is sound, and amplitudes at which the
-    torsion stays on one piece of the law: a damped drive has one state there, that of the linear equation.
+    Returns the place of each cell among the speeds, and its middle [rad]. Cells are left out where no state is sound,
+    and amplitudes at which the torsion stays on one piece of the law: a damped drive has one state there, that of the
+    linear equation.
     """
     sizes = sizes[max(0, np.count_nonzero(sizes < _on_one_piece(flow.setting)) - 1) :]
     speeds = np.size(flow.setting.omega)
     phases = 2.0 * np.pi * (np.arange(PHASES + 1) + 0.37) / PHASES
     turn = np.exp(-1j * phases)[:, None]
     rows = max(2, POINTS // (turn.size * speeds))
+    relative_rates = []
     with np.errstate(all="ignore"):
-        polar = np.concatenate(
-            [
-                (flow.unforced(np.broadcast_to(z, (*z.shape[:2], speeds))) - flow.push) / z
-                for z in (a[:, None, None] * turn for a in (sizes[i : i + rows] for i in range(0, len(sizes), rows)))
-            ]
-        )
+        for first in range(0, len(sizes), rows):
+            z = sizes[first : first + rows, None, None] * turn
+            rates = flow.unforced(np.broadcast_to(z, (*z.shape[:2], speeds))) - flow.push
+            relative_rates.append(rates / z)
+    polar = np.concatenate(relative_rates)
     i, j, index = np.nonzero(_may_vanish(polar.real) & _may_vanish(polar.imag))
     z = np.sqrt(sizes[i] * sizes[i + 1]) * np.exp(-0.5j * (phases[j] + phases[j + 1]))
     flows = replace(flow, setting=flow.setting.of(index)) if np.ndim(flow.setting.omega) else flow

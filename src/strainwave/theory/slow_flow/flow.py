@@ -1,10 +1,10 @@
-"""Slow flow of a resonance: steady states, transients, response curves, its certificate and its predictor.
+"""`slow_flow`: the slow flow of a resonance at first or second order, for any law.
+
+It has steady states, transients, response curves, a certificate and a predictor.
 
 Convention: the component near omega_0 is a cos((p/q) theta - phase) with the 0-to-peak amplitude a; z = a exp(-i
 phase). The bookkeeping parameter epsilon is 1, so mu, detuning and forcing are the physical ones. Book: Nayfeh & Mook
 1979, Nonlinear Oscillations, ch. 4.
-
-Multiple scales of first and second order for any law: `slow_flow` makes the slow flow of a resonance.
 """
 
 import math
@@ -20,20 +20,21 @@ from ...base.protocols import System, with_parts
 from ...base.quantities import array_of, complex_number, complex_numbers, interval, numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
+from ..resonance import Resonance
 from . import response as response_curve
+from .averages.memory import remembers
+from .averages.varying import parts_of, varies
 from .averaging import averaged_flow
 from .certificate import ORDINAL, certify
 from .closed_forms import CubicFlow, free_decay, kind_of
 from .fixed_points import Flow, is_stable, is_trivial
-from .memory import remembers
-from .predictor.making import predictor
+from .predictor.build import build_predictor
 from .predictor.predictor import Predictor
 from .results import Certificate, Evolution, SlowResponse, StatesAtSpeeds, SteadyState
 from .second_order import Forms, SecondOrderFlow, second_order
-from .setting import LARGEST, Resonance, setting
+from .setting import LARGEST, setting
 from .states import attractor, fixed_points, states
 from .transient import evolve, motion, times
-from .varying import parts_of, varies
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,7 +303,7 @@ class SlowFlow:
             )
         if varies(self.system):
             raise ValueError("a predictor takes a constant stiffness and damping; give an Oscillator, or use evolve")
-        return predictor(self._flow, self.order, sample, speeds, amplitudes)
+        return build_predictor(self._flow, self.order, sample, speeds, amplitudes)
 
 
 def slow_flow(system: Any, resonance: Resonance, *, order: int = 1) -> SlowFlow:

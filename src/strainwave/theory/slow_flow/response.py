@@ -1,8 +1,7 @@
 """Response curves of the slow flow: every branch of steady states over a range of speeds, ordered along its arc.
 
-They are seeded by all steady states on a grid of speeds: closed loops are met too.
-
-Arcs of steady states of a slow flow: pseudo-arclength continuation of (Re z, Im z, omega) in scaled units.
+They are seeded by all steady states on a grid of speeds, so that closed loops are met too, and followed by
+pseudo-arclength continuation of (Re z, Im z, omega) in scaled units.
 
 Keller 1977; Krack & Gross 2019, Harmonic Balance for Nonlinear Vibration Problems, sec. 4.2.
 """
@@ -18,12 +17,12 @@ import numpy as np
 
 from ...base.blas import one_thread
 from ...base.results import Complexes, Floats
-from ...numerics.operating_point import bracketed_root
+from ...numerics.roots import bracketed_root
 from .fixed_points import Flow, are_stable, is_trivial
 from .results import SlowBranch, SlowResponse
 from .states import states
 
-LARGEST_STEP, TURN, MOST_POINTS = 0.05, 0.16, 4000
+LARGEST_STEP, TURN, MOST_POINTS = 0.05, 0.16, 4000  # of an arc: step, turn of its tangent in one [rad], points
 TANGENT_DEVIATION = 0.3  # of a step: a point farther from its tangent is on another branch
 SAG = 0.15  # of a chord: the arc is not so far from it
 AMPLITUDE_CHANGE = 0.5  # of the amplitude: largest change in a step, so that none passes a small one to the other phase
@@ -277,7 +276,7 @@ def _distance(a: Floats, b: Floats) -> float:
     return float(np.linalg.norm(b - a))
 
 
-SEEDS = 33
+SEEDS = 33  # speeds of the grid
 SAME_CREST = 1e-9  # relative difference of amplitudes at one crest
 PER_CYCLE = 64  # samples of the fastest component: a peak between them is right to 1e-3
 

@@ -23,10 +23,10 @@ from ...base.law import breakpoints_of, polynomial_of
 from ...base.results import Complexes, Floats
 from ...model.laws.springs import taylor
 from ...numerics.addressed import torques
-from .averages import Places, harmonics
+from .averages.law_samples import Places, harmonics
+from .averages.memory import LoopAverages, loop_averages, remembers
 from .averaging import probes_of, turns_with_phase
-from .closed_forms import FORMS
-from .memory import LoopAverages, loop_averages, remembers
+from .second_order_forms import FORMS
 from .setting import Setting, real_matrix
 
 REACH = 7  # small harmonics up to this multiple of the fastest component

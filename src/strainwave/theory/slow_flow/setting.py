@@ -7,86 +7,30 @@ the actual omega (some texts freeze it at the resonance: a different number).
 
 A law without stiffness at u0, as a gap without preload, has no omega_0: its frequency is that of the amplitude. There
 omega_0 stands for Omega, the speed of the line that drives the motion, and the whole torque is nonlinear.
-
-The resonances that multiple scales can treat: p omega near q omega_0, with omega the speed of the base angle.
 """
 
 import math
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ...base.law import breakpoints_of, depends, spring_stiffness, torque_of
 from ...base.protocols import Law, System, joint_orders, lacking
-from ...base.quantities import MOST_THINGS, Reals, shown
+from ...base.quantities import Reals
 from ...base.results import Booleans, Complexes, Floats
 from ...base.sentences import Angle, Sentence, Speed
 from ...model.oscillator import NoVariation
 from ...numerics.balance.harmonics import highest_order
 from ...numerics.operating_point import loaded_state
 from ..equilibria import reach
-from .varying import mean_damping, pulling_lines, varied_orders, varies
+from ..resonance import NONRESONANT, Resonance
+from .averages.varying import mean_damping, pulling_lines, varied_orders, varies
 
 LARGEST, SMALLEST = 1e30, 1e-30  # of what the slow flow takes powers of
 HIGHEST = 2000  # harmonic of the common period: the averages sample it 16 times and more
 NEAR_RESONANCE = 1e-6  # of omega_0: a hard line that is nearer sits on it
 SMALLEST_LINE = 1e-13  # relative to the largest: what sampling and rounding leave behind
-
-
-class Resonance(NamedTuple):
-    """The resonance p omega ~ q omega_0 on the base angle; (0, 0) is no resonance at all.
-
-    The response near omega_0 then has the fast angle (p/q) theta. A forcing line of order k has its primary resonance
-    at Resonance(k, 1), its superharmonic one of the cubic law at (3 k, 1) and its subharmonic one at (k, 3).
-
-    References
-    ----------
-    Nayfeh & Mook 1979, Nonlinear Oscillations, secs. 4.1.1-4.1.4.
-    """
-
-    p: int
-    q: int
-
-    @property
-    def ratio(self) -> Fraction | None:
-        """The number p/q by which the base angle advances the fast angle, in lowest terms; None without resonance."""
-        return None if self == (0, 0) else Fraction(self.p, self.q)
-
-    @classmethod
-    def of(cls, pair: Any) -> "Resonance":
-        """Return a pair p, q in lowest terms, with Python's own integers.
-
-        Raises
-        ------
-        ValueError
-            If it is none, or p or q is not a positive integer (or both 0).
-        """
-        if not (isinstance(pair, tuple | list) and len(pair) == 2):
-            names = "PRIMARY, SUPERHARMONIC, SUBHARMONIC, NONRESONANT"
-            raise ValueError(f"{shown(pair)} is no resonance; give {names} or a Resonance(p, q)")
-        p, q = pair
-        if pair == (0, 0):
-            return NONRESONANT
-        if not all(0 < n <= MOST_THINGS and n % 1 == 0 for n in pair):
-            raise ValueError(
-                f"Resonance({shown(p)}, {shown(q)}) must have two positive integers, {MOST_THINGS:g} at "
-                "most, as in p omega ~ q omega_0; use strainwave.NONRESONANT where nothing resonates"
-            )
-        ratio = Fraction(int(p), int(q))
-        return Resonance(ratio.numerator, ratio.denominator)
-
-    def __str__(self) -> str:
-        names = {(0, 0): "no resonance", (1, 1): "primary", (3, 1): "superharmonic", (1, 3): "subharmonic"}
-        name = names.get((self.p, self.q), "resonance")
-        return name if self == (0, 0) else f"{name} {self.p}:{self.q}"
-
-
-PRIMARY = Resonance(1, 1)
-SUPERHARMONIC = Resonance(3, 1)
-SUBHARMONIC = Resonance(1, 3)
-NONRESONANT = Resonance(0, 0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,12 +16,12 @@ import numpy as np
 
 from ...base.results import Complexes, Floats, SolveError
 from ...base.sentences import Sentence, Speed
-from ...numerics.operating_point import positive_roots
+from ...numerics.roots import positive_roots
+from .averages.memory import remembers
+from .averages.varying import varies
 from .closed_forms import CubicFlow
-from .fixed_points import RING, ROWS_PER_DECADE, Flow, amplitudes, attracts, is_stable, is_trivial, newton_step, scanned
-from .memory import remembers
+from .fixed_points import RING, ROWS_PER_DECADE, Flow, amplitudes, attracts, is_stable, is_trivial, newton_step, scan
 from .second_order import Forms, SecondOrderFlow
-from .varying import varies
 
 SPEEDS_AT_ONCE = 2000  # what they take fits the memory, and a user can interrupt between
 GRID_SPEEDS = 8  # speeds of one polar grid
@@ -78,12 +78,12 @@ class Table:
 
 def states(flow: Flow, omega: Floats) -> States:
     """All steady states at speeds (n,) [rad/s]; a = 0 where it is one."""
-    scan = None if remembers(flow.setting.system.law) else _search(flow, omega)
+    search = None if remembers(flow.setting.system.law) else _search(flow, omega)
     parts: list[Any] = []
     for i in range(0, len(omega), SPEEDS_AT_ONCE):
         part = omega[i : i + SPEEDS_AT_ONCE]
-        moving = _one_by_one(flow, part) if scan is None else _together(flow.at(part), scan)
-        parts += [(places + i, z, stable) for places, z, stable in (moving, _at_rest(flow, part))]
+        moving = _solved_speed_by_speed(flow, part) if search is None else _solved(flow.at(part), search)
+        parts += [(places + i, z, stable) for places, z, stable in (moving, _resting(flow, part))]
     places, z, stable = map(np.concatenate, zip(*parts, strict=True))
     order, count = np.lexsort((-np.abs(z), places)), len(omega)
     places, z, stable = places[order], z[order], stable[order]
@@ -96,7 +96,7 @@ def polished(flow: Flow, z: Complexes) -> Complexes:
     idle = np.zeros(len(z), int)  # steps since the shortest one: a state that wanders meets none
     with np.errstate(all="ignore"):
         for _ in range(NEWTON_STEPS):
-            rate, matrix = _at_places(flow, going).balance(z)
+            rate, matrix = _at_speeds(flow, going).balance(z)
             step = newton_step(matrix, rate)
             length = np.abs(step) / np.abs(z)
             nearer = length < size[going]
@@ -115,7 +115,7 @@ def polished(flow: Flow, z: Complexes) -> Complexes:
 
 def fixed_points(flow: Flow) -> list[complex]:
     """All nontrivial states [rad] of a flow at its one speed by descending |z|; copies by whole periods count once."""
-    return sorted(_alone(flow)[0].tolist(), key=abs, reverse=True)
+    return sorted(_solved_at_one_speed(flow)[0].tolist(), key=abs, reverse=True)
 
 
 def attractor(flow: Flow, z: complex) -> complex | None:
@@ -132,12 +132,12 @@ def attractor(flow: Flow, z: complex) -> complex | None:
     return points[0] if is_stable(flow, points[0]) else None
 
 
-def _alone(flow: Flow) -> tuple[Complexes, Any]:
+def _solved_at_one_speed(flow: Flow) -> tuple[Complexes, Any]:
     """Nontrivial states of a flow at its one speed, and whether they attract."""
     if flow.setting.resonance.ratio is None:
         return np.zeros(0, complex), np.zeros(0, bool)
     search = _search(flow, np.array([flow.setting.omega]))
-    return _together(flow, _by_scan if search in (None, _by_grid) else search)[1:]
+    return _solved(flow, _by_scan if search in (None, _by_grid) else search)[1:]
 
 
 def _search(flow: Flow, omega: Floats) -> Callable[[Any], Found] | None:
@@ -152,35 +152,34 @@ def _search(flow: Flow, omega: Floats) -> Callable[[Any], Found] | None:
     return None
 
 
-def _together(flow: Flow, search: Callable[[Any], Found]) -> tuple[Any, Complexes, Any]:
+def _solved(flow: Flow, search: Callable[[Any], Found]) -> tuple[Any, Complexes, Any]:
     """Nontrivial states of a flow at its speeds: their places, the states, whether they attract."""
-    starts = search(flow)
-    sampled = isinstance(flow, SecondOrderFlow) and flow.rough is not flow.force  # more finely than its coarse flow
-    if sampled:
-        starts = _distinct(flow, *_in_few_samples(flow, *starts))
-    places, z = _distinct(flow, *_in_all_samples(flow, *starts))
-    return places, z, attracts(_at_places(flow, places).stability(z))
+    places, z = search(flow)
+    if isinstance(flow, SecondOrderFlow) and flow.rough is not flow.force:  # its coarse flow has fewer samples
+        places, z = _distinct(flow, *_moved_coarsely(flow, places, z))
+    places, z = _distinct(flow, *_moved_finely(flow, places, z))
+    return places, z, attracts(_at_speeds(flow, places).stability(z))
 
 
-def _at_places(flow: Any, places: Any) -> Any:
+def _at_speeds(flow: Any, places: Any) -> Any:
     """The flow at its speeds in these places."""
     return replace(flow, setting=flow.setting.of(places))
 
 
-def _in_few_samples(flow: Any, places: Any, z: Complexes) -> Found:
+def _moved_coarsely(flow: Any, places: Any, z: Complexes) -> Found:
     """Starts moved to the states of the coarse flow; one that leads to none stays, but for a law with memory.
 
     Few samples of a kink may keep a state from being met.
     """
-    moved = polished(_at_places(flow, places).coarse, z)
+    moved = polished(_at_speeds(flow, places).coarse, z)
     led = np.isfinite(moved)
     kept = led | (not remembers(flow.setting.system.law))
     return places[kept], np.where(led, moved, z)[kept]
 
 
-def _in_all_samples(flow: Flow, places: Any, z: Complexes) -> Found:
+def _moved_finely(flow: Flow, places: Any, z: Complexes) -> Found:
     """States to which starts lead, where the flow is sound."""
-    local = _at_places(flow, places)
+    local = _at_speeds(flow, places)
     z = polished(local, z)
     with np.errstate(all="ignore"):
         sound = np.isfinite(z) & local.sound(z)
@@ -204,13 +203,13 @@ def _distinct(flow: Flow, places: Any, z: Complexes) -> Found:
     return places, rows[np.isfinite(rows)]
 
 
-def _one_by_one(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
+def _solved_speed_by_speed(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
     """Nontrivial states of a flow that each speed is searched for by itself."""
-    z, attract = zip(*(_alone(flow.at(w)) for w in omega.tolist()), strict=True)
+    z, attract = zip(*(_solved_at_one_speed(flow.at(w)) for w in omega.tolist()), strict=True)
     return np.repeat(np.arange(len(z)), list(map(len, z))), np.concatenate(z), np.concatenate(attract)
 
 
-def _at_rest(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
+def _resting(flow: Flow, omega: Floats) -> tuple[Any, Complexes, Any]:
     """States with a = 0."""
     pushed = flow.setting.at(float(omega[0])).soft != 0.0
     resting = [(i, one) for i, w in enumerate(omega.tolist()) if not pushed and is_trivial(one := flow.at(w))]
@@ -227,12 +226,14 @@ def _padded(index: Any, count: int, values: Any, filler: Any) -> Any:
 
 
 def _is_polynomial(flow: Flow) -> bool:
+    """True for a flow whose steady states are roots of a polynomial in |z|^2."""
     if not isinstance(flow, SecondOrderFlow):
         return isinstance(flow, CubicFlow)
     return isinstance(flow.force, Forms) and flow.force.primary(flow.setting) is not None
 
 
 def _by_polynomial(flow: Any) -> Found:
+    """States as the roots of a polynomial in |z|^2."""
     s = flow.setting
     if isinstance(flow, CubicFlow):
         z = flow.fixed_points()
@@ -300,11 +301,11 @@ def _by_grid(flow: SecondOrderFlow) -> Found:
     places, z = [linear], [weak[linear]]
     order = np.argsort(np.abs(flow.setting.hard).sum(axis=-1), kind="stable")  # alike in the amplitudes that matter
     for chunk in np.array_split(order, -(-len(order) // GRID_SPEEDS)):
-        local_flows = (_at_places(rough, int(i)) for i in chunk)
+        local_flows = (_at_speeds(rough, int(i)) for i in chunk)
         ends = [a[[0, -1]] for a in (amplitudes(local, ROWS_PER_DECADE) for local in local_flows)]
         low, high = np.min(ends), np.max(ends)
         a = np.geomspace(low, high, math.ceil(ROWS_PER_DECADE * math.log10(high / low)))
-        rows, starts = scanned(_at_places(rough, chunk), a)
+        rows, starts = scan(_at_speeds(rough, chunk), a)
         places, z = [*places, chunk[rows]], [*z, starts]
     return np.concatenate(places), np.concatenate(z)
 
@@ -312,7 +313,7 @@ def _by_grid(flow: SecondOrderFlow) -> Found:
 def _by_scan(flow: Any) -> Found:
     """Starts at one speed where the phase matters: in few samples, and the one of a nearly linear drive."""
     rough, s = flow.coarse, flow.setting
-    starts = scanned(rough, amplitudes(rough, ROWS_PER_DECADE))[1]
+    starts = scan(rough, amplitudes(rough, ROWS_PER_DECADE))[1]
     still = np.abs(rough.balance(starts)[0]) < STILL_RATE * s.omega_0 * np.abs(starts)
     if s.mu == 0.0 and np.count_nonzero(still) > STILL_STARTS:
         raise SolveError(
@@ -326,7 +327,7 @@ def _by_scan(flow: Any) -> Found:
     for point in polished(rough, starts).tolist():
         if np.isfinite(point) and all(abs(point - other) > SAME_START * abs(other) for other in z):
             z.append(point)
-    # whose amplitude may lie below all that is scanned
+    # whose amplitude may lie below all that is scan
     weak = complex(newton_step(flow.jacobian(0j), np.array(complex(flow.rates(0j)))))
     z += [] if is_trivial(flow) or not np.isfinite(weak) else [weak]
     return np.zeros(len(z), int), np.array(z, complex)

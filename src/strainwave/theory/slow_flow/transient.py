@@ -8,16 +8,17 @@ import numpy as np
 from ...base.quantities import numbers, shown
 from ...base.results import Floats, SolveError
 from ...base.sentences import Angle, Sentence, Speed
-from ...numerics.integration.attempts import DENSE, K1, Y1, K, Y, attempt, turned, workspace
-from ...numerics.integration.marches import first_step
+from ...numerics.integration.addressed_steps import try_step
+from ...numerics.integration.step_control import first_step
 from ...numerics.integration.steps import dense_weights, weighted
+from ...numerics.integration.workspace import DENSE, K1, Y1, K, Y, turned, workspace
+from .averages.memory import remembers
+from .averages.varying import varies
 from .averaging import AveragedFlow, Sampled
 from .closed_forms import CubicFlow
 from .fixed_points import Flow
-from .memory import remembers
 from .results import Evolution
 from .second_order import SecondOrderFlow
-from .varying import varies
 
 RTOL, MOST_STEPS = 1e-9, 200_000
 ROUNDS = 8  # of the start of a motion with small harmonics
@@ -192,7 +193,7 @@ def _integrate(flow: Flow, z0: complex, t: Floats) -> tuple[Any, Any]:
     h = min(first_step(5, system, 1.0, time, w, rtol, atol), end - time)
     z, filled = np.full(len(t), z0, complex), 1
     for _ in range(max_steps):
-        e = math.sqrt(abs(attempt(system, time, h, h, rtol, atol, w)))
+        e = math.sqrt(abs(try_step(system, time, h, h, rtol, atol, w)))
         if not time + h > time:
             break
         if e <= 1.0:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from ....base.quantities import Reals, States, shown
 from ....compile.jit import kernel
-from .samples import LinearDrive, fast_speed, hard, power, turned
+from .linear_drive import LinearDrive, fast_speed, hard, power, turned
 
 OK, BEYOND, JUMP, OUT, INVALID = 0, 1, 2, 3, 4
 LARGEST_JUMP = 0.05  # of the speed, from one sample to the next

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import lacking, orders_of
-from ...base.results import Floats
+from ....base.protocols import lacking, orders_of
+from ....base.results import Floats
 
 POINTS = 64  # of a turn, beside eight per period of the highest order
 

@@ -20,12 +20,12 @@ from typing import Any
 
 import numpy as np
 
-from ...base.law import depends, spring_stiffness, states_of, torque_of, z_rate_of
-from ...base.results import Complexes, Floats
-from ...compile.jit import kernel, kernel_as, run
-from ...compile.tree import with_leaf
-from .averages import means, samples
-from .setting import Setting
+from ....base.law import depends, spring_stiffness, states_of, torque_of, z_rate_of
+from ....base.results import Complexes, Floats
+from ....compile.jit import kernel, kernel_as, run
+from ....compile.tree import with_leaf
+from ..setting import Setting
+from .law_samples import means, samples
 
 ROUNDS, CLOSED = 16, 1e-9  # periods at most, and how near to the closed loop suffices
 OPEN_GAP = 1e-6  # a loop whose gap stays larger has no average

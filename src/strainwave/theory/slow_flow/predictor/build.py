@@ -1,77 +1,25 @@
-"""Making a predictor of a slow flow: its force, its points and steps, and the torsion up to which it is valid.
-
-Forces of a predictor by the formulas of second order, for a law with a square and a cube under one line.
-"""
+"""Build of a predictor of a slow flow: its force, its points and steps, and the torsion up to which it is valid."""
 
 import math
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ....base.law import breakpoints_of
-from ....base.quantities import Reals, States, floated, interval, number
-from ....compile.jit import kernel
+from ....base.quantities import States, floated, interval, number
 from .. import response as response_curve
 from ..averaging import AveragedFlow
 from ..certificate import certify
-from ..closed_forms import FORMS, CubicFlow
+from ..closed_forms import CubicFlow
 from ..fixed_points import Flow, is_trivial
 from ..second_order import Forms, SecondOrderFlow
+from ..second_order_forms import FORMS
 from ..setting import Setting
-from . import samples
+from .formulas import FirstOrderCubic, SecondOrderFormula
+from .linear_drive import ForcedLine, LinearDrive
 from .predictor import Predictor
-from .samples import LinearDrive, fast_speed, hard, power, soft, turned, with_inertia
-
-STEP = 1e-6  # of the amplitude: forward differences
-
-
-@kernel
-def speeds(form: Any, drive: LinearDrive, omega: Reals) -> Any:
-    """Speeds [rad/s] of the two angles of a formula."""
-    other = omega * drive.lines[0].order
-    return (drive.omega_0, other) if drive.ratio == 0.0 else (form.share * omega, other)
-
-
-class SecondOrderFormula(NamedTuple):
-    """Second order by a formula.
-
-    `square` [1/(rad s^2)] and `cube` [1/(rad^2 s^2)] are those of the law over J, `share` the speed of the formula's
-    first angle over omega.
-    """
-
-    square: float
-    cube: float
-    share: float
-    formula: Any
-
-    def rate(self, drive: LinearDrive, omega: Reals, amplitude: Reals, z: complex) -> Any:
-        """Rate z' [rad/s] by a formula of second order, and the small harmonics [rad]."""
-        fast, pull = fast_speed(drive, omega), drive.omega_0 * drive.omega_0
-        carrier, linear = complex(drive.mu, 2.0 * fast), complex(pull - fast * fast, drive.mu * fast)
-        w, v = speeds(self, drive, omega)
-        c = hard(drive, drive.lines[0], omega, amplitude)
-        step = STEP * (abs(z.real) + abs(z.imag) + 1e-3 * drive.size)
-        centre = ahead = aside = 0j
-        for i in range(3):
-            point = z + complex(step if i == 1 else 0.0, step if i == 0 else 0.0)
-            small, first, back = self.formula.values(self.square, self.cube, pull, drive.mu, w, v, point, c)
-            centre, ahead, aside = -(linear * point + first + back), centre, ahead
-        rate, by_re, by_im = centre + soft(drive, omega, amplitude), (ahead - centre) / step, (aside - centre) / step
-        return with_inertia(rate / carrier, by_re / carrier, by_im / carrier, carrier), (small[0] + 0j, *small[1:])
-
-    def motion(self, drive: Any, small: Any, omega: Any, angle: Any, free: Any) -> Any:
-        """Sum of the small harmonics [rad] of a formula, and its derivative [rad/s]."""
-        w, v = speeds(self, drive, omega)
-        first, second = turned(free if drive.ratio == 0.0 else self.share * angle), turned(drive.lines[0].order * angle)
-        value = rate = 0.0
-        for i in range(len(small)):
-            m, n = self.formula.numbers[i]
-            wave = small[i] * power(first, m) * power(second, n)
-            value += wave.real
-            rate -= (m * w + n * v) * wave.imag
-        return value, rate
-
+from .samples import SLOTS, FirstOrderSamples, SecondOrderSamples
 
 PER_PERIOD = 32  # samples per period of the fastest component, where the caller names no sample
 TURN, MOST_STEPS = 0.05, 8  # of the slow state in one step [rad], and steps in a sample
@@ -83,8 +31,8 @@ OVERSHOOT = 2.0  # the excitation at which validity is sought, over the largest 
 Probes = list[tuple[float, complex]]
 
 
-def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: States) -> Predictor:
-    """Make the predictor of a slow flow; see `SlowFlow.predictor`."""
+def build_predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: States) -> Predictor:
+    """Build the predictor of a slow flow; see `SlowFlow.predictor`."""
     s = flow.setting
     if not s.mu > 0.0:
         raise ValueError(
@@ -101,8 +49,8 @@ def predictor(flow: Flow, order: int, sample: Any, speeds: Any, amplitudes: Stat
     p, q = s.resonance if s.resonance.ratio else (0, 1)
     reach = _reach(scaled(flow, OVERSHOOT * largest, OVERSHOOT), order, (low, high))
     force = _force(at_most, drive, order, _probes((low, high), min(reach, 10.0 * drive.size)), largest)
-    made = Predictor(time, 1, (low, high), (least, largest), reach, _mean(s), p, q, drive, force)
-    return Predictor(*floated(made._replace(steps=_steps(at_most, made))))
+    one_step = Predictor(time, 1, (low, high), (least, largest), reach, _mean(s), p, q, drive, force)
+    return Predictor(*floated(one_step._replace(steps=_steps(at_most, one_step))))
 
 
 def _amplitudes(amplitudes: States) -> tuple[float, float]:
@@ -125,13 +73,11 @@ def scaled(flow: Flow, torque: float, error: float = 1.0) -> Flow:
 def _linear_drive(s: Setting) -> LinearDrive:
     """The linear drive, with at least one line."""
     lines = tuple(
-        samples.ForcedLine(k, harmonic, float(soft), t.real / s.system.J, t.imag / s.system.J, e.real, e.imag)
+        ForcedLine(k, harmonic, float(soft), t.real / s.system.J, t.imag / s.system.J, e.real, e.imag)
         for k, harmonic, soft, t, e in zip(s.orders, s.places, s.on_fast, s.torque_lines, s.error_lines, strict=True)
     )
     ratio = 0.0 if s.resonance.ratio is None else float(s.resonance.ratio)
-    return LinearDrive(
-        s.u0, s.omega_0, s.mu, ratio, max(s.scales()), lines or (samples.ForcedLine(1, 1, 0.0, *4 * (0.0,)),)
-    )
+    return LinearDrive(s.u0, s.omega_0, s.mu, ratio, max(s.scales()), lines or (ForcedLine(1, 1, 0.0, *4 * (0.0,)),))
 
 
 def _mean(s: Setting) -> float:
@@ -141,12 +87,11 @@ def _mean(s: Setting) -> float:
 
 
 def _force(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitude: float) -> Any:
+    """Force on the slow flow: by formula where there is one, else by samples."""
     s = flow.setting
     ratio = None if s.resonance.ratio is None or not s.orders else s.resonance.ratio / s.orders[0]
     if isinstance(flow, CubicFlow):
-        return samples.FirstOrderCubic(
-            flow.kappa, float(flow.kind == "superharmonic"), float(flow.kind == "subharmonic")
-        )
+        return FirstOrderCubic(flow.kappa, float(flow.kind == "superharmonic"), float(flow.kind == "subharmonic"))
     if isinstance(flow, SecondOrderFlow) and isinstance(flow.force, Forms):
         share = 0.0 if ratio is None else float(s.resonance.ratio or 0) / ratio.numerator
         return SecondOrderFormula(flow.force.square, flow.force.cube, share, FORMS[ratio])
@@ -162,24 +107,21 @@ def _sampled(flow: Flow, drive: LinearDrive, order: int, probes: Probes, amplitu
     """As few sample points as give the rates of the flow."""
     s = flow.setting
     best, error, points = None, math.inf, FEWEST * s.top
-    cap = s.top * (max(KINKED, MOST_POINTS[order]) if breakpoints_of(s.system.law) else MOST_POINTS[order])
+    most_points = s.top * (max(KINKED, MOST_POINTS[order]) if breakpoints_of(s.system.law) else MOST_POINTS[order])
     while True:
         angle, share = 2.0 * math.pi / points, s.base / s.resonance.q
         common = (floated(s.system.law), s.system.J, points, math.cos(angle), math.sin(angle), s.fast_place, share)
-        force = (
-            samples.FirstOrderSamples(*common)
-            if order == 1
-            else samples.SecondOrderSamples(*common, *_slots(flow, probes))
-        )
+        force = FirstOrderSamples(*common) if order == 1 else SecondOrderSamples(*common, *_slots(flow, probes))
         off = _worst(flow, drive, force, probes, amplitude)
         if off < 0.8 * error:
             best, error = force, off
-        if error <= ACCURATE or points == cap:
+        if error <= ACCURATE or points == most_points:
             break
-        points = min(2 * points, cap)
+        points = min(2 * points, most_points)
     if best is None or not error <= ACCEPTED:
         raise ValueError(
-            f"{cap} samples of the law give the rates to {100.0 * error:.2g} % only; use the other order, or integrate"
+            f"{most_points} samples of the law give the rates to {100.0 * error:.2g} % only; use the other order, or "
+            "integrate"
         )
     return best
 
@@ -213,24 +155,23 @@ def _slots(flow: Flow, probes: Probes) -> tuple[tuple[int, ...], tuple[float, ..
         for speed, small in flow.at(omega).small(z):
             number = round(float(speed) / (base * omega))
             sizes[number] = max(sizes.get(number, 0.0), abs(complex(small)) / abs(z))
-    chosen = sorted(sorted(sizes, key=lambda number: -sizes[number])[: samples.SLOTS])
-    numbers = tuple(chosen + [0] * (samples.SLOTS - len(chosen)))
-    weights = tuple([0.5 if n == 0 else 1.0 for n in chosen] + [0.0] * (samples.SLOTS - len(chosen)))
+    chosen = sorted(sorted(sizes, key=lambda number: -sizes[number])[:SLOTS])
+    numbers = tuple(chosen + [0] * (SLOTS - len(chosen)))
+    weights = tuple([0.5 if n == 0 else 1.0 for n in chosen] + [0.0] * (SLOTS - len(chosen)))
     return numbers, weights
 
 
 def _reach(flow: Flow, order: int, speeds: tuple[float, float]) -> float:
     """Torsion [rad] about its mean up to which the certificate holds the steady states under an excitation valid."""
     curves = response_curve.response(flow, *speeds)
-    states = [
-        (float(omega), complex(a * np.exp(-1j * phase)))
-        for branch in curves.branches
-        for omega, a, phase in zip(branch.omega, branch.amplitude, branch.phase, strict=True)
-    ]
-    for omega in np.linspace(*speeds, SPEEDS):
-        local = flow.at(float(omega))
-        if not local.setting.sits_on(float(omega)) and (local.setting.resonance.ratio is None or is_trivial(local)):
-            states.append((float(omega), 0j))
+    states = []
+    for branch in curves.branches:
+        z = branch.amplitude * np.exp(-1j * branch.phase)
+        states += list(zip(branch.omega.tolist(), z.tolist(), strict=True))
+    for omega in np.linspace(*speeds, SPEEDS).tolist():
+        local = flow.at(omega)
+        if not local.setting.sits_on(omega) and (local.setting.resonance.ratio is None or is_trivial(local)):
+            states.append((omega, 0j))
     ranked = sorted((abs(z) + float(np.sum(np.abs(flow.at(omega).setting.hard))), omega, z) for omega, z in states)
     if not ranked or ranked[-1][0] == 0.0:
         return math.inf
