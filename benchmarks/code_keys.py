@@ -28,7 +28,7 @@ OWN_NUMBERS = re.compile(r"B\d+v\d+|[bcdfs]_?\d{2,}|i64 \d{9,}|0x[0-9a-f]{6,}|\[
 
 def listed(file: Path) -> None:
     """Run the three commands in this process and write the kernels that they ask for, with the functions they read."""
-    from strainwave.compile import cache, reads
+    from strainwave.compile import cache, cache_key
 
     kernels, load = {}, cache.CodeCache.load_overload
 
@@ -44,15 +44,15 @@ def listed(file: Path) -> None:
     for command in (["response"], ["analyze", "-o", folder], ["move", MOVE, "-o", folder]):
         cli([command[0], str(DRIVE), *command[1:]], standalone_mode=False)
     read = set()
-    text = reads._text
+    text = cache_key._text
 
     def noted(thing):
         read.add(thing)
         return text(thing)
 
-    reads._text = noted
+    cache_key._text = noted
     for (function, _), classes in kernels.items():
-        reads.key(function, classes)
+        cache_key.key(function, classes)
     functions = {(f.__module__, f.__code__.co_firstlineno, f.__qualname__) for f in read if hasattr(f, "__code__")}
     names = [(f.__module__, f.__qualname__, pickle.dumps(kinds)) for f, kinds in kernels]
     file.write_bytes(pickle.dumps((names, sorted(functions))))
@@ -69,7 +69,7 @@ def made(file: Path, compiled: bool) -> None:
     from numba.core import bytecode
     from numba.core.codegen import JITCodeLibrary
 
-    from strainwave.compile import cache, jit, reads
+    from strainwave.compile import cache, cache_key, jit, numba_import
 
     names, _ = pickle.loads((file.parent / "listed").read_bytes())
     JITCodeLibrary._optimize_functions = JITCodeLibrary._optimize_final_module = lambda *_: None
@@ -81,11 +81,11 @@ def made(file: Path, compiled: bool) -> None:
             thing = getattr(thing, part)
         types = pickle.loads(kinds)
         classes = tuple(dict.fromkeys(cache._classes(types)))
-        key, code = reads.key(thing, classes), ""
+        key, code = cache_key.key(thing, classes), ""
         if compiled:
-            jit._numba()
+            numba_import.numba_module()
             jit.expose(*classes)
-            dispatcher = jit._form(thing, classes)
+            dispatcher = jit.dispatcher_of(thing, classes)
             dispatcher._cache = cache.CodeCache(thing)
             cache.CodeCache.place = lambda *_: ([], None, "")
             bytecode.FunctionIdentity._unique_ids = itertools.count(1)

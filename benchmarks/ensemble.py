@@ -21,8 +21,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.compile.jit import _numba, run
+from strainwave.compile.jit import run
 from strainwave.compile.lanes import LANES
+from strainwave.compile.numba_import import numba_module
 from strainwave.numerics.ensemble.blocks import march
 from strainwave.numerics.ensemble.ensemble import _batch
 
@@ -239,7 +240,7 @@ def many(threads):
 
 def main(rounds=5, python=None):
     """Print the table."""
-    _numba()
+    numba_module()
     figures = {"bounds": bounds(rounds), "laws": laws(rounds), "scipy": against_scipy(rounds)}
     figures["calls"] = calls(rounds)
     if python:

@@ -2,8 +2,8 @@
 
 import re
 
-from strainwave.compile import jit
-from strainwave.compile.jit import target_cpu
+from strainwave.compile import jit, numba_import
+from strainwave.compile.numba_import import target_cpu
 from strainwave.compile.tree import classes
 
 
@@ -13,7 +13,7 @@ def assembly(function, *arguments):
     Code that comes from the cache on disk cannot be read.
     """
     jit.expose(*classes(arguments))
-    dispatcher = jit._numba().njit(**jit.OPTIONS)(function)
+    dispatcher = numba_import.numba_module().njit(**jit.OPTIONS)(function)
     dispatcher(*arguments)
     return dispatcher.inspect_asm(dispatcher.signatures[-1])
 

@@ -17,7 +17,7 @@ from numba.core.typing import signature
 
 import strainwave as sw
 from strainwave.base.law import is_spring, torsion
-from strainwave.compile import address, inner, jit
+from strainwave.compile import address, calls, inner, jit, numba_import
 from strainwave.compile.tree import classes
 from strainwave.files.reading import from_text
 from strainwave.model.train.train_forms import AtLoad, Metered
@@ -59,9 +59,9 @@ def rates(system, phase, y):
 
 def dispatcher(function, classes):
     """Compiled form of a function for models of these classes, with all known that its compilation asks for."""
-    jit._numba()
+    numba_import.numba_module()
     jit.expose(*classes)
-    return jit._form(function, classes)
+    return jit.dispatcher_of(function, classes)
 
 
 class TypedError(Exception):
@@ -77,7 +77,7 @@ def typed(function, *arguments, **_options):
 
 def typed_entry(function, thing, _kind, kinds):
     """Find the types of a function that kernels call by address, in place of its machine code."""
-    written = address.signature(numba.types, numba.typeof(thing), kinds)
+    written = calls.signature(numba.types, numba.typeof(thing), kinds)
     dispatcher(function, classes((thing,))).get_call_template(written, {})
     return 0
 

@@ -25,6 +25,7 @@ DATA = (
     "app/projects/antenna.yaml",
     "app/web/static/index.html",
     "base/units.txt",
+    "files/fields/descriptions.txt",
     "py.typed",
 )
 

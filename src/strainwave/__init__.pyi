@@ -49,7 +49,7 @@ from .drive.asked import MotorLimits as MotorLimits
 from .drive.asked import Payload as Payload
 from .drive.asked import Feedforward as Feedforward
 from .drive.postures import Posture as Posture
-from .files.scan_file import read_postures as read_postures
+from .files.fields.csv_files import read_postures as read_postures
 from .files.own_gears import read_gears as read_gears
 
 # Motion in time
@@ -96,12 +96,12 @@ from .study.move.postures import move_postures as move_postures
 from .study.move.profiles import Trapezoid as Trapezoid
 from .study.move.profiles import SCurve as SCurve
 from .study.move.profiles import AngleProfile as AngleProfile
-from .files.scan_file import read_profile as read_profile
+from .files.fields.csv_files import read_profile as read_profile
 from .study.design.design import design as design
 from .study.design.specification import Specification as Specification
 from .study.design.specification import DutySegment as DutySegment
-from .files.design import read_specification as read_specification
-from .files.design import design_text as design_text
+from .files.specification import read_specification as read_specification
+from .files.design_text import design_text as design_text
 
 # Cancel the error, and export
 from .study.compensation.compensate import compensate as compensate
@@ -114,8 +114,8 @@ from .files.export.export import export as export
 from .study.identification.run import Run as Run
 from .study.identification.log import Log as Log
 from .files.logs.read import read_log as read_log
-from .files.logs.frd import read_frd as read_frd
-from .files.scan_file import read_scan as read_scan
+from .files.frd import read_frd as read_frd
+from .files.logs.scan_file import read_scan as read_scan
 from .study.identification.orders.order_scan import order_scan as order_scan
 from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
@@ -125,7 +125,7 @@ from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
 
 # Many drives
 from .sample.sweeping import sweep as sweep
-from .sample.sweeping import EnsembleMeasure as EnsembleMeasure
+from .sample.ensemble_measure import EnsembleMeasure as EnsembleMeasure
 from .files.variants.comparison import compare as compare
 from .files.variants.scatter import exceedance as exceedance
 from .sample.sampling import Normal as Normal

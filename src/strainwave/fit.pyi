@@ -1,7 +1,7 @@
 """Numbers of a law, a drive or an error from measurements: fits, scans of orders, intervals, what a model lacks."""
 
-from .files.scan_file import read_profile as read_profile
-from .files.scan_file import read_scan as read_scan
+from .files.fields.csv_files import read_profile as read_profile
+from .files.logs.scan_file import read_scan as read_scan
 from .files.variants.identify_log import identify_log as identify_log
 from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
 from .study.identification.bode.bode_fit import fit_bode as fit_bode

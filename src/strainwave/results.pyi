@@ -15,7 +15,7 @@ from .drive.margins import Margins as Margins
 from .drive.run import DriveRun as DriveRun
 from .drive.state_space import StateSpace as StateSpace
 from .files.export.export import Exported as Exported
-from .files.scan_file import ScanFile as ScanFile
+from .files.logs.scan_file import ScanFile as ScanFile
 from .files.variants.comparison import ProjectComparison as ProjectComparison
 from .files.variants.identify_log import IdentifiedLog as IdentifiedLog
 from .files.variants.scatter import Exceedance as Exceedance

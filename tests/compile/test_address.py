@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.compile.address import VECTOR, ByAddress, at, call, value, words_of
+from strainwave.compile.address import ByAddress, words_of
+from strainwave.compile.calls import VECTOR, at, call, value
 from strainwave.compile.jit import entry, kernel, run
 from strainwave.numerics.addressed import law_by_address, torques
 

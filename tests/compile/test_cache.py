@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.compile import cache, reads
+from strainwave.compile import cache, cache_key
 
 pytestmark = pytest.mark.slow
 
@@ -34,14 +34,14 @@ def moved(law):
     system = sw.Oscillator(1.0, 0.05, law, sw.Harmonic(0.18), 0.7)
     return sw.simulate(system, (0.3, 0.0), 20.0, method=sw.Rk4(steps_per_period=64)).y[0, -1]
 
-made_before = jit._made
+made_before = jit._new_dispatcher
 dispatchers = set()
 
 def made_and_kept(*args):
     dispatchers.add(made_before(*args))
     return made_before(*args)
 
-jit._made = made_and_kept
+jit._new_dispatcher = made_and_kept
 
 def counts():
     stats = [dispatcher.stats for dispatcher in dispatchers]
@@ -186,14 +186,14 @@ def test_a_draft_that_cannot_take_its_place_is_removed(tmp_path):
 
 KEYS = """
 import importlib, sys
-from strainwave.compile import reads
+from strainwave.compile import cache_key
 import strainwave as sw
 for name in sys.argv[1:]:
     module, path = name.split(":")
     thing = importlib.import_module("strainwave." + module)
     for part in path.split("."):
         thing = getattr(thing, part)
-    print(reads.key(thing, (sw.Cubic,)))
+    print(cache_key.key(thing, (sw.Cubic,)))
 """
 KERNELS = ("numerics.continuation.arc_length:follow", "numerics.addressed:_torques", "base.series:highest_in")
 
@@ -236,9 +236,11 @@ def test_key_changes_with_defaults_and_closed_over_values_at_any_depth():
 
         return outer
 
-    texts = [reads.key(kernel_of(*given), ()) for given in (((1.0, (2.0,)),), ((1.0, (2.5,)),), ((1.0, (2.0,)), 0.25))]
+    texts = [
+        cache_key.key(kernel_of(*given), ()) for given in (((1.0, (2.0,)),), ((1.0, (2.5,)),), ((1.0, (2.0,)), 0.25))
+    ]
     assert len(set(texts)) == 3
-    assert reads.key(kernel_of((1.0, (2.0,))), ()) == texts[0]
+    assert cache_key.key(kernel_of((1.0, (2.0,))), ()) == texts[0]
 
 
 TOGETHER = """
@@ -270,14 +272,14 @@ def test_code_that_nobody_has_used_for_a_month_is_removed(tmp_path):
             os.utime(tmp_path / name / file, (stamp, stamp))
     code = "from strainwave.compile import cache; print(cache.cache_writable())"
     assert run_script(code, tmp_path) == ["True"]
-    assert {path.name for path in tmp_path.iterdir()} == {mixed, "thesis", reads.folder_hash()}
+    assert {path.name for path in tmp_path.iterdir()} == {mixed, "thesis", cache_key.folder_hash()}
     assert files_in(tmp_path) == {f"{mixed}/follow-2.code"}
 
 
 def test_folder_of_compiled_code_is_the_users_own_unless_the_environment_says_otherwise(monkeypatch):
     monkeypatch.delenv("STRAINWAVE_CACHE_DIR", raising=False)
     folder = cache.cache_folder.__wrapped__()
-    assert folder.name == reads.folder_hash()
+    assert folder.name == cache_key.folder_hash()
     assert Path.home() in folder.parents or "XDG_CACHE_HOME" in os.environ
 
 

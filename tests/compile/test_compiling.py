@@ -20,7 +20,7 @@ def test_a_kernel_is_listed_while_it_is_compiled_and_not_afterwards():
         return len(kinds)
 
     made = []
-    thread = Thread(target=lambda: made.append(module.watched(slow, "follow", lambda: None)((1, 2))))
+    thread = Thread(target=lambda: made.append(module.with_progress(slow, "follow", lambda: None)((1, 2))))
     thread.start()
     assert begun.wait(10.0)
     (one,) = module.compiling()
@@ -36,7 +36,7 @@ def test_a_kernel_that_cannot_be_compiled_is_not_listed_afterwards():
         raise TypeError("no")
 
     with pytest.raises(TypeError, match="no"):
-        module.watched(broken, "follow", lambda: None)(())
+        module.with_progress(broken, "follow", lambda: None)(())
     assert module.compiling() == ()
 
 

@@ -215,7 +215,7 @@ SWEPT = """
 import sys
 import laws
 import strainwave as sw
-from strainwave.compile.reads import key
+from strainwave.compile.cache_key import key
 
 def kernel(law, x): return law.torque(x)
 def measure(system): return system.law.torque(1.0)

@@ -114,12 +114,12 @@ def test_law_that_prints_does_so_in_code_made_now_and_in_code_from_disk(tmp_path
 def test_threads_may_ask_for_their_first_kernels_at_once():
     # numba is set up once: with imports that take a moment, threads that come at once would do it side by side
     code = (
-        "import time, threading; from strainwave.compile import jit; from strainwave.maths import cos\n"
+        "import time, threading; from strainwave.compile import jit, numba_import; from strainwave.maths import cos\n"
         "load, failed = jit.import_module, []\n"
         "def slowly(name): time.sleep(0.02); return load(name)\n"
-        "jit.import_module = slowly\n"
+        "jit.import_module = numba_import.import_module = slowly\n"
         "def ask():\n"
-        "    try: jit._numba(), jit.expose(), jit._form(cos, ())\n"
+        "    try: numba_import.numba_module(), jit.expose(), jit.dispatcher_of(cos, ())\n"
         "    except Exception as error: failed.append(error)\n"
         "threads = [threading.Thread(target=ask) for _ in range(4)]\n"
         "[t.start() for t in threads]; [t.join() for t in threads]\n"

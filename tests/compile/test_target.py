@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from strainwave.compile import lanes
-from strainwave.compile.jit import target_cpu
+from strainwave.compile.numba_import import target_cpu
 
 pytestmark = pytest.mark.slow
 
@@ -18,7 +18,7 @@ SCRIPT = """
 import sys
 sys.path[:0] = sys.argv[1:]
 from test_target import widest
-from strainwave.compile.jit import target_cpu
+from strainwave.compile.numba_import import target_cpu
 print(*target_cpu()[0], target_cpu()[1], widest())
 """
 UNITS = {"x86-64-v2": ("sse2",), "x86-64-v3": ("sse2", "avx", "avx2", "fma")}

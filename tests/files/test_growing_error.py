@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 
 import strainwave as sw
 from strainwave.app.commands.compensation.tables import stated
-from strainwave.files.design import read_specification
 from strainwave.files.reading import ProjectError, from_text
+from strainwave.files.specification import read_specification
 from strainwave.study.compensation.bench import bench_of
 
 ARCSEC = math.pi / 648_000.0

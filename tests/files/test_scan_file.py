@@ -9,8 +9,8 @@ from click.testing import CliRunner
 from twelve_projects import PROJECTS
 
 from strainwave.app.commands.cli import cli
+from strainwave.files.logs.scan_file import read_scan
 from strainwave.files.reading import read_project
-from strainwave.files.scan_file import read_scan
 from strainwave.files.yaml_text import FileError
 
 ARCSEC = math.pi / 648_000.0

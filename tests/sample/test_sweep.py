@@ -22,9 +22,9 @@ from hypothesis import strategies as st
 
 import strainwave as sw
 from strainwave.sample import store as sweep_store
-from strainwave.sample.points import chunk_size, layout_of
+from strainwave.sample.chunks import chunk_size, layout_of
 from strainwave.sample.sampling import GridPoints
-from strainwave.sample.workers import StoreLock
+from strainwave.sample.store_lock import StoreLock
 
 SYSTEM = sw.Oscillator(1.0, 0.1, sw.Cubic(1.0, 0.1), sw.Harmonic(1.0), 1.0)
 ALPHA, OMEGA = np.array([0.5, 1.0, 2.0]), np.linspace(1.0, 2.0, 20)
@@ -467,7 +467,7 @@ def test_a_folder_that_is_no_store_is_refused_and_an_empty_one_taken(tmp_path):
 
 HOLD = """
 import sys, pathlib
-from strainwave.sample.workers import StoreLock
+from strainwave.sample.store_lock import StoreLock
 lock = StoreLock(pathlib.Path(sys.argv[1]))
 print("held", flush=True)
 sys.stdin.read()

@@ -49,7 +49,9 @@ def test_every_spring_of_a_project_file_says_where_its_torque_turns():
 
 
 def test_every_field_of_a_law_of_a_project_file_has_a_sentence():
-    silent = {f"{name}.{key}" for name, cls in law_types().items() for key, row in rows_of(cls).items() if not row.says}
+    silent = {
+        f"{name}.{key}" for name, cls in law_types().items() for key, row in rows_of(cls).items() if not row.description
+    }
     assert silent == set()
 
 

@@ -32,9 +32,9 @@ from numpy.typing import ArrayLike
 
 from ..base.archive import refuse_inputs
 from ..base.facts import Fact, aligned, data, lines
+from ..base.number_text import number as number
+from ..base.number_text import percent as percent
 from ..base.results import Interrupted
-from ..base.sentences import number as number
-from ..base.sentences import percent as percent
 from ..compile import jit
 from ..compile.cache import cache_writable, compiling, is_empty
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.number_text import unit_text
 from ..base.quantities import parameters
 from ..base.units import ARCSEC
 from ..model.gears.gear import NUMBERS
 from ..plot.svg import stacked
 from .console import number
-from .view import sign
 
 CELL = "text-align:left;vertical-align:top;padding:1px 10px 1px 0"
 CARD_WIDTH, TALL, LOW = 620.0, 270.0, 190.0  # of the figure, of a panel on its own, and of one of several [px]
@@ -53,7 +53,7 @@ def card(subject: Any) -> str:
     Numbers of a project are those of its file, with the source of each; angles of others are in arcsec.
     """
     if sources := getattr(subject, "sources", ()):
-        given = [(one.name, sign(one.value.replace("^", "**")), one.word) for one in sources]
+        given = [(one.name, unit_text(one.value.replace("^", "**")), one.word) for one in sources]
         return _card(str(subject), ("number", "value", "source"), given)
     units = NUMBERS if hasattr(subject, "series") else {}
     numbers = [(name, getattr(subject, name), unit) for name, unit in units.items()] or parameters(subject)
@@ -67,7 +67,7 @@ def _card(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> st
 
 def _shown(name: str, value: float, unit: str) -> tuple[str, str]:
     angle = unit == "rad" and "phase" not in name
-    return (number(value / ARCSEC), "arcsec") if angle else (number(value), sign(unit))
+    return (number(value / ARCSEC), "arcsec") if angle else (number(value), unit_text(unit))
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -87,7 +87,7 @@ def _arrays(result: Any) -> str:
     rows = []
     for name, (_, values, unit) in {**result.coordinates(), **result.variables()}.items():
         array = np.asarray(values)
-        rows.append((name, sign(unit), " × ".join(map(str, array.shape)), *_ends(array)))
+        rows.append((name, unit_text(unit), " × ".join(map(str, array.shape)), *_ends(array)))
     table = _table(("array", "unit", "size", "from", "to"), rows)
     return f"<details><summary>arrays</summary>{table}</details>" if rows else ""
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import click
 
 from ..base import units
-from ..base.sentences import AT_MOTOR, Angle, Quantity, number, rounded, told
-from ..base.sentences import sign as sign
+from ..base.number_text import number, rounded
+from ..base.sentences import AT_MOTOR, Angle, Quantity, told
 from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
 from ..files.fields.kinds import number as number_in

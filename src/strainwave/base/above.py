@@ -22,7 +22,7 @@ HOMES = {
     "how_sure": "files.variants.sureness",
     "judged": "study.analysis.verdict",
     "panels_of": "plot",
-    "profile_part": "files.profile_text",
+    "profile_part": "files.fields.profile_text",
     "project_entry": "files.fields.entries",
     "sweep_project": "files.variants.project_sweep",
     "to_control": "drive.state_space",

@@ -10,8 +10,8 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from importlib import import_module
@@ -46,35 +46,26 @@ def refuse_inputs(*outputs: Path) -> None:
             raise ValueError(f"{output} is an input of this command and would be replaced; write elsewhere")
 
 
-class atomic:
-    """Context manager: a temporary sibling of `path` that replaces it on success and vanishes on any error."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def __enter__(self) -> str:
-        if not self.path.name or self.path.is_dir():
-            raise ValueError(f"the file is {shown(str(self.path))}, a folder; give the name of a file")
-        if not self.path.parent.is_dir():
-            raise FileNotFoundError(f"there is no folder {self.path.parent}; make it, or save elsewhere")
-        # Not tempfile: its files are readable by their owner alone, and so would be the result.
-        self.part = self.path.with_name(f".{self.path.name}.{uuid4().hex}")
-        return str(self.part)
-
-    def __exit__(self, kind: object, value: object, trace: object) -> None:
-        try:
-            if kind is None:
-                os.replace(self.part, self.path)
-        except OSError as error:
-            value = error
-            raise
-        finally:
-            with suppress(OSError):  # where nothing can be written, nothing is there
-                Path(self.part).unlink()
-            # The user knows the other name; an error while writing has none.
-            named = (None, str(self.part), self.part)
-            if isinstance(value, OSError) and value.errno is not None and value.filename in named:
-                value.filename, value.filename2 = str(self.path), None
+@contextmanager
+def atomic(path: Path) -> Iterator[str]:
+    """Name of a temporary sibling of `path`, which replaces it on success and vanishes on any error."""
+    if not path.name or path.is_dir():
+        raise ValueError(f"the file is {shown(str(path))}, a folder; give the name of a file")
+    if not path.parent.is_dir():
+        raise FileNotFoundError(f"there is no folder {path.parent}; make it, or save elsewhere")
+    # Not tempfile: its files are readable by their owner alone, and so would be the result.
+    part = path.with_name(f".{path.name}.{uuid4().hex}")
+    try:
+        yield str(part)
+        os.replace(part, path)
+    except OSError as error:
+        # The user knows the other name; an error while writing has none.
+        if error.errno is not None and error.filename in (None, str(part), part):
+            error.filename, error.filename2 = str(path), None
+        raise
+    finally:
+        with suppress(OSError):  # where nothing can be written, nothing is there
+            part.unlink()
 
 
 def write(result: object, labelled: Any, path: Path) -> None:
@@ -96,12 +87,9 @@ def write(result: object, labelled: Any, path: Path) -> None:
     """
     arrays: Arrays = {}
     content = json.dumps(_packed(result, "", arrays))
-    prints = {str(name): _print(value.values) for name, value in labelled.variables.items()}
-    same = {value: name for name, value in prints.items()}
     taken = set(labelled.variables) | set(labelled.dims)
     labels = {name: f"{name} itself" if name in taken else name for name in arrays}
-    hashes = {name: _print(array) for name, array in arrays.items()}
-    names = {n: n if prints.get(n) == value else same.get(value, labels[n]) for n, value in hashes.items()}
+    names = _names_in_file(labelled, arrays, labels)
     about = {
         "version": version(), "content": json.loads(content),
         "arrays": {
@@ -122,6 +110,14 @@ def write(result: object, labelled: Any, path: Path) -> None:
             raise ValueError(
                 f"a .nc file does not give back what this {type(result).__name__} holds; pickle it, or save its parts"
             )
+
+
+def _names_in_file(labelled: Any, arrays: Arrays, labels: Mapping[str, str]) -> dict[str, str]:
+    """Name in a file of each array: that of an equal labelled one, which is stored once, or else its label."""
+    prints = {str(name): _print(value.values) for name, value in labelled.variables.items()}
+    equal = {value: name for name, value in prints.items()}
+    keys = {name: _print(array) for name, array in arrays.items()}
+    return {n: n if prints.get(n) == key else equal.get(key, labels[n]) for n, key in keys.items()}
 
 
 def _dimensions(name: str, shape: tuple[int, ...]) -> list[str]:
@@ -261,10 +257,12 @@ def _packed(thing: Any, path: str, arrays: Arrays) -> Any:
 
 
 def _join(path: str, name: str) -> str:
+    """Path of a part."""
     return f"{path}.{name}" if path else name
 
 
 def _name_of(cls: type, path: str) -> str:
+    """Name of a class of this package in a file; another one is refused (ValueError)."""
     if cls.__module__.partition(".")[0] != MARK:
         raise ValueError(
             f"{path} is a {cls.__name__} of your own ({cls.__module__}), and a file can give back classes of "
@@ -274,6 +272,7 @@ def _name_of(cls: type, path: str) -> str:
 
 
 def _unpacked(packed: Any, arrays: Arrays, path: Path) -> Any:
+    """Inverse of `_packed`: a thing from its parts and the arrays of a file."""
     if isinstance(packed, list):
         return [_unpacked(item, arrays, path) for item in packed]
     if not isinstance(packed, dict):
@@ -301,10 +300,8 @@ def _class_of(name: str, path: Path) -> Any:
     module, _, attribute = name.partition(":")
     cls = None
     if module.partition(".")[0] == MARK:
-        try:
+        with suppress(ImportError):
             cls = getattr(import_module(module), attribute, None)
-        except ImportError:
-            cls = None
     if not isinstance(cls, type) or not (is_dataclass(cls) or hasattr(cls, "_fields") or issubclass(cls, Enum)):
         raise ValueError(f"{path} holds a {name}, which strainwave {version()} does not have; compute it again")
     return cls
@@ -317,6 +314,7 @@ def _print(array: object) -> tuple[str, tuple[int, ...], bytes]:
 
 
 def _digest(content: str, arrays: Arrays) -> str:
+    """Hash of everything that a file holds."""
     digest = hashlib.sha256(content.encode())
     for name in sorted(arrays):
         dtype, shape, data = _print(arrays[name])
@@ -326,6 +324,7 @@ def _digest(content: str, arrays: Arrays) -> str:
 
 
 def _restored(stored: Mapping[str, Any], name: str, dtype: str, shape: list[int]) -> Any:
+    """Array of a file in its own type and shape."""
     kind = np.dtype(dtype)
     if 0 in shape:
         return np.empty(shape, kind)

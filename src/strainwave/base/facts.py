@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .number_text import number
 from .quantities import LARGEST, shown
-from .sentences import number
 from .units import ARCSEC, RPM, angle_unit
 
 UNITS = {  # what keys end in: the unit as it is printed, and its size in SI

@@ -70,15 +70,9 @@ def states_of(law: Any) -> int:
 @chosen
 def torsion(system: Any, phase: Any, y: Any) -> Any:
     """Return the system's torsion, or its first state where it defines none."""
-    return _own_torsion if has(system, "torsion") else _first_state
-
-
-def _own_torsion(system: Any, phase: Any, y: Any) -> Any:
-    return system.torsion(phase, y)
-
-
-def _first_state(system: Any, phase: Any, y: Any) -> Any:
-    return y[0]
+    if has(system, "torsion"):
+        return lambda system, phase, y: system.torsion(phase, y)
+    return lambda system, phase, y: y[0]
 
 
 @chosen
@@ -90,7 +84,7 @@ def torque_of(law: Any, x: Any, v: Any, z: Any) -> Any:
 @chosen
 def z_rate_of(law: Any, x: Any, v: Any, z: Any) -> Any:
     """Rates of a law's internal states: a tuple, empty for a law without memory."""
-    return _own_rates if has(law, "z_rate") else _no_rates
+    return (lambda law, x, v, z: law.z_rate(x, v, z)) if has(law, "z_rate") else (lambda law, x, v, z: ())
 
 
 @chosen
@@ -151,15 +145,7 @@ def tail(law: Any, z: Any) -> Any:
 @chosen
 def breakpoints_of(law: Any) -> Any:
     """Breakpoints of a law: a tuple of torsions, empty for one that does not say."""
-    return _own_breakpoints if has(law, "breakpoints") else _no_breakpoints
-
-
-def _own_breakpoints(law: Any) -> Any:
-    return law.breakpoints()
-
-
-def _no_breakpoints(law: Any) -> Any:
-    return ()
+    return (lambda law: law.breakpoints()) if has(law, "breakpoints") else (lambda law: ())
 
 
 def stated(law: Any, name: str) -> Any:
@@ -211,10 +197,6 @@ def _of_memory(law: Any, x: Any, v: Any, z: Any) -> Any:
     return law.torque(x, v, z)
 
 
-def _own_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
-    return law.z_rate(x, v, z)
-
-
 def _energy_of_spring(law: Any, x: Any, z: Any) -> Any:
     return law.energy(x)
 
@@ -237,10 +219,6 @@ def _friction_losses(law: Any, x: Any, v: Any, z: Any) -> Any:
 
 def _own_losses(law: Any, x: Any, v: Any, z: Any) -> Any:
     return law.losses(x, v, z)
-
-
-def _no_rates(law: Any, x: Any, v: Any, z: Any) -> Any:
-    return ()
 
 
 def check_law(field: str, law: Any) -> None:

@@ -1,7 +1,7 @@
-"""Required and optional methods of the objects that the package works with, and the defaults of the optional ones.
+"""Methods that objects of the package must have and may have, and what holds for an object without an optional one.
 
 No class of a user needs to inherit from these: they are read by people and by type checkers. The functions below are
-the only place that asks an object for what it may have; `law` does the same for laws.
+the only ones that ask an object for what it may have; `law` does the same for laws.
 """
 
 from collections.abc import Callable
@@ -85,32 +85,33 @@ class LinearPart(Protocol):
     """Linear part of a system around its laws: M p'' + C p' + K p + torques of the laws = forces, in coordinates p.
 
     The first coordinates are the twists that the `laws` see: the first without the kinematic error, u = x - e. If the
-    error follows a coordinate of the motion, that one comes next. Matrices are (n, n), SI units, angles in rad.
-    """
+    error follows a coordinate of the motion, that one comes next. All in SI units, angles in rad.
 
-    inertia: Floats
-    damping: Floats
-    stiffness: Floats
-    gear_damping: float
-    """Damping [N*m*s/rad] of the rate of u."""
-    laws: tuple[Any, ...]
-    error: Any
-    follows: bool
-    """True if the error is a function of the base angle and of coordinate `len(laws)` together."""
-    per_speed: Floats
-    """Constant torques (n,) per speed of the base angle [N*m*s/rad]: drag at the mean speed."""
-    loose: int
-    """The coordinate whose mean torque is not asked: nothing holds it, or an integral. -1: none."""
-    zero_mean: Floats
-    """(n,): the sum of the coordinates whose mean is 0 instead."""
-    integral: Floats
-    """Means (n,) of the coordinates of a control that integrates, for each N*m of that torque; 0 of another."""
-    values: Floats
-    """(states, n): the states that are no rates, as sums of coordinates."""
-    rates: Floats
-    """(states, n): the others, as sums of rates of coordinates."""
-    disturbed: Any
-    """The system whose variational equations tell the stability."""
+    Attributes
+    ----------
+    inertia, damping, stiffness : (n, n) arrays
+        Matrices M, C and K.
+    gear_damping : float
+        Damping [N*m*s/rad] of the rate of u.
+    laws : tuple
+        Laws of the first coordinates.
+    error : Any
+        Kinematic error.
+    follows : bool
+        True if the error is a function of the base angle and of coordinate `len(laws)` together.
+    per_speed : (n,) array
+        Constant torques per speed of the base angle [N*m*s/rad]: drag at the mean speed.
+    loose : int
+        The coordinate whose mean torque is not asked: nothing holds it, or an integral. -1: none.
+    zero_mean : (n,) array
+        The sum of the coordinates whose mean is 0 instead.
+    integral : (n,) array
+        Means of the coordinates of a control that integrates, for each N*m of that torque; 0 of another.
+    values, rates : (states, n) arrays
+        The states that are no rates as sums of coordinates, and the others as sums of rates of coordinates.
+    disturbed : Any
+        The system whose variational equations tell the stability.
+    """
 
     def forces(self, angles: Floats) -> Floats:
         """Torques (n, samples) at base angles [rad], without those of `per_speed`."""
@@ -267,16 +268,6 @@ class Balance(Protocol):
 
     def patience(self) -> int | None:
         """Points of a curve beyond its range, at most; None: as many as it takes."""
-
-
-class Load(Protocol):
-    """Load on the gear's output: a `Load`, or an `Elastic` coupling with a load behind it.
-
-    See `model.train.shafts`: its other methods say what moves behind the gear, and take the torque of the gear on.
-    """
-
-    def with_end(self, load: Any) -> Any:
-        """The same couplings with another load behind them."""
 
 
 def lacking(thing: object, *methods: str) -> tuple[str, ...]:

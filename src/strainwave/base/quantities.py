@@ -10,12 +10,13 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from math import inf, isfinite
 from numbers import Integral, Real
-from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compile.identity import is_installed, refuse_changed
+from ..compile.bytecode import is_installed
+from ..compile.identity import refuse_changed
 from ..compile.jit import enabled
 from ..compile.tree import is_model as is_model
 from ..compile.tree import joined as joined
@@ -28,6 +29,7 @@ from .units import convert as convert
 from .units import example as example
 from .units import parse as parse
 
+T = TypeVar("T")
 Angle = Annotated[float, "rad"]
 TorsionalStiffness = Annotated[float, "N*m/rad"]
 PerSquareRadian = Annotated[float, "1/rad**2"]
@@ -128,7 +130,7 @@ def _refuse_deep(model: Any) -> None:
     )
 
 
-def floated(model: Any) -> Any:
+def floated(model: T) -> T:
     """Return `model` with ints turned to floats in its float fields, at any depth.
 
     `Cubic(1, 0.1)` and `Cubic(1.0, 0.1)` are then one type to the compiler. Integer fields (orders) stay integers.
@@ -143,7 +145,8 @@ def floated(model: Any) -> Any:
     if not is_model(model):
         raise TypeError(f"a model object is a NamedTuple, such as Oscillator(...), not {shown(model)}")
     _refuse_deep(model)
-    return _floated(model)
+    floats: T = _floated(model)
+    return floats
 
 
 def _floated(model: Any) -> Any:
@@ -157,7 +160,7 @@ def _floated(model: Any) -> Any:
     )
 
 
-def checked(model: Any) -> Any:
+def checked(model: T) -> T:
     """Return `floated(model)` after checking it; every verb that takes a model calls this once.
 
     All numbers must be finite and 0 or of a size from 1e-60 to 1e60, whole ones up to 2^53, and no tuple empty; for the

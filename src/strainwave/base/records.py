@@ -15,7 +15,7 @@ from ..compile.tree import shown
 from .above import above
 from .archive import atomic, version, write
 from .facts import Fact, lines
-from .sentences import on_screen
+from .terminal import on_screen
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from .archive import atomic
 from .quantities import array_of, index, whole
 from .records import Along, Labelled, Result, Waves
-from .sentences import on_screen
 from .series import oscillation
+from .terminal import on_screen
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from ..compile.tree import shown
-from .sentences import number as written
+from .number_text import number as written
 
 RPM, ARCSEC = pi / 30.0, pi / 648_000.0  # one revolution a minute [rad/s], one second of arc [rad]
 HERTZ = 2.0 * pi  # rad/s

@@ -2,8 +2,8 @@
 
 Numba's own cache does not notice an edit in another file, and takes a class of a script for another one in each
 process. Here the name of a file holds the kernel, the kinds of its arguments, and the code of all functions, methods
-and constants that the kernel reads (`reads`). What cannot be recognised in another process, such as a class that reads
-an open file, stays in memory.
+and constants that the kernel reads (`cache_key`). What cannot be recognised in another process, such as a class that
+reads an open file, stays in memory.
 
 A released wheel brings LLVM code of kernels (`tools/release.py`), which makes machine code in a fifth of the time.
 
@@ -30,8 +30,8 @@ from typing import Any, NamedTuple
 
 from platformdirs import user_cache_path
 
-from . import reads
-from .inner import unfound
+from . import cache_key
+from .numba_import import needless_modules_hidden
 
 UNUSED_DAYS = 30  # after which code is removed
 DAY = 86400.0  # s
@@ -47,7 +47,7 @@ class CodeCache:
         self.function = function
         self.cache_path = str(cache_folder())
 
-    @unfound()
+    @needless_modules_hidden()
     def load_overload(self, kinds: Any, target: Any) -> Any:
         """Machine code for arguments of these kinds, None where there is none that fits."""
         import_module("numba.core.runtime").rtsys.initialize(target)
@@ -61,7 +61,7 @@ class CodeCache:
                 os.utime(path)
             elif name in (kernels := shipped(target.codegen().magic_tuple()[0])):
                 library, described, *others = _Unpickler(io.BytesIO(kernels[name]), classes).load()
-                parts = _made(library, described, target.codegen()), described, *others
+                parts = _machine_code(library, described, target.codegen()), described, *others
                 write(path, classes, parts)
             else:
                 return None
@@ -70,13 +70,13 @@ class CodeCache:
             return None
 
     def save_overload(self, kinds: Any, code: Any) -> None:
-        """Numba calls this with what `made` has given, which is kept already."""
+        """Numba calls this with what `compiled_once` has given, which is kept already."""
 
-    def made(self, compile_: Callable[..., Any], kinds: Any, *result: Any) -> Any:
+    def compiled_once(self, compile_: Callable[..., Any], kinds: Any, *result: Any) -> Any:
         """Machine code for arguments of these kinds: compiled and kept, or what another process has made meanwhile."""
         target = import_module("numba.core.registry").cpu_target.target_context
         classes, path, _ = self.location(kinds, target.codegen())
-        with alone(path):
+        with file_lock(path):
             code = self.load_overload(kinds, target)
             if code is not None:
                 target.insert_user_function(code.entry_point, code.fndesc, [code.library])
@@ -95,7 +95,7 @@ class CodeCache:
         if " at 0x" in repr(kinds):  # a compiled function among the arguments, which has no name of its own
             return classes, None, ""
         try:
-            text = reads.key(self.function, tuple(classes))
+            text = cache_key.key(self.function, tuple(classes))
         except TypeError:
             return classes, None, ""
         machine = codegen.magic_tuple()
@@ -107,7 +107,7 @@ class CodeCache:
 
 
 @contextmanager
-def alone(path: Path | None) -> Iterator[None]:
+def file_lock(path: Path | None) -> Iterator[None]:
     """Wait until no other process makes the code of a file, where the operating system has locks of files."""
     lock = None
     with suppress(OSError, ImportError):
@@ -130,10 +130,10 @@ def parts_of(code: Any) -> tuple[Any, ...]:
     (name, kind, (machine, _)), described, *others, _, loaded, environments = code._reduce()
     package = __package__.partition(".")[0]
     read = [e for e in environments if e.consts or e.globals["__name__"].partition(".")[0] != package]
-    return (name, kind, (machine, _names(described))), described, *others, "", loaded, read
+    return (name, kind, (machine, _empty_functions(described))), described, *others, "", loaded, read
 
 
-def _names(described: Any) -> bytes:
+def _empty_functions(described: Any) -> bytes:
     """LLVM code with the names of a function and nothing else: what is not defined there has no address."""
     names = described.llvm_func_name, described.llvm_cpython_wrapper_name
     text = "".join(f'define void @"{name}"() {{ ret void }}\n' for name in names)
@@ -169,16 +169,16 @@ def stamp(triple: str) -> str:
     """Text that the code of all kernels depends on: this folder, the compiler and the machine."""
     versions = [f"{name} {import_module(name).__version__}" for name in ("numba", "llvmlite")]
     llvm = ".".join(map(str, import_module("llvmlite.binding").llvm_version_info))
-    return ", ".join([reads.folder_hash(), *versions, f"LLVM {llvm}", triple])
+    return ", ".join([cache_key.folder_hash(), *versions, f"LLVM {llvm}", triple])
 
 
-def _made(library: tuple[str, bytes], described: Any, codegen: Any) -> tuple[str, str, tuple[bytes, bytes]]:
+def _machine_code(library: tuple[str, bytes], described: Any, codegen: Any) -> tuple[str, str, tuple[bytes, bytes]]:
     """Machine code of a library of LLVM code, as Numba keeps it."""
     name, code = library
     made = codegen.create_library(name)
     made._final_module = import_module("llvmlite.binding").parse_bitcode(code)
     made._optimize_final_module()
-    return name, "object", (codegen._tm.emit_object(made._final_module), _names(described))
+    return name, "object", (codegen._tm.emit_object(made._final_module), _empty_functions(described))
 
 
 def _classes(kinds: Any) -> Iterator[type]:
@@ -227,7 +227,7 @@ def cache_folder() -> Path:
         folder = Path(stated) if stated else user_cache_path("strainwave", appauthor=False)
     except RuntimeError:
         folder = Path(os.devnull)
-    return folder / reads.folder_hash()
+    return folder / cache_key.folder_hash()
 
 
 @cache
@@ -284,7 +284,7 @@ def compiling() -> tuple[Compilation, ...]:
     return tuple(_under_way.values())
 
 
-def watched(compile_: Callable[..., Any], kernel: str, prepare: Callable[[], None]) -> Callable[..., Any]:
+def with_progress(compile_: Callable[..., Any], kernel: str, prepare: Callable[[], None]) -> Callable[..., Any]:
     """Numba's `compile` of a kernel, after what prepares it, listed in `compiling` while they run."""
 
     @wraps(compile_)

@@ -5,9 +5,6 @@ alone, into which they are linked before its machine code is made: theirs would 
 """
 
 import gc
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 from typing import Any
@@ -99,18 +96,3 @@ def compilers() -> tuple[Any, Any]:
             return compiled
 
     return Kernels, Parts
-
-
-@contextmanager
-def unfound() -> Iterator[None]:
-    """Keep two modules absent that Numba would import as soon as it finds them, and that no kernel needs.
-
-    A compiled np.dot of a user finds BLAS later; coverage that measures is loaded before.
-    """
-    absent = [name for name in ("scipy.linalg.cython_blas", "coverage") if name not in sys.modules]
-    sys.modules.update(dict.fromkeys(absent))  # type: ignore[arg-type]
-    try:
-        yield
-    finally:
-        for name in absent:
-            sys.modules.pop(name, None)

@@ -1,16 +1,13 @@
-"""All of Numba: kernels and the methods of model objects inside them.
+"""Kernels: functions that run as machine code by Numba, with the methods of the model objects inside them.
 
 A kernel is a plain Python function marked `@kernel`. It may call other kernels, the functions of `maths`, and the
 methods of any NamedTuple handed to it; `run(kernel, *args)` executes it as machine code, which is kept on disk
 (`cache`). Numba is imported at the first `run`, so importing the package stays cheap, and with the environment
 variable STRAINWAVE_JIT=0 (or NUMBA_DISABLE_JIT=1) the same functions run as Python.
-
-The processor that machine code is made for: this machine's, unless NUMBA_CPU_NAME and NUMBA_CPU_FEATURES are set.
 """
 
 import inspect
 import os
-import re
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -22,10 +19,11 @@ from itertools import count
 from threading import RLock
 from typing import Any, TypeVar
 
-from . import address, lanes, maths_kernels, tree
+from . import calls, lanes, maths_kernels, tree
 from .address import ByAddress, kind_of
-from .cache import CodeCache, cache_writable, watched
-from .inner import compilers, unfound
+from .cache import CodeCache, cache_writable, with_progress
+from .inner import compilers
+from .numba_import import needless_modules_hidden, numba_module
 from .tree import classes as classes_of
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -111,7 +109,7 @@ def load() -> None:
     Inside `light_as_python` nothing is loaded.
     """
     if enabled() and not _all_light.get():
-        _numba()
+        numba_module()
 
 
 def run(function: Callable[..., Any], *args: Any, light: bool | None = None, after: int = 0) -> Any:
@@ -124,24 +122,27 @@ def run(function: Callable[..., Any], *args: Any, light: bool | None = None, aft
     not know, the sentence of the TypeError says what.
     """
     loaded = "numba" in sys.modules
-    as_light = light is not None and not loaded
-    as_light = as_light and (_all_light.get() or bool(light and next(_light_runs) < LIGHT_RUNS))
     things = tuple([arg.thing if isinstance(arg, ByAddress) else arg for arg in args])
-    if not enabled() or as_light:
+    if not enabled() or (light is not None and not loaded and _runs_light(light)):
         return function(*things)
     classes = classes_of(things) if after else ()
     if after and _runs[function, classes] < (0 if loaded else after):
         _runs[function, classes] += 1
         return function(*things)
-    errors = _numba().core.errors
+    errors = numba_module().core.errors
     try:
         given = tuple([arg.native() if isinstance(arg, ByAddress) else arg for arg in args])
-        return _form(function, classes_of(given))(*given)
+        return dispatcher_of(function, classes_of(given))(*given)
     except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
         if after:  # it has run as Python before
             _runs[function, classes] = -sys.maxsize
             return function(*things)
         raise TypeError(_explain(error, things)) from error
+
+
+def _runs_light(light: bool) -> bool:
+    """True for a job that Python does sooner than Numba is loaded; counts the light ones."""
+    return _all_light.get() or (light and next(_light_runs) < LIGHT_RUNS)
 
 
 _entries: dict[Any, int] = {}
@@ -166,8 +167,8 @@ def _address_of(function: Callable[..., Any], thing: Any, kind: Any, kinds: tupl
     key = function, kind, kinds
     if key not in _entries:
         with _one_at_a_time:
-            dispatcher, types = _form(function, classes_of((thing,))), import_module("numba.core.types")
-            signature = address.signature(types, _numba().typeof(thing), kinds)
+            dispatcher, types = dispatcher_of(function, classes_of((thing,))), import_module("numba.core.types")
+            signature = calls.signature(types, numba_module().typeof(thing), kinds)
             dispatcher.compile(signature)
             code = dispatcher.overloads[signature]
             _entries[key] = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
@@ -198,9 +199,10 @@ def _explain(error: Exception, things: tuple[Any, ...]) -> str:
 _one_at_a_time = RLock()
 
 
-def _form(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
+def dispatcher_of(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
+    """Numba's dispatcher of a function for models of these classes, made once."""
     with _one_at_a_time:  # threads ask for their first kernels at once
-        return _made(function, classes)
+        return _new_dispatcher(function, classes)
 
 
 def expose(*classes: type) -> None:
@@ -214,14 +216,14 @@ def expose(*classes: type) -> None:
 
 
 @cache
-def _made(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
-    """Compiled form of a function for models of these classes: Numba takes two classes of one name for the same."""
+def _new_dispatcher(function: Callable[..., Any], classes: tuple[type, ...]) -> Any:
+    """Dispatcher that keeps its code on disk; one for each tuple of classes, as Numba takes two of one name for one."""
     body = getattr(function, "loops", function)
-    dispatcher = _numba().njit(pipeline_class=compilers()[0], **OPTIONS)(body)
+    dispatcher = numba_module().njit(pipeline_class=compilers()[0], **OPTIONS)(body)
     cache_writable()  # makes the folder
     code = CodeCache(body)
-    compile_ = partial(code.made, dispatcher._compiler.compile)
-    dispatcher._compiler.compile = watched(compile_, function.__name__, partial(expose, *classes))
+    compile_ = partial(code.compiled_once, dispatcher._compiler.compile)
+    dispatcher._compiler.compile = with_progress(compile_, function.__name__, partial(expose, *classes))
     dispatcher._cache = code
     return dispatcher
 
@@ -258,35 +260,14 @@ class ForAllCallers(dict[Any, Any]):
 
 
 @cache
-def _numba() -> Any:
-    """Import Numba."""
-    with unfound():
-        numba, types = import_module("numba"), import_module("numba.core.types")
-    _prefer_wide_vectors(numba.config)
-    # Names of compiled functions hold a number, which code of another process must not have too.
-    import_module("numba.core.bytecode").FunctionIdentity._unique_ids = count(int.from_bytes(os.urandom(6)))
-    # Numba asks `if receiver:` before it passes self; the type of a model without fields must not be falsy.
-    types.NamedTuple.__bool__ = lambda self: True
-    return numba
-
-
-@cache
 def _expose_helpers() -> None:
     """Let compiled code know the maths functions and the primitives of this room."""
-    with unfound():
+    with needless_modules_hidden():
         import_module("numba.np.arraymath")
     types, extending = import_module("numba.core.types"), import_module("numba.extending")
-    for made in (bodies, address.bodies, lanes.bodies, tree.bodies, maths_kernels.bodies):
+    for made in (bodies, calls.bodies, lanes.bodies, tree.bodies, maths_kernels.bodies):
         for function, body in made(types, extending).items():
             _expose(function, body)
-
-
-def _prefer_wide_vectors(config: Any) -> None:
-    """Let the compiler use 512-bit vectors where the processor has them; for Intel's it keeps to 256 bits otherwise."""
-    host = import_module("llvmlite.binding")
-    features = host.get_host_cpu_features()
-    if config.CPU_NAME is None and config.CPU_FEATURES is None and features.get("avx512f"):
-        config.CPU_NAME, config.CPU_FEATURES = host.get_host_cpu_name(), features.flatten() + ",-prefer-256-bit"
 
 
 @cache
@@ -342,37 +323,3 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
     strip = extending.intrinsic(typed)
     return {borrowed: lambda thing: strip(thing)}
-
-
-# A name like x86-64-v3 implies features that no list has: what the compiler makes of two operations shows them.
-PROBE = """
-declare <8 x double> @llvm.fma.v8f64(<8 x double>, <8 x double>, <8 x double>)
-define <8 x double> @floats(<8 x double> %a, <8 x double> %b, <8 x double> %c) {
-  %d = call <8 x double> @llvm.fma.v8f64(<8 x double> %a, <8 x double> %b, <8 x double> %c)
-  ret <8 x double> %d
-}
-define <4 x i64> @integers(<4 x i64> %a, <4 x i64> %b) {
-  %c = add <4 x i64> %a, %b
-  ret <4 x i64> %c
-}
-"""
-SIGNS = {
-    "sse2": r"%[xyz]mm",
-    "avx": r"%[yz]mm",
-    "avx2": r"vpaddq\s.*%ymm",
-    "fma": r"vfmadd",
-    "avx512f": r"%zmm",
-    "neon": r"\bfmla",
-}
-
-
-@cache
-def target_cpu() -> tuple[tuple[str, ...], str]:
-    """Vector units and name of the processor that machine code is made for."""
-    _numba()
-    binding = import_module("llvmlite.binding")
-    codegen = import_module("numba.core.registry").cpu_target.target_context.codegen()
-    triple, name, features = codegen.magic_tuple()
-    machine = binding.Target.from_triple(triple).create_target_machine(cpu=name, features=features)
-    assembly = machine.emit_assembly(binding.parse_assembly(PROBE))
-    return tuple(unit for unit, sign in SIGNS.items() if re.search(sign, assembly)), name

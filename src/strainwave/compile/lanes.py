@@ -1,9 +1,9 @@
-"""Many variants of one model side by side: their numbers as rows of one buffer, a lane each.
+"""Lanes: many variants of one model in the columns of one array, whose rows are the numbers of the model.
 
-`lane(model, rows, first, j)` is the model of lane j: every float of it, at any depth, is read from its own row, the
-first of which is row `first`; integers are shared. In compiled code this is a handful of loads with a constant stride,
-so that a loop over lanes with the textbook's formulas becomes vector code. As Python, `j` may be `slice(None)`: the
-floats are then arrays, and the same formulas serve all lanes at once.
+Row `first` has the first float of the model in every lane, the next row the next one; integers are the same for all
+lanes. In compiled code a number of a lane is one load with a constant stride, so that a loop over lanes with the
+textbook's formulas becomes vector code. As Python the index j of a lane may be `slice(None)`: numbers are then arrays,
+and the same formulas serve all lanes at once.
 """
 
 from itertools import count as counting
@@ -16,37 +16,41 @@ VECTOR_LANES = 32  # a block has a multiple of them: the widest vector, four at 
 
 
 def lane(model: Any, rows: Any, first: int, j: Any) -> Any:
-    """Model (or tuple) of lane j, with its first float in row `first`."""
+    """Model (or tuple) of lane j, whose floats stand in the rows (numbers, lanes) from `first` on."""
     row = counting(first)
     return mapped(lambda _: rows[next(row), j].copy(), model)
 
 
 def load(rows: Any, index: int, j: Any) -> Any:
-    """Number of lane j in row `index`."""
+    """Number of lane j in row `index` of rows (numbers, lanes)."""
     return rows[index, j].copy()
 
 
 def store(values: Any, rows: Any, first: int, j: Any) -> None:
-    """Write the floats of a number or a tuple, at any depth, into lane j of the rows from `first`."""
+    """Write the floats of a number or a tuple, at any depth, to lane j of the rows (numbers, lanes) from `first` on."""
     for offset, value in enumerate(leaves(values)):
         rows[first + offset, j] = value
 
 
-def _floats(types: Any, kind: Any) -> int:
+def _float_count(types: Any, kind: Any) -> int:
+    """Number of floats in a type of the compiler."""
     if isinstance(kind, types.BaseTuple):
-        return sum(_floats(types, item) for item in kind)
+        return sum(_float_count(types, item) for item in kind)
     return int(isinstance(kind, types.Float))
 
 
 def _address(types: Any, context: Any, builder: Any, kind: Any, rows: Any, row: Any, j: Any) -> Any:
-    """Address in a block of lanes, whose strides are constants."""
+    """Code of the address of a number in rows (numbers, LANES), whose strides are constants."""
     array = context.make_array(kind)(context, builder, rows)
     stride = context.get_constant(types.intp, LANES)
     return builder.gep(array.data, [builder.add(builder.mul(row, stride), j)])
 
 
-def _at_leaves(types: Any, extending: Any, do: Any, result: Any) -> Any:
-    """Intrinsic that calls `do(builder, address in the rows, value)` for each float of a model or tuple."""
+def _for_each_float(types: Any, extending: Any, code: Any, result: Any) -> Any:
+    """Intrinsic with the code of `code(builder, address in the rows, value)` for each float of a model or a tuple.
+
+    `result` gives its type from that of the model: the model with what `code` returns as its floats, or nothing.
+    """
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         row = counting()
@@ -56,7 +60,7 @@ def _at_leaves(types: Any, extending: Any, do: Any, result: Any) -> Any:
                 return old
             index = builder.add(arguments[2], context.get_constant(types.intp, next(row)))
             address = _address(types, context, builder, signature.args[1], arguments[1], index, arguments[3])
-            return do(builder, address, old)
+            return code(builder, address, old)
 
         walked = rebuilt(types, context, builder, signature.args[0], arguments[0], leaf)
         return context.get_dummy_value() if signature.return_type == types.void else walked
@@ -71,7 +75,7 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
     """Bodies in compiled code of the functions above."""
 
     def counted(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return context.get_constant(types.intp, _floats(types, signature.args[0]))
+        return context.get_constant(types.intp, _float_count(types, signature.args[0]))
 
     def typed_count(context: Any, model: Any) -> Any:
         return types.intp(model), counted
@@ -80,8 +84,8 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
         builder.store(value, address)
         return value
 
-    lane_of = _at_leaves(types, extending, lambda builder, address, _: builder.load(address), lambda kind: kind)
-    store_into = _at_leaves(types, extending, written, lambda _: types.void)
+    lane_of = _for_each_float(types, extending, lambda builder, address, _: builder.load(address), lambda kind: kind)
+    store_into = _for_each_float(types, extending, written, lambda _: types.void)
     count_of = extending.intrinsic(typed_count)
     return {
         lane: lambda model, rows, first, j: lane_of(model, rows, first, j),

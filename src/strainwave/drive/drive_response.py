@@ -14,7 +14,8 @@ import numpy as np
 from ..base.protocols import lines_of
 from ..base.records import Labelled, Result
 from ..base.results import Branch, Floats, Integers, Orbit, Status
-from ..base.sentences import Sentence, on_screen
+from ..base.sentences import Sentence
+from ..base.terminal import on_screen
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits
 from .asked import MotorLimits, Need, motor_findings, sheet_findings

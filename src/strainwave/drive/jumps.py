@@ -14,7 +14,7 @@ import numpy as np
 
 from ..base.records import Labelled, Result
 from ..base.results import Booleans, Branch, Integers, Orbit
-from ..base.sentences import on_screen
+from ..base.terminal import on_screen
 
 SEAM = 1e-6  # relative difference of two pieces of a curve in value and in size that are one motion where they meet
 

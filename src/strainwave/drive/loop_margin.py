@@ -16,7 +16,7 @@ from ..base.protocols import Control, with_parts
 from ..base.quantities import SMALLEST, checked, choice, number, numbers
 from ..base.records import Along, Result
 from ..base.results import Complexes, Floats, Orbit
-from ..base.sentences import on_screen
+from ..base.terminal import on_screen
 from ..model.excitation import Harmonic
 from ..model.train import Filtered, LoadEncoder, MixedEncoders, PositionIntegral, SteadyTrain, controls
 from ..model.train.controls import HERTZ

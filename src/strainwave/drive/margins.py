@@ -12,7 +12,7 @@ from ..base.protocols import with_parts
 from ..base.quantities import checked
 from ..base.records import Result
 from ..base.results import Complexes, Floats
-from ..base.sentences import on_screen
+from ..base.terminal import on_screen
 from ..model.controllers.closed_loop import Sampling
 from ..model.train.controls import FREE, Held
 from ..model.train.drive_train import DriveTrain

@@ -8,9 +8,11 @@ from typing import Any, Literal
 
 from ..base.above import above
 from ..base.law import depends
+from ..base.number_text import counted
 from ..base.quantities import checked, number, whole
 from ..base.results import SolveError
-from ..base.sentences import counted, listed, on_screen
+from ..base.sentences import listed
+from ..base.terminal import on_screen
 from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive

@@ -11,7 +11,7 @@ from ..base.protocols import lacking, with_parts
 from ..base.quantities import number, numbers, shown
 from ..base.records import Along, Labelled, Result
 from ..base.results import Floats, SolveError, Trajectory, largest_between
-from ..base.sentences import on_screen
+from ..base.terminal import on_screen
 from ..model.excitation import Harmonic
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits

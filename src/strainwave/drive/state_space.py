@@ -13,7 +13,7 @@ from ..base.protocols import with_parts
 from ..base.quantities import number, numbers
 from ..base.records import Along, Labelled, Result
 from ..base.results import Complexes, Floats
-from ..base.sentences import on_screen
+from ..base.terminal import on_screen
 from ..model.excitation import Harmonic, NoError
 from ..model.laws.dry import sliding
 from ..model.train.controls import motor_states

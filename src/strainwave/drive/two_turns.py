@@ -12,12 +12,12 @@ import numpy as np
 
 from ..base.blas import one_thread
 from ..base.law import breakpoints_of, depends, stated
+from ..base.number_text import number as plain
 from ..base.protocols import FOLD, System, lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number
 from ..base.records import Waves
 from ..base.results import Booleans, Branch, Floats, Integers, Orbit, SolveError, Status
 from ..base.sentences import Sentence, Speed
-from ..base.sentences import number as plain
 from ..base.series import largest_of_samples
 from ..base.units import ARCSEC
 from ..model.excitation import NoError

@@ -9,8 +9,9 @@ from itertools import starmap
 from pathlib import Path
 from typing import TypeVar
 
+from ..base.number_text import number
 from ..base.quantities import checked, convert
-from ..base.sentences import number, printable
+from ..base.terminal import printable
 from ..base.units import Speeds
 from ..drive.asked import MotorLimits, mean_of
 from ..drive.loop_margin import unstable
@@ -30,11 +31,11 @@ from ..model.train.shafts import NO_DRAG, Elastic
 from .contradictions import contradictions
 from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec
 from .fields.postures import postures_of
+from .fields.python_law import with_python_laws
 from .fields.rows import read_file
 from .fields.schema import SHEET, ExplicitGear, NamedGear, ProjectSpec, SpeedSpec
 from .notes import notes, posture_note
 from .own_gears import read_gears
-from .python_law import with_python_laws
 from .sources import class_assumed, sources_of
 from .yaml_text import FileError, Keys, Located, Problem, complaint, name, read, refuse, shown, text_of
 
@@ -176,8 +177,7 @@ def drive_train(
         return train
     for coupling in reversed(spec.load.chain):
         train = train._replace(load=Elastic(coupling.inertia, coupling.B, coupling.law, train.load))
-    complete: DriveTrain = checked(train)
-    return complete
+    return checked(train)
 
 
 class ProjectError(FileError):

@@ -1,20 +1,11 @@
-"""Contents of a project file, from its table: a JSON Schema for editors, the reference page, a commented template."""
+"""The reference page of a project file: every field with its unit, its values, its range and its default."""
 
 import re
-from collections.abc import Iterator, Mapping
-from itertools import groupby
-from textwrap import wrap
-from typing import Any
+from collections.abc import Iterator
 
-from ..drive.asked import Payload
-from ..model.oscillator import Ripple
-from .fields.entries import Loop, filter_types
+from .fields.json_schema import project_schema
 from .fields.kinds import Schema
-from .fields.rows import law_types, row_at, schema_of
-from .fields.schema import PARTS, ProjectSpec
-from .python_law import NAMED
 
-NAME = "strainwave.schema.json"
 PAGE = """# Fields of the project file
 
 `strainwave schema --markdown` writes this page from the table that reads a project file;
@@ -22,50 +13,8 @@ PAGE = """# Fields of the project file
 """
 COLUMNS = "| field | what | unit or values | range | without it |\n|---|---|---|---|---|\n"
 SHARED = {"ripple": "Of `damping.ripples` and `stiffness.ripples`.", "payload": "Of `move.payload`."}
-HEAD = """\
-# A drive with a strain wave gear. Every quantity is a number with its unit; other units of the same kind do as well.
-# What a line with '#' before a field shows may be written too.
-"""
-WIDTH = 110
+MOST_WORDS = 9  # of a field, that are listed
 FORMS = {"motor.loop": "loop", "motor.loop.filters": "filter", "move.profile": "part"}  # each of several forms
-
-
-def _definitions() -> dict[str, Schema]:
-    """Entries that more than one field takes, by name."""
-    laws = {name: schema_of(cls, name) for name, cls in law_types().items()}
-    python = {"python": {"type": "string", "pattern": f"^{NAMED.pattern}$", "description": "Law of a Python file."}}
-    forms = [
-        *({"$ref": f"#/$defs/law_{name}"} for name in laws),
-        {"type": "object", "properties": python, "required": ["python"]},
-        {"type": "string", "pattern": f"^{NAMED.pattern}$"},
-    ]
-    return {
-        **{f"law_{name}": law for name, law in laws.items()},
-        "law": {"anyOf": forms},
-        "ripple": schema_of(Ripple),
-        "payload": schema_of(Payload),
-        "loop": {"anyOf": Loop().schemas()},
-        "filter": {"oneOf": [schema_of(cls, name) for name, cls in filter_types().items()]},
-        "part": {"oneOf": [schema_of(cls, name) for name, cls in PARTS.items()]},
-    }
-
-
-def project_schema() -> Schema:
-    """JSON Schema (draft 2020-12) of a project file, with a description, the unit and the range of every field.
-
-    Returns
-    -------
-    dict
-        As `json.dumps` takes it. `x-unit` has the unit of a field in SI and `x-range` the range of its number.
-    """
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "$id": "urn:strainwave:project-file",
-        "title": "strainwave project file",
-        "description": "A drive with a strain wave gear, its speeds and what excites it.",
-        **schema_of(ProjectSpec),
-        "$defs": _definitions(),
-    }
 
 
 def reference() -> str:
@@ -90,6 +39,7 @@ def reference() -> str:
 
 
 def _table(title: str, text: str, group: Schema, path: str = "") -> str:
+    """Section of a group, with a table of its fields."""
     intro = f"{text if text.startswith('Of `') else _plain(text)}\n\n" if text else ""
     return f"## {title}\n\n{intro}{COLUMNS}" + "".join(_rows(group, path))
 
@@ -101,6 +51,7 @@ def _groups(item: Schema) -> list[Schema]:
 
 
 def _rows(group: Schema, parent: str) -> Iterator[str]:
+    """Rows of the fields of a group, and of the groups inside it."""
     for name, item in group["properties"].items():
         path = f"{parent}.{name}".removeprefix(".")
         yield _row(path, item, [f"{parent}.{field}".removeprefix(".") for field in group.get("required", [])])
@@ -109,6 +60,7 @@ def _rows(group: Schema, parent: str) -> Iterator[str]:
 
 
 def _row(path: str, item: Schema, required: list[str]) -> str:
+    """Row of a field in a table of the page."""
     without = "refused" if path in required else str(item.get("default", ""))
     cells = (f"`{path}`", _plain(_what(item)), _kind(item), _extent(item), without)
     return "| " + " | ".join(cells) + " |\n"
@@ -123,26 +75,29 @@ def _what(item: Schema) -> str:
 
 
 def _kind(item: Schema) -> str:
+    """Unit or values of a field."""
     if "x-unit" in item:
         word = ", `catalogue`" if {"const": "catalogue"} in item.get("anyOf", []) else ""
         return f"{item['x-unit']}{word}"
-    if "const" in item:
-        return f"`{item['const']}`"
-    if "enum" in item:
-        return ", ".join(f"`{word}`" for word in item["enum"])
+    if "const" in item or "enum" in item:
+        return ", ".join(f"`{word}`" for word in item.get("enum") or [item["const"]])
     if "$ref" in item:
         return str(item["$ref"]).rsplit("/", 1)[1]
     if item.get("type") == "array":
-        if "prefixItems" in item:
-            return f"pair of {' and '.join(map(_kind, item['prefixItems']))}"
-        return f"list of {_kind(item['items'])}"
+        pair = item.get("prefixItems")
+        return f"pair of {' and '.join(map(_kind, pair))}" if pair else f"list of {_kind(item['items'])}"
     if "anyOf" in item and "properties" not in item:
-        kinds = {"name" if "enum" in form and len(form["enum"]) > 9 else _kind(form) for form in item["anyOf"]}
-        return ", ".join(sorted(kinds))
+        return ", ".join(sorted(set(map(_form, item["anyOf"]))))
     return {"object": "group", "string": "text"}.get(item.get("type", ""), "")
 
 
+def _form(item: Schema) -> str:
+    """One of several kinds of a field; many words are a name."""
+    return "name" if len(item.get("enum", ())) > MOST_WORDS else _kind(item)
+
+
 def _extent(item: Schema) -> str:
+    """Number of items, of letters, or the range of the number of a field."""
     lengths = [item.get(f"{end}{what}") for what in ("Items", "Properties") for end in ("min", "max")]
     least, largest = (lengths[0] or lengths[2], lengths[1] or lengths[3])
     if largest:
@@ -153,39 +108,5 @@ def _extent(item: Schema) -> str:
 
 
 def _plain(text: object) -> str:
+    """A text without what Markdown would take for signs of its own."""
     return str(text).replace("|", "\\|").replace("*", "\\*").replace("_", "\\_").replace("<", "\\<")
-
-
-def template(values: Mapping[str, str], schema_file: str = "") -> str:
-    """Text of a project file with comments.
-
-    Parameters
-    ----------
-    values : dict
-        Text of every field by its path, "speed.from", in the order of the file; "" for one that is left as an example.
-    schema_file : str
-        Name of the JSON Schema that lies beside the file, for editors; "" for none.
-    """
-    lines = [f"# yaml-language-server: $schema={schema_file}"] if schema_file else []
-    lines += [HEAD]
-    for name, paths in groupby(values, key=lambda path: path.split(".")[0]):
-        inside = list(paths)
-        if inside != [name]:
-            lines += [*_comment(name), f"{name}:" if any(values[path] for path in inside) else f"# {name}:"]
-        for path in inside:
-            indent, key = "  " * path.count("."), path.split(".")[-1]
-            example = f"#{indent or ' '}{key}: {_row_at(path).example}"
-            lines += [*_comment(path), f"{indent}{key}: {values[path]}" if values[path] else example]
-        lines.append("")
-    return "\n".join(lines)
-
-
-def _row_at(path: str) -> Any:
-    return row_at(ProjectSpec, None, path.split("."))
-
-
-def _comment(path: str) -> list[str]:
-    """The description, with the words that a field may have."""
-    item, indent = _row_at(path).schema(), "  " * path.count(".")
-    words = f" One of: {', '.join(item['enum'])}." if "enum" in item and len(item["enum"]) < 9 else ""
-    return [f"{indent}# {line}" for line in wrap(item["description"] + words, WIDTH - len(indent))]

@@ -19,7 +19,7 @@ from math import pi
 from typing import Any, Literal, NamedTuple
 
 from ..base.quantities import checked, choice, number, positive_count, shown, whole
-from ..base.sentences import on_screen
+from ..base.terminal import on_screen
 from .excitation import Harmonic, Harmonics, KinematicError
 
 LARGEST_RATIO = 10_000

@@ -14,7 +14,7 @@ from ..base.protocols import Law, System
 from ..base.quantities import Reals, States
 from ..base.results import Floats
 from ..compile import address
-from ..compile.address import MATRIX, VECTOR, answer, at, beyond, call, pointer, put_at, value
+from ..compile.calls import MATRIX, VECTOR, answer, at, beyond, call, pointer, put_at, value
 from ..compile.jit import entries, entry, kernel_as, routine
 from ..compile.tree import count, with_leaf
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ..base.number_text import number
 from ..base.results import Floats
-from ..base.sentences import number
 from ..base.series import largest_size
 from ..base.units import RPM, Speeds
 from ..drive.asked import PEAK, RMS, MotorLimits

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..base.number_text import number
 from ..base.results import Complexes
-from ..base.sentences import number
 from ..base.units import ARCSEC
 from ..files.variants.identify_log import IdentifiedLog
 from ..study.identification.bode.bode_fit import BodeFit

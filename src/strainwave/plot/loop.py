@@ -4,8 +4,8 @@ from math import degrees, isfinite, log10
 
 import numpy as np
 
+from ..base.number_text import number
 from ..base.results import Complexes, Floats
-from ..base.sentences import number
 from ..drive.loops.loop_curves import LoopCurves, loop_curves
 from ..drive.loops.worst_margins import WorstMargins
 from ..model.train.controls import HERTZ

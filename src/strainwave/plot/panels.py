@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.above import above
+from ..base.number_text import unit_text
 from ..base.results import Floats
-from ..base.sentences import sign
 from ..base.units import BASES, Speeds
 from ..base.units import angle_unit as unit_of
 
@@ -41,14 +41,14 @@ class Axis(NamedTuple):
     size: float = 1.0
 
     def __str__(self) -> str:
-        unit = sign(self.unit)
+        unit = unit_text(self.unit)
         return f"{self.name} ({unit})" if self.name and unit else self.name or unit
 
     def lines(self, letters: int) -> list[str]:
         """Name and unit in one line, or in two where they are longer than so many letters."""
         text = str(self)
         if len(text) > letters >= len(self.name):
-            return [self.name, f"({sign(self.unit)})"]
+            return [self.name, f"({unit_text(self.unit)})"]
         return wrap(text, max(letters, round(0.6 * len(text))))
 
 

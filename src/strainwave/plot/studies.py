@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ..base.number_text import number
 from ..base.results import Floats
-from ..base.sentences import number
 from ..base.units import RPM
 from ..drive.asked import PEAK, RMS, MotorLimits
 from ..model.gears.gear import Gear

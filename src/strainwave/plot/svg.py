@@ -13,8 +13,8 @@ from textwrap import wrap
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.number_text import number
 from ..base.results import Floats
-from ..base.sentences import number
 from .panels import Axis, Cells, Curve, Panel, placed_above
 
 WIDTH, FONT, LETTER = 760.0, 12.5, 6.9  # of a figure, of its text, of a letter on average [px]

@@ -10,7 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from ..compile.identity import PACKAGE, Identity
+from ..compile.bytecode import PACKAGE
+from ..compile.identity import Identity
 
 
 def identity(thing: Any) -> str:

@@ -22,9 +22,10 @@ from zarr.storage import LocalStore, MemoryStore
 
 from ..base.results import Floats
 from ..compile.tree import shown
+from .chunks import Layout
 from .identity import check_spec, check_versions
-from .points import ESTIMATE, LONGEST_MESSAGE, Array, Layout, Part, PointStatus, Variable
-from .workers import StoreLock
+from .measuring import ESTIMATE, LONGEST_MESSAGE, Array, ChunkResult, PointStatus, Variable
+from .store_lock import StoreLock
 
 log = logging.getLogger(__name__)
 
@@ -86,25 +87,29 @@ class SweepStore:
         self.arrays: dict[str, Any] = {}
         self.failed: dict[int, int] = {}
         with self.one_error("opened"):
-            if path is None:
-                self._create(self.memory, axes, attributes)
-                self.group = zarr.open_group(self.memory, mode="r+", zarr_format=3)
-                self.done = np.zeros(layout.chunks, bool)
+            if path is not None:
+                self._open_locked(path, axes, attributes)
                 return
-            try:
-                self.lock = StoreLock(path)
-            except OSError as error:
-                if error.errno not in (errno.EROFS, errno.EACCES) or not path.is_dir():
-                    raise
-                self._open(path, axes, attributes)  # what is complete can be read where nothing can be written
-                if not self.done.all():
-                    raise
-                return
-            try:
-                self._open(path, axes, attributes)
-            except BaseException:
-                self.lock.release()
+            self._create(self.memory, axes, attributes)
+            self.group = zarr.open_group(self.memory, mode="r+", zarr_format=3)
+            self.done = np.zeros(layout.chunks, bool)
+
+    def _open_locked(self, path: Path, axes: Mapping[str, Floats], attributes: dict[str, Any]) -> None:
+        """Open a folder with the right to write it; without that right one whose sweep is complete."""
+        try:
+            self.lock = StoreLock(path)
+        except OSError as error:
+            if error.errno not in (errno.EROFS, errno.EACCES) or not path.is_dir():
                 raise
+            self._open(path, axes, attributes)
+            if not self.done.all():
+                raise
+            return
+        try:
+            self._open(path, axes, attributes)
+        except BaseException:
+            self.lock.release()
+            raise
 
     def _open(self, path: Path, axes: Mapping[str, Floats], attributes: dict[str, Any]) -> None:
         part = path.with_name(path.name + ".partial")
@@ -135,11 +140,12 @@ class SweepStore:
             check_versions(path, self.group.attrs.asdict(), attributes)
 
     def _create(self, store: Any, axes: Mapping[str, Floats], attributes: dict[str, Any]) -> None:
+        """Make the group with the parameters, the status of the points, and messages and completeness of the chunks."""
         self.group = zarr.open_group(store, mode="w", zarr_format=3, attributes=attributes | {"format": FORMAT})
         for path, values in axes.items():
             form = {"shape": values.shape, "chunks": values.shape, "dtype": "float64", "fill_value": np.nan}
             self._array(path, (path,), {"units": self.units[path]}, **form)
-            self._opened(path)[:] = values
+            self._array_of(path)[:] = values
         for path in () if axes else self.units:  # of a sample: every point has its own
             self._over_points(path, (), (), "float64", np.nan, {"units": self.units[path]})
         self._over_points(STATUS, (), (), "uint8", int(PointStatus.NOT_COMPUTED), STATUS_ATTRIBUTES)
@@ -151,6 +157,7 @@ class SweepStore:
     def _over_points(
         self, name: str, dims: tuple[str, ...], shape: tuple[int, ...], dtype: str, fill: Any, attributes: Any
     ) -> None:
+        """Make an array over the points, with further dimensions."""
         full, block = (*self.layout.shape, *shape), (*self.layout.block, *shape)
         form = {"shape": full, "chunks": block, "dtype": dtype, "fill_value": fill}
         self._array(name, (*self.dims, *dims), attributes, **form)
@@ -185,28 +192,29 @@ class SweepStore:
                 f"{room / 1e9:.4g} GB that {where}; keep fewer numbers of fewer points{remedy}"
             )
 
-    def write(self, chunk: int, part: Part, values: Mapping[str, Floats]) -> None:
+    def write(self, chunk: int, part: ChunkResult, values: Mapping[str, Floats]) -> None:
         """Write what was found in a chunk; points whose worker was lost are tried again by the next run."""
         region = self.layout.stretch(chunk).region
         shape = tuple(s.stop - s.start for s in region)
         with self.one_error("written"):
             if self.dims == ("point",):
                 for path, numbers in values.items():
-                    self._opened(path)[region] = numbers
+                    self._array_of(path)[region] = numbers
             for name, array in part.arrays.items():
-                self._opened(name)[region] = array.reshape(*shape, *array.shape[1:])
+                self._array_of(name)[region] = array.reshape(*shape, *array.shape[1:])
             if part.estimates:
-                self._opened(ESTIMATE)[chunk] = [part.estimates.get(v.name, np.nan) for v in self.variables or ()]
+                self._array_of(ESTIMATE)[chunk] = [part.estimates.get(v.name, np.nan) for v in self.variables or ()]
             if part.message:
                 letters = part.message.encode()[:LETTERS]
-                self._opened(MESSAGE)[chunk] = np.frombuffer(letters.ljust(LETTERS, b"\0"), np.uint8)
-            self._opened(STATUS)[region] = part.status.reshape(shape)
+                self._array_of(MESSAGE)[chunk] = np.frombuffer(letters.ljust(LETTERS, b"\0"), np.uint8)
+            self._array_of(STATUS)[region] = part.status.reshape(shape)
             self.failed[chunk] = int(np.count_nonzero(part.status))
             if not np.any(part.status == PointStatus.LOST):
-                self._opened(DONE)[chunk : chunk + 1] = [1]
+                self._array_of(DONE)[chunk : chunk + 1] = [1]
                 self.done[chunk] = True
 
-    def _opened(self, name: str) -> Any:
+    def _array_of(self, name: str) -> Any:
+        """Array of the store, opened once."""
         if name not in self.arrays:
             # A chunk of NaN, the fill value, is a file too: else it would look like one that is missing.
             with zarr.config.set({"array.write_empty_chunks": True}):
@@ -218,16 +226,16 @@ class SweepStore:
         for path, values in axes.items():
             intact = False
             with contextlib.suppress(Exception):
-                intact = bool(np.array_equal(self._opened(path)[:], values))
+                intact = bool(np.array_equal(self._array_of(path)[:], values))
             if not intact:
                 log.warning("the values of %s in %s are damaged; they are written again", path, self.path)
-                self._opened(path)[:] = values
+                self._array_of(path)[:] = values
 
     def _check_arrays(self) -> None:
         """Raise a ValueError if the description of an array cannot be read."""
         for name in [STATUS, MESSAGE, DONE, *self.units, *(v.name for v in self.variables or ())]:
             try:
-                self._opened(name)
+                self._array_of(name)
             except Exception as error:
                 raise ValueError(
                     f"{self.path}/{name}/zarr.json is damaged ({type(error).__name__}); restore it, or delete "
@@ -239,7 +247,7 @@ class SweepStore:
         finished = np.zeros(self.layout.chunks, bool)
         for chunk in range(len(finished)):
             with contextlib.suppress(Exception):
-                finished[chunk] = self._opened(DONE)[chunk] == 1
+                finished[chunk] = self._array_of(DONE)[chunk] == 1
             if finished[chunk] and (wrong := self._damage(chunk)):
                 log.warning("chunk %d of %s is damaged (%s); it is computed again", chunk, self.path, wrong)
                 finished[chunk] = False
@@ -250,19 +258,19 @@ class SweepStore:
         region = self.layout.stretch(chunk).region
         file = "c/" + "/".join(map(str, self.layout.indices(chunk)))
         try:
-            status = self._opened(STATUS)[region]
+            status = self._array_of(STATUS)[region]
             self.failed[chunk] = int(np.count_nonzero(status))
             if np.any(status == PointStatus.NOT_COMPUTED):
                 return f"{STATUS} is missing"
             names = [v.name for v in self.variables or ()] if np.any(status == PointStatus.OK) else []
             names += self.units if self.dims == ("point",) else ()
             for name in names:
-                behind = "/0" * (len(self._opened(name).shape) - len(region))
+                behind = "/0" * (len(self._array_of(name).shape) - len(region))
                 if not (Path(str(self.path)) / name / (file + behind)).exists():
                     return f"{name} is missing"
-                self._opened(name)[region]
+                self._array_of(name)[region]
             for name in (MESSAGE, *([ESTIMATE] if ESTIMATE in self.group else [])):
-                self._opened(name)[chunk]
+                self._array_of(name)[chunk]
         except Exception as error:
             return " ".join(str(error).split())[:100] or type(error).__name__
         return ""
@@ -287,14 +295,14 @@ class SweepStore:
             return
         wrong = [chunk for chunk, points in sorted(self.failed.items()) if points]
         with self.one_error("written"):
-            letters = [np.asarray(self._opened(MESSAGE)[chunk]).tobytes() for chunk in wrong[:SHOWN]]
+            letters = [np.asarray(self._array_of(MESSAGE)[chunk]).tobytes() for chunk in wrong[:SHOWN]]
             errors = [text.rstrip(b"\0").decode(errors="replace") for text in letters]
             self.group.attrs.update({"failed_points": sum(self.failed.values()), "errors": errors})
 
     def dataset(self) -> xr.Dataset:
         """Open the results; values are read when they are used."""
         store: Any = self.memory if self.path is None else LocalStore(self.path, read_only=True)
-        return opened(store)
+        return open_dataset(store)
 
     def close(self) -> None:
         """Give the store free for other processes."""
@@ -314,7 +322,7 @@ def name_axis(path: Path, axis: str, name: str, texts: Sequence[str], numbers: F
             group.create_array(name, data=numbers, dimension_names=(axis,), attributes={"units": unit})
 
 
-def opened(store: Any) -> xr.Dataset:
+def open_dataset(store: Any) -> xr.Dataset:
     """Open the store of a sweep as a dataset over its points, without reading the values."""
     data = xr.open_dataset(
         store, engine="zarr", consolidated=False, chunks=None, decode_cf=False, zarr_format=3, cache=False

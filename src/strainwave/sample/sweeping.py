@@ -1,7 +1,4 @@
-"""`sweep`: any function of a system over a grid or a sample, kept chunk by chunk and resumed where it stopped.
-
-`EnsembleMeasure`: what a sweep keeps of trajectories, a whole chunk of them side by side.
-"""
+"""`sweep`: any function of a system over a grid or a sample, kept chunk by chunk and resumed where it stopped."""
 
 import contextlib
 import logging
@@ -9,11 +6,10 @@ import math
 import os
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any, ClassVar
+from typing import Any
 from uuid import uuid4
 
 import xarray as xr
@@ -22,15 +18,13 @@ from ..base.above import above
 from ..base.archive import version
 from ..base.quantities import checked, positive_count, shown, whole
 from ..base.results import Floats, Interrupted
-from ..base.sentences import Progress, silent
+from ..base.terminal import Progress, silent
 from ..compile.lanes import LANES
 from ..drive.project import Project
-from ..numerics.ensemble.ensemble import ensemble
-from ..numerics.ensemble.measures import Peak, Rms
-from ..numerics.ensemble.request import LaneError, lanes_of, measures_and_method, method_of, spans
-from ..numerics.ensemble.stepping import stepping_of
+from .chunks import Layout, check_size, chunk_size, layout_of
+from .ensemble_measure import EnsembleMeasure
 from .identity import digest, installed, readable
-from .points import SWEEP_NAMES, Job, Layout, Part, Variable, check_size, chunk_size, layout_of, lost
+from .measuring import SWEEP_NAMES, ChunkResult, Job, Variable, lost_chunk
 from .sampling import Grid, GridPoints, Points, check_names, points_of
 from .store import SweepStore
 from .workers import Workers
@@ -40,56 +34,6 @@ log = logging.getLogger(__name__)
 MOST_WORKERS = 1024
 FILES = {".csv", ".txt", ".json", ".yaml", ".nc", ".npz", ".mat", ".xlsx", ".svg", ".png", ".html"}  # never a folder's
 ALONE = "the worker died each time it computed them; ask for less memory, or look at its log"
-
-
-@dataclass(frozen=True)
-class EnsembleMeasure:
-    """A measure for `sweep`: an `ensemble` of the points of each chunk.
-
-    Parameters
-    ----------
-    y0 : tuple of float
-        States at the start of every trajectory.
-    periods : int
-        Periods of the base angle over which is measured.
-    measures : tuple
-        What is kept of every trajectory, as in `ensemble`.
-    settle : int
-        Periods before that.
-    method : Dop8, Rk4, Dopri5 or None
-        Integrator; None is that of `ensemble`.
-    """
-
-    y0: tuple[float, ...]
-    periods: int
-    measures: tuple[Any, ...] = (Peak(), Rms())
-    settle: int = 0
-    method: Any = None
-    whole_chunks: ClassVar[bool] = True
-
-    def check(self, system: Any) -> None:
-        """Refuse what would fail at every point of a sweep over variants of `system` (TypeError, ValueError)."""
-        with contextlib.suppress(LaneError):  # of this variant: those of the sweep are others
-            lanes_of(system, {}, self.y0)
-        spans(self.periods, self.settle)
-        measures_and_method(system, self.measures, self.method)
-
-    def least_chunk(self, system: Any) -> int:
-        """Fewest lanes that are worth a chunk.
-
-        One block of adaptive steps; of fixed steps 32 blocks, since some are run again to estimate the error and
-        lanes share a block with those of the same number of steps only.
-        """
-        return int(stepping_of(method_of(system, self.method)).blocks) * LANES
-
-    def __call__(self, system: Any, values: Mapping[str, Floats]) -> Any:
-        """Measure the variants of `system` with these values (n,) by path; a dataset over the dimension "lane"."""
-        dataset = ensemble(
-            system, dict(values), self.y0, periods=self.periods, settle=self.settle, measures=self.measures,
-            threads=1, **{} if self.method is None else {"method": self.method},
-        )  # fmt: skip
-        small = {"status": "int8", "period": "int8", "steps": "int32"}  # of many points, each byte counts
-        return dataset.assign({name: dataset[name].astype(kind) for name, kind in small.items() if name in dataset})
 
 
 def sweep(
@@ -178,7 +122,7 @@ def sweep(
     workers = positive_count("workers", _processors() if workers is None else workers, MOST_WORKERS)
     folder = None if store is None else _folder(store)
     seed = whole("seed", seed)
-    parameter_units = _check(system, points)
+    parameter_units = _parameter_units(system, points)
     if isinstance(measure, EnsembleMeasure):
         measure.check(system)
     job = Job(measure, system, seed)
@@ -221,11 +165,11 @@ class _Run:
         stretch = self.layout.stretch(chunk)
         return stretch.first, self.points.values(stretch.first, stretch.points)
 
-    def keep(self, chunk: int, part: Part, values: Mapping[str, Floats]) -> None:
+    def keep(self, chunk: int, part: ChunkResult, values: Mapping[str, Floats]) -> None:
         """Write what was found in a chunk, and learn from the first one what the measure returns."""
         if self.job.variables is None and part.variables:
             self._check_units(part.variables)
-            variables = tuple(v._replace(attributes=self._named(v.name) | v.attributes) for v in part.variables)
+            variables = tuple(v._replace(attributes=self._unit(v.name) | v.attributes) for v in part.variables)
             self.kept.declare(variables)
             self.job = Job(self.job.measure, self.job.system, self.job.seed, variables)
         self.kept.write(chunk, part, values)
@@ -238,7 +182,8 @@ class _Run:
             fault = f"units has {shown(unknown[0])}, which the measure does not return; it returns {', '.join(names)}"
             raise ValueError(fault)
 
-    def _named(self, name: str) -> dict[str, Any]:
+    def _unit(self, name: str) -> dict[str, Any]:
+        """Attribute with the unit of a variable, where the caller gives one."""
         return {"units": self.units[name]} if name in self.units else {}
 
     def stopped(self, reason: str) -> str:
@@ -282,7 +227,7 @@ def _compute_all(run: _Run, pool: Any) -> None:
     for chunk in suspects:  # a chunk that kills its worker takes others with it: alone, it shows which one it was
         if _finish(run, pool, [chunk], 1):
             first, values = run.values(chunk)
-            part = lost(run.job, first, values, ALONE)
+            part = lost_chunk(run.job, first, values, ALONE)
             log.warning("%s", part.message)
             run.keep(chunk, part, values)
 
@@ -303,6 +248,7 @@ def _finish(run: _Run, pool: Any, chunks: Any, limit: int | None) -> list[int]:
 def _kept_as_finished(
     run: _Run, pool: Any, chunks: Any, limit: int | None, waiting: dict[Any, tuple[int, dict[str, Floats]]]
 ) -> list[int]:
+    """Submit chunks, at most `limit` at a time, and keep each as it finishes; `waiting` has those under way."""
     finished: SimpleQueue[Any] = SimpleQueue()
     suspects: list[int] = []
     chunks = iter(chunks)
@@ -335,7 +281,7 @@ def _kept_as_finished(
         del waiting[future]
 
 
-def _check(system: Any, points: Points) -> dict[str, str]:
+def _parameter_units(system: Any, points: Points) -> dict[str, str]:
     """Refuse what cannot be swept; return the units of the parameters."""
     parameter_units = check_names(system, points.paths)
     if taken := sorted(set(SWEEP_NAMES) & set(points.paths)):

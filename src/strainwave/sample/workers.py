@@ -3,34 +3,27 @@
 Threads serve compiled measures, processes all. On a cluster the workers compute and this process alone writes the
 store: it needs no file system that they share. A worker that dies costs the chunks it had; the scheduler gives them to
 others. When the scheduler dies, the store has what was finished.
-
-One process at a time writes a store: a lock file beside it, which the system releases when its owner dies, however it
-dies.
 """
 
-import contextlib
 import ctypes
-import json
 import logging
 import multiprocessing
 import os
 import pickle
 import signal
-import socket
 import sys
 import threading
 import time
 from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
-from pathlib import Path
 from typing import Any
 
 from ..base.results import Floats
-from .points import Job, Part, compute
+from .measuring import ChunkResult, Job, compute
 
 log = logging.getLogger(__name__)
 
-PATIENCE = 60.0  # seconds without any worker before the sweep gives up: as long as a cluster may take to start one
+PATIENCE_S = 60.0  # without any worker before the sweep gives up: as long as a cluster may take to start one
 GONE = "the cluster's scheduler cannot be reached any more"
 RETRIES = 3  # of a task on a cluster whose worker died
 
@@ -52,7 +45,7 @@ class Workers:
 
     def __init__(self, job: Job, client: Any, count: int, processes: bool) -> None:
         self.client, self.count, self.processes = client, count, processes  # distributed has some annotations only
-        self.since: float | None = None
+        self.idle_since: float | None = None
         if client is not None and client.asynchronous:
             raise TypeError("the client is asynchronous; make it with Client(address), outside of a coroutine")
         if client is not None:
@@ -67,14 +60,14 @@ class Workers:
             return executor
         if not self.processes:
             return Threads(self.count, thread_name_prefix="sweep")
-        return ProcessPoolExecutor(self.count, multiprocessing.get_context("spawn"), _begin)
+        return ProcessPoolExecutor(self.count, multiprocessing.get_context("spawn"), _begin_process)
 
     @property
     def room(self) -> int:
-        """Count of chunks that the workers take at a time, one for every thread and one in reserve."""
+        """Number of chunks that the workers take at a time: one for every thread, and one in reserve."""
         return 2 * max(1, self.count if self.client is None else sum(self.client.nthreads().values()))
 
-    def submit(self, job: Job, first: int, values: Mapping[str, Floats]) -> "Future[Part]":
+    def submit(self, job: Job, first: int, values: Mapping[str, Floats]) -> "Future[ChunkResult]":
         """Begin to compute a chunk."""
         try:
             return self.executor.submit(compute, job, first, values)
@@ -100,12 +93,12 @@ class Workers:
         if self.client.status != "running":
             raise ConnectionError(GONE)
         if self.client.nthreads():
-            self.since = None
-        elif self.since is None:
-            self.since = time.monotonic()
+            self.idle_since = None
+        elif self.idle_since is None:
+            self.idle_since = time.monotonic()
             log.warning("no worker is connected to the cluster; waiting for one")
-        elif time.monotonic() - self.since > PATIENCE:
-            raise ConnectionError(f"the cluster has had no worker for {PATIENCE:.0f} s")
+        elif time.monotonic() - self.idle_since > PATIENCE_S:
+            raise ConnectionError(f"the cluster has had no worker for {PATIENCE_S:.0f} s")
 
     def close(self) -> None:
         """Give up the chunks under way; a client stays open."""
@@ -188,7 +181,7 @@ def _refuse_local(job: Job) -> None:
         )
 
 
-def _begin() -> None:
+def _begin_process() -> None:
     """Leave Ctrl-C to the process that started this one, and end with it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
@@ -199,95 +192,3 @@ def _begin() -> None:
             os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()
-
-
-if sys.platform == "win32":  # pragma: no cover
-    import msvcrt
-else:
-    import fcntl
-
-
-BEYOND = 1 << 20  # the byte that Windows locks; it lies behind the text, which others are to read
-
-
-class StoreLock:
-    """Exclusive right to write a store.
-
-    Parameters
-    ----------
-    store : Path
-        The store; the lock file is its sibling `<name>.lock`.
-
-    Raises
-    ------
-    RuntimeError
-        If a living process holds the lock, or a process on another machine, about which nothing is known.
-    """
-
-    def __init__(self, store: Path) -> None:
-        self.path = store.with_name(store.name + ".lock")
-        self.descriptor = -1
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        while self.descriptor < 0:
-            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
-            try:
-                if not _locked(descriptor):
-                    raise RuntimeError(self._refusal(_owner(descriptor)))
-                if self._same_file(descriptor):
-                    self._take(descriptor)
-                    self.descriptor = descriptor
-            finally:
-                if self.descriptor < 0:
-                    os.close(descriptor)
-
-    def _same_file(self, descriptor: int) -> bool:
-        """True if the locked file is the one of that name: its last owner may have removed it meanwhile."""
-        with contextlib.suppress(FileNotFoundError):
-            return os.path.samestat(os.fstat(descriptor), os.stat(self.path))
-        return False
-
-    def _take(self, descriptor: int) -> None:
-        owner = _owner(descriptor)
-        if owner and owner.get("host") != socket.gethostname():
-            # Between machines the system's lock cannot be relied upon: network file systems differ.
-            raise RuntimeError(self._refusal(owner))
-        if owner:
-            log.warning("the lock left by process %s, which is gone, is taken over", owner.get("pid"))
-        text = json.dumps({"pid": os.getpid(), "host": socket.gethostname()}).encode()
-        os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, text, 0) if hasattr(os, "pwrite") else os.write(descriptor, text)
-
-    def _refusal(self, owner: dict[str, Any]) -> str:
-        who = f"process {owner.get('pid')} on {owner.get('host')}" if owner else "another process"
-        return f"{who} is working on this store; wait for it, or if it is gone for certain, delete {self.path}"
-
-    def release(self) -> None:
-        """Give the store free; a second call does nothing."""
-        if self.descriptor >= 0:
-            with contextlib.suppress(OSError):
-                self.path.unlink()
-            os.close(self.descriptor)
-            self.descriptor = -1
-
-
-def _locked(descriptor: int) -> bool:
-    try:
-        if sys.platform == "win32":  # pragma: no cover
-            os.lseek(descriptor, BEYOND, os.SEEK_SET)
-            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-            os.lseek(descriptor, 0, os.SEEK_SET)
-        else:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
-
-
-def _owner(descriptor: int) -> dict[str, Any]:
-    """Process and machine that the file names, {} when it is empty or says something else."""
-    os.lseek(descriptor, 0, os.SEEK_SET)
-    try:
-        owner = json.loads(os.read(descriptor, 4096))
-    except ValueError:
-        return {}
-    return owner if isinstance(owner, dict) else {}

@@ -14,7 +14,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from ..base.results import Floats, Trajectory
-from ..base.sentences import silent
+from ..base.terminal import silent
 from ..model.drive import HDC_40_050
 from ..model.excitation import Harmonic
 from ..model.laws.springs import Cubic

@@ -12,7 +12,8 @@ import numpy as np
 from ..base.protocols import lacking
 from ..base.quantities import Reals, array_of
 from ..base.records import Result
-from ..base.sentences import Angle, Sentence, on_screen
+from ..base.sentences import Angle, Sentence
+from ..base.terminal import on_screen
 from ..model.laws.springs import energy_in
 from ..model.oscillator import NoVariation, Oscillator, Variation, VaryingOscillator
 

@@ -8,8 +8,9 @@ from c_compiler import compiled, doubles, exported_parameters, needs_cc, paramet
 
 import strainwave as sw
 from strainwave.compile.elementwise import larger, select, smaller
-from strainwave.files.export.export import controller_code
-from strainwave.files.export.plant import plant_code, plant_of
+from strainwave.files.export.controller import controller_code
+from strainwave.files.export.plant import plant_of
+from strainwave.files.export.plant_code import plant_code
 from strainwave.files.export.traced import Recording, Unrecordable
 from strainwave.maths import cos, sin
 from strainwave.model import controllers as own

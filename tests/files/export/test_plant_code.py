@@ -10,7 +10,8 @@ from canonical import LAWS
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.files.export.plant import OUTPUTS, plant_code, plant_of
+from strainwave.files.export.plant import OUTPUTS, plant_of
+from strainwave.files.export.plant_code import plant_code
 from strainwave.files.export.traced import Unrecordable
 
 GEAR = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=40.0, law=sw.Linear(1e5))

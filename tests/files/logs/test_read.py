@@ -343,7 +343,8 @@ def test_a_mat_file_that_no_process_can_read_is_not_called_damaged(cause, tmp_pa
         monkeypatch.setattr(mat_file.sys, "executable", str(tmp_path / "none"))
         words = "No such file"
     elif cause == "no SciPy":
-        monkeypatch.setattr(mat_file, "CHILD", "import scipy_that_nobody_has")
+        (tmp_path / "child.py").write_text("import scipy_that_nobody_has")
+        monkeypatch.setattr(mat_file, "CHILD", tmp_path / "child.py")
         words = "No module named"
     else:
         words = "Cannot allocate memory"
@@ -354,6 +355,7 @@ def test_a_mat_file_that_no_process_can_read_is_not_called_damaged(cause, tmp_pa
 
 def test_a_mat_file_whose_reader_was_ended_is_not_called_damaged(tmp_path, monkeypatch):
     scipy.io.savemat(tmp_path / "log.mat", {"time": 0.1 * np.arange(9.0), "torque": np.ones(9)})
-    monkeypatch.setattr(mat_file, "CHILD", "import os, signal; os.kill(os.getpid(), signal.SIGKILL)")  # as for memory
+    (tmp_path / "child.py").write_text("import os, signal; os.kill(os.getpid(), signal.SIGKILL)")  # as for memory
+    monkeypatch.setattr(mat_file, "CHILD", tmp_path / "child.py")
     with pytest.raises(RuntimeError, match=r"log\.mat is read by .*ended from outside \(signal 9\).*memory"):
         sw.read_log(tmp_path / "log.mat")

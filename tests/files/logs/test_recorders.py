@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.files.scan_file import read_scan
+from strainwave.files.logs.scan_file import read_scan
 
 T = np.arange(500) / 250.0
 Q = 0.4 * T

@@ -18,7 +18,7 @@ from strainwave.base.results import SolveError
 from strainwave.base.units import ARCSEC
 from strainwave.files.reading import from_text
 from strainwave.files.variants import sureness
-from strainwave.files.variants.sureness import POINTS, how_sure
+from strainwave.files.variants.sureness import CURVE_POINTS, how_sure
 from strainwave.plot.drive import SURE, Drawn, drive_panels
 
 
@@ -41,7 +41,7 @@ def test_the_ends_are_those_of_drives_whose_files_have_the_other_numbers():
         assert least <= min(sizes) * (1.0 + 1e-6)
         assert most >= max(sizes) * (1.0 - 1e-6)
     assert damping.sizes == pytest.approx((min(ratios), max(ratios)), rel=1e-6)
-    curve = axis().response(coexisting=False, points=POINTS)
+    curve = axis().response(coexisting=False, points=CURVE_POINTS)
     size = np.interp(sure.omega, curve.omega, curve.oscillation)
     assert np.all(sure.low <= size * (1 + 1e-9))
     assert np.all(size <= sure.high * (1 + 1e-9))
@@ -95,7 +95,7 @@ def held():
 
 
 def test_speeds_without_a_stable_motion_are_left_out_of_the_band(held, monkeypatch):
-    whole, tried = held.response(coexisting=False, points=POINTS), []
+    whole, tried = held.response(coexisting=False, points=CURVE_POINTS), []
     visited = np.flatnonzero(np.abs(whole.omega / np.median(whole.omega) - 1.0) > 0.2)
     top = visited[np.argmax(whole.oscillation[visited])]
     two_parts = SimpleNamespace(omega=whole.omega, oscillation=whole.oscillation, top=top, visited=lambda: visited)
@@ -117,7 +117,7 @@ def test_speeds_without_a_stable_motion_are_left_out_of_the_band(held, monkeypat
 
 
 def test_each_panel_alone_names_the_curve_of_the_drive(held):
-    whole = held.response(coexisting=False, points=POINTS)
+    whole = held.response(coexisting=False, points=CURVE_POINTS)
     error, torque = ({curve.label for curve in panel.curves} for panel in drive_panels(whole, held))
     assert {name for name in error if "stable" in name} == {name for name in torque if "stable" in name} != set()
 

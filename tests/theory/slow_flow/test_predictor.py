@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.compile import jit
+from strainwave.compile import jit, numba_import
 from strainwave.compile.tree import classes, leaves
 from strainwave.theory.slow_flow.predictor.predictor import (
     BEYOND,
@@ -191,7 +191,7 @@ def test_compiled_it_gives_what_python_gives_and_allocates_nothing(system, reson
     predictor = sw.slow_flow(system, resonance, order=order).predictor(SAMPLE, speeds=near(system))
     state = predictor.start(system.omega, 1.0, 0.2 * predictor.drive.size)
     jit.expose(*classes((predictor, state)))
-    compiled = jit._numba().njit(**jit.OPTIONS)(last_of)
+    compiled = numba_import.numba_module().njit(**jit.OPTIONS)(last_of)
     there, here = compiled(predictor, state, 300), last_of(predictor, state, 300)
     assert leaves(there) == pytest.approx(leaves(here), rel=1e-11, abs=1e-12 * predictor.drive.size)
     assert there.flag == here.flag

@@ -7,8 +7,9 @@ from pathlib import Path
 import click
 
 from ...base.facts import data
-from ...files.design import design_text, read_specification
+from ...files.design_text import design_text
 from ...files.own_gears import read_gears
+from ...files.specification import read_specification
 from ...files.yaml_text import text_of
 from ...model.gears.catalogue import select
 from ...model.gears.gear import Gear

@@ -13,7 +13,7 @@ import click
 from ... import __version__
 from ...base.facts import Fact, data, lines
 from ...compile import cache, jit
-from ...compile.jit import target_cpu
+from ...compile.numba_import import target_cpu
 from ..console import echo, to_json
 from .options import json_option
 

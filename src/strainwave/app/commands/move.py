@@ -8,8 +8,8 @@ import click
 from ...base.facts import Fact
 from ...drive.asked import MotorLimits
 from ...drive.project import Project
+from ...files.fields.profile_text import WrongText, of_fields, profile_part
 from ...files.fields.schema import PAYLOAD
-from ...files.profile_text import WrongText, of_fields, profile_part
 from ...files.reading import read_project
 from ...plot.panels import named
 from ...plot.studies import move_panels

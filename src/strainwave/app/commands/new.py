@@ -13,12 +13,14 @@ import click
 from ...base.archive import atomic
 from ...base.units import ARCSEC
 from ...files.fields.groups import ACCURACY, ASSUMED, UNPRINTED
+from ...files.fields.json_schema import NAME, project_schema
 from ...files.fields.kinds import BANDWIDTH, Entry
 from ...files.fields.kinds import number as number_in
 from ...files.fields.schema import TITLE
+from ...files.fields.template import template
 from ...files.own_gears import read_gears
 from ...files.reading import from_text
-from ...files.reference import NAME, project_schema, reference, template
+from ...files.reference import reference
 from ...model.gears.catalogue import gear, names, select
 from ...model.gears.gear import NUMBERS, SPECIAL, Gear
 from ...model.orders import TURNING_SPLINE, USUAL
@@ -185,7 +187,7 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
     if name == "gear":
         return _gear(text)
     if name == "title":
-        return TITLE.read("" if text == NONE else text, Entry((), []))
+        return str(TITLE.read("" if text == NONE else text, Entry((), [])))
     if text == NONE and (question.default == NONE or name in ("loop", "budget")):
         return ""
     if text == "catalogue" and question.default == "catalogue":

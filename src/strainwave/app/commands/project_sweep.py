@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from ...base.number_text import unit_text
 from ...base.quantities import convert
 from ...base.results import Floats
 from ...base.units import Speeds
@@ -20,7 +21,6 @@ from ...files.variants.names import keys_of, quantity
 from ...files.variants.replaced import replaced
 from ...files.yaml_text import read
 from ..console import Progress, echo, number, to_json
-from ..view import sign
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -145,7 +145,7 @@ def _at(value: "xr.DataArray") -> str:
     """A coordinate of a point in the unit that was typed."""
     content = value.item()
     text = content if isinstance(content, str) else number(float(content), DIGITS)
-    return f"{text} {sign(value.attrs.get('units', ''))}".rstrip()
+    return f"{text} {unit_text(value.attrs.get('units', ''))}".rstrip()
 
 
 def summary(report: dict[str, Any], location_of: Callable[[dict[str, Any]], str], counts: Sequence[str]) -> str:
@@ -155,7 +155,7 @@ def summary(report: dict[str, Any], location_of: Callable[[dict[str, Any]], str]
     for name, span_of in report["variables"].items():
         unit = "arcsec" if span_of["unit"] == "rad" else span_of["unit"]
         ends = [number(convert(span_of[end], span_of["unit"], unit), DIGITS) for end in ("smallest", "largest")]
-        span = f"{' to '.join(ends)} {sign(unit)}".rstrip()
+        span = f"{' to '.join(ends)} {unit_text(unit)}".rstrip()
         lines.append(f"  {WHAT.get(name, name)}: {span}, the largest at {location_of(span_of)}")
     lines.append("  " + ", ".join(f"{name.replace('_', ' ')}: {report[name]}" for name in (*counts, "failed")))
     lines += [f"  {line}" for line in (*report["errors"], *(f"note: {remark}" for remark in report["remarks"]))]

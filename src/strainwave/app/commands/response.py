@@ -9,14 +9,15 @@ import click
 import numpy as np
 
 from ...base.facts import Fact, data, lines
-from ...base.sentences import number, told
+from ...base.number_text import number
+from ...base.sentences import told
 from ...base.units import ARCSEC, Speeds
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
 from ...drive.friction.standstill import standing
 from ...drive.loop_margin import motor_name
 from ...drive.project import Project
-from ...files.notes import load_remark, move_note, of_curve, remarks, unsaid
+from ...files.notes import curve_remark, load_remark, move_note, remarks, unsaid
 from ...files.reading import read_project
 from ...files.sources import source_facts, sources_text
 from ...plot import axes
@@ -95,7 +96,7 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         Fact("oscillation.speed", speeds.own(float(curve.omega[motions.top]))),
         Fact("oscillation.oscillation_arcsec", size), Fact("largest", peak),
         Fact("", sizes_said(project, motions, judged.covered) or project.undamped or plain["sweep"], "{}"),
-        Fact("scope", of_curve(curve.beat is None), "{}"),
+        Fact("scope", curve_remark(curve.beat is None), "{}"),
         Fact("", beyond or (), "curve: {}"),
         *beat_facts(project, motions),
         Fact("gear_torque_N_m", judged.used.peak_torque), Fact("required_motor", least),

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from ...base.number_text import unit_text
 from ...base.protocols import state_count
 from ...base.quantities import Parameter, convert, parameters, parse, shown
 from ...base.results import Floats
@@ -27,7 +28,6 @@ from ...files.reading import read_project
 from ...files.variants.names import quantity as parted
 from ...files.variants.replaced import tuning
 from ..console import WHAT_X_IS, Progress, echo, number, to_json
-from ..view import sign
 from . import project_sweep
 from .options import json_option, output_option, project_argument, retune_option
 
@@ -81,7 +81,7 @@ def sweep(
     axes = dict(axis(text, free) for text in grids)
     units = dict(typed_unit(text, free) for text in grids)
     kept = tuple(map(named, measures))
-    from ...sample.sweeping import EnsembleMeasure
+    from ...sample.ensemble_measure import EnsembleMeasure
     from ...sample.sweeping import sweep as swept
 
     measure = EnsembleMeasure((0.0,) * state_count(system), periods, kept, settle)
@@ -295,7 +295,7 @@ def placed(units: dict[str, tuple[str, str]], extremes: dict[str, Any]) -> str:
 
 def _in_unit(value: float, unit: str, given: str) -> str:
     """A value of an axis in the unit that it was given in."""
-    return f"{number(convert(value, unit, given), DIGITS)} {sign(given)}".rstrip()
+    return f"{number(convert(value, unit, given), DIGITS)} {unit_text(given)}".rstrip()
 
 
 def _as_typed(error: str, units: dict[str, tuple[str, str]]) -> str:

@@ -15,7 +15,7 @@ import numpy as np
 from ...base.archive import version
 from ...base.facts import table
 from ...base.results import Floats
-from ...base.sentences import Progress, silent
+from ...base.terminal import Progress, silent
 from ...base.units import Speeds
 from ...compile.jit import light_as_python
 from ...drive.project import Project

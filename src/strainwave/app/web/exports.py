@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 from textwrap import indent
 
-from ...base.sentences import Progress
+from ...base.terminal import Progress
 from ...drive.project import Project
 from ..report.report import write
 from .state import Action, Refused, ScriptRequest, Seen, State, first_sources, project_of, yaml_of

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from ...base.number_text import unit_text
 from ...base.results import SolveError
-from ...base.sentences import Progress, sign
+from ...base.terminal import Progress
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.loops.loop_curves import loop_curves
@@ -94,7 +95,7 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
     binds = [f"limit reached: {', '.join(result.binding)}"] if result.binding else []
     return {
         "said": sentences([f"largest oscillation of the recommended gains {' → '.join(size)} arcsec", *binds]),
-        "gains": {name: sign(gain_unit(result.control, name)) for name in result.gains},
+        "gains": {name: unit_text(gain_unit(result.control, name)) for name in result.gains},
         "points": [
             {
                 "name": name, "gains": point.gains, "oscillation_arcsec": point.pointing / ARCSEC,

@@ -12,7 +12,8 @@ from zipfile import ZipFile
 import numpy as np
 from scipy.io import whosmat
 
-from ...base.sentences import Progress
+from ...base.number_text import unit_text
+from ...base.terminal import Progress
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...files.logs.names import canonical, named
@@ -24,7 +25,6 @@ from ...study.identification.joint.answer import torsion_of
 from ...study.identification.log import Log
 from ...study.identification.orders.order_scan import order_scan
 from ...study.identification.run import CANONICAL
-from ..view import sign
 from .state import LogColumns, Refused, yaml_of
 
 SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4", ".mcap")
@@ -80,7 +80,7 @@ def identified(project: Project, name: str, content: bytes, chosen: LogColumns, 
 
 def _number(fit: IdentifiedLog, name: str) -> dict[str, Any]:
     low, high = fit.interval(name)
-    unit, size = sign(fit.unit(name)), 1.0
+    unit, size = unit_text(fit.unit(name)), 1.0
     if name.startswith("line"):
         unit, size = "arcsec", ARCSEC
     return {"name": name, "value": fit.value(name) / size, "low": low / size, "high": high / size, "unit": unit}

@@ -6,6 +6,7 @@ Names, units and signs are those of the fields of the project file and of the mo
 from functools import reduce
 from typing import Any
 
+from ...base.number_text import unit_text
 from ...drive.project import Project
 from ...files.fields.kinds import Entry, Row
 from ...files.fields.kinds import read as read_kind
@@ -14,7 +15,6 @@ from ...files.fields.schema import ProjectSpec
 from ...files.variants.names import keys_of, label_of, number_of, numbers_of, of_record, quantity
 from ...files.variants.replaced import OF_RECORD, slopes
 from ...files.yaml_text import read
-from ..view import sign
 from .state import State, parts_of, project_of
 
 SMALL = 1e-3  # in any unit a number that a field takes which is zero now
@@ -117,13 +117,13 @@ def _described(project: Project, content: dict[str, Any], name: str) -> dict[str
         "group": name.partition(".")[0],
         "value": value,
         "unit": unit,
-        "shown_unit": sign(unit.replace("^", "**")),
+        "shown_unit": unit_text(unit.replace("^", "**")),
         "si_unit": si,
         "sign": sign_of,
         "low": low,
         "high": high,
         "log": log,
-        "help": row.says if row else "",
+        "help": row.description if row else "",
     }
 
 

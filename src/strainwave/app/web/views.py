@@ -10,12 +10,13 @@ import numpy as np
 
 from ...base.facts import lines
 from ...base.results import SolveError
-from ...base.sentences import Progress, Sentence, Speed, told
+from ...base.sentences import Sentence, Speed, told
+from ...base.terminal import Progress
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
-from ...files.notes import load_remark, move_note, of_curve, unsaid
+from ...files.notes import curve_remark, load_remark, move_note, unsaid
 from ...study.analysis.in_time import drive_motion
 from ...study.analysis.verdict import Judged
 from ...study.analysis.verdict_words import ranges
@@ -65,7 +66,7 @@ def response(project: Project, separate: bool = False) -> dict[str, Any]:
         "passes": judged.passes, "assumed": bool(project.assumed), "failures": told(list(judged.failures), write),
         "message": without_calls(told(motions.message, write)),
         "remarks": [
-            f"Everything here is {of_curve(separate and motions.curve.beat is None)}.",
+            f"Everything here is {curve_remark(separate and motions.curve.beat is None)}.",
             *([HELD] if project.train is None and project.motor == "held" else []),
             *judged.remarks, *unsaid(project.notes, judged.remarks), *move_note(project), *load_remark(project),
         ],

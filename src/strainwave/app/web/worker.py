@@ -25,7 +25,7 @@ from time import process_time, sleep, thread_time
 from typing import Any, BinaryIO
 
 from ...base.results import SolveError
-from ...base.sentences import Progress
+from ...base.terminal import Progress
 from ...compile.cache import compiling
 from ...compile.jit import load
 from ..console import plain, without_calls

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...base.above import thing
-from ...base.sentences import Progress
+from ...base.terminal import Progress
 from .state import Refused
 from .worker import Died, Worker
 

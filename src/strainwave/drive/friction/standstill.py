@@ -9,9 +9,9 @@ import numpy as np
 
 from ...base.facts import Fact
 from ...base.law import states_of, torque_of
+from ...base.number_text import counted, number
 from ...base.records import Result
 from ...base.results import Floats, SolveError
-from ...base.sentences import counted, number
 from ...base.units import ARCSEC, HERTZ
 from ...model.excitation import NoError
 from ...model.laws.dry import REST, breakaway, settled

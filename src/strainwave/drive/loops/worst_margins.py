@@ -14,8 +14,8 @@ import numpy as np
 
 from ...base.facts import Fact
 from ...base.law import breakpoints_of, depends, spring_stiffness
+from ...base.number_text import number
 from ...base.results import SolveError
-from ...base.sentences import number
 from ...model.controllers.closed_loop import Sampling
 from ...model.laws.dry import without_dry_friction
 from ...model.train import DriveTrain, PositionLoop, SpeedLoop

@@ -12,7 +12,7 @@ from ...model.laws import BoucWen, Linear, Parallel
 from ...model.laws.friction import Coulomb, LuGre, NoFriction, Stribeck, Viscous
 from ...model.train.drive_train import DriveTrain
 from ...numerics.roots import bracketed_root
-from .fmu import child, element, written
+from .xml_text import child, element, written
 
 LEAST_TWIST, DOUBLINGS = 1e-9, 40  # rad; twists at which the torque of a law is looked for
 PLASTIC = (

@@ -79,13 +79,13 @@ class Recording:
         expression = form.format(*map(literal, arguments))
         if expression not in self._known:
             name = f"a{len(self.lines)}"
-            alone = _alone(arguments)
-            self.lines[name] = Line(f"const double {name} = {expression};", _names(arguments), bool(alone))
-            self._known[expression] = Traced(self, name, name, alone)
+            deciding = _deciding(arguments)
+            self.lines[name] = Line(f"const double {name} = {expression};", _names(arguments), bool(deciding))
+            self._known[expression] = Traced(self, name, name, deciding)
         return self._known[expression]
 
-    def table(self, items: tuple[Any, ...]) -> "Traced":
-        """C array of numbers."""
+    def array(self, items: tuple[Any, ...]) -> "Traced":
+        """C array of these numbers, defined once for equal ones."""
         values = ", ".join(map(literal, items))
         if values not in self._known:
             name = f"t{len(self.lines)}"
@@ -105,8 +105,8 @@ class Recording:
         """Lines of C that the results need, in order."""
         return [part for line in self._needed(results).values() for part in line.text.split("\n")]
 
-    def apart(self, results: tuple[Any, ...]) -> tuple[list[str], list[str]]:
-        """Lines that parameters decide, which fill an array c, and the other lines, which read it."""
+    def early_and_late(self, results: tuple[Any, ...]) -> tuple[list[str], list[str]]:
+        """Lines that the results need: those that parameters decide, which fill an array c, and those that read it."""
         needed = self._needed(results)
         late = {name: line for name, line in needed.items() if not line.early}
         taken = {*_names(results), *(name for line in late.values() for name in line.needs)} - late.keys()
@@ -117,6 +117,7 @@ class Recording:
         return filled, read + [part for line in late.values() for part in line.text.split("\n")]
 
     def _needed(self, results: tuple[Any, ...]) -> dict[str, Line]:
+        """Lines that the results need, by the names that they define, in order."""
         needed, waiting = set[str](), list(_names(results))
         while waiting:
             name = waiting.pop()
@@ -165,7 +166,7 @@ class Traced(NDArrayOperatorsMixin):
 
     def entry(self, items: tuple[Any, ...]) -> Any:
         """Number at this place in a tuple."""
-        return self.recording.value("{}[(int){}]", self.recording.table(items), self)
+        return self.recording.value("{}[(int){}]", self.recording.array(items), self)
 
     def with_entry(self, items: tuple[Any, ...], value: object) -> tuple[Any, ...]:
         """The tuple with another number at this place."""
@@ -200,7 +201,7 @@ class Traced(NDArrayOperatorsMixin):
 
 def _refuse(action: str, *values: Any) -> NoReturn:
     """Refuse an operation of the function that called this module; one on parameters alone decides them."""
-    names = _alone(values)
+    names = _deciding(values)
     if names:
         raise Decided(names)
     frame = sys._getframe(1)
@@ -226,18 +227,20 @@ def _simplified(name: str, arguments: tuple[Any, ...]) -> Any:
     return None
 
 
-def _alone(values: tuple[Any, ...]) -> frozenset[str]:
+def _deciding(values: tuple[Any, ...]) -> frozenset[str]:
     """Parameters that alone decide values; none if something else does too, or nothing recorded."""
     deciding = [value.parameters for value in _recorded_in(values)]
     return frozenset().union(*deciding) if all(deciding) else frozenset()
 
 
 def _recorded_in(values: tuple[Any, ...]) -> list[Traced]:
+    """Recorded numbers among values, those in arrays too."""
     items = (item for value in values for item in (value.flat if isinstance(value, np.ndarray) else (value,)))
     return [item for item in items if isinstance(item, Traced)]
 
 
 def _names(arguments: tuple[Any, ...]) -> tuple[str, ...]:
+    """Names of the lines that define recorded numbers."""
     return tuple(a.line for a in arguments if isinstance(a, Traced) and a.line)
 
 

@@ -213,7 +213,7 @@ class Named(Kind):
 
     def read(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, dict):
-            raise kinds.NotA("a group of fields")
+            raise kinds.NotOfKind("a group of fields")
         if not 1 <= len(value) <= self.high:
             raise ValueError(f"has {len(value)} items; write at {f'most {self.high}' if value else 'least 1'}")
         return {key: kinds.read(self.kind, item, entry.inside(key)) for key, item in value.items()}
@@ -268,9 +268,9 @@ class EncoderSpec(Group):
     conditions: ClassVar[Schema] = {"minProperties": 1}
 
     @property
-    def numbers(self) -> tuple[float, float]:
-        """Angle of a step, 0 without steps, and standard deviation of the noise [rad]."""
-        return math.tau / self.steps if self.steps else 0.0, self.noise or 0.0
+    def quantum(self) -> float:
+        """Angle of a step [rad]; 0 without steps."""
+        return math.tau / self.steps if self.steps else 0.0
 
     @staticmethod
     def of(quantum: float, noise: float) -> "EncoderSpec":
@@ -317,9 +317,7 @@ class TorqueCurve(Points):
         return {"anyOf": [super().schema(), kinds.FILE_NAME.schema()]}
 
     def text(self, value: Any) -> str:
-        if isinstance(value, str):
-            return kinds.FILE_NAME.text(value)
-        return f"[{', '.join(f'[{speed!r} rad/s, {torque!r} N*m]' for speed, torque in value)}]"
+        return kinds.FILE_NAME.text(value) if isinstance(value, str) else super().text(value)
 
     def example(self) -> str:
         return "points such as [[0 rpm, 2 N*m], [3000 rpm, 1.2 N*m]], or the name of a CSV file"
@@ -339,14 +337,12 @@ class ControllerSpec(Group):
 
     def sampling(self, limits: MotorLimits | None = None) -> Sampling:
         """The samples, with the largest torque of the motor where that is known."""
-        load = (0.0, 0.0) if self.load_encoder == "none" else self.load_encoder.numbers
-        motor, sees_load = self.motor_encoder.numbers, int(self.load_encoder != "none")
-        steps: Any = {"motor_quantum": motor[0], "load_quantum": load[0]}
-        noises: Any = {"motor_noise": motor[1], "load_noise": load[1]}
-        delay = self.period if self.delay is None else self.delay
-        angles: Any = {"load_encoder": sees_load} | steps | noises
-        samples = Sampling(period=self.period, delay=delay, loss=float(self.loss), **angles)
-        sampling: Sampling = checked(samples)
+        load = EncoderSpec() if self.load_encoder == "none" else self.load_encoder
+        sampling = checked(Sampling(
+            period=self.period, delay=self.period if self.delay is None else self.delay, loss=float(self.loss),
+            motor_quantum=self.motor_encoder.quantum, motor_noise=self.motor_encoder.noise or 0.0,
+            load_quantum=load.quantum, load_noise=load.noise or 0.0, load_encoder=int(self.load_encoder != "none"),
+        ))  # fmt: skip
         largest = math.inf if limits is None else limits.most
         return sampling._replace(limit=largest) if math.isfinite(largest) else sampling
 

@@ -1,6 +1,6 @@
-"""Kinds of what a field of a file may hold: numbers with units, words, texts, lists, a group or something plain.
+"""Kinds of field in a file: a number with its unit, a word, a text, a list, or one of two kinds.
 
-A kind reads a value, says its unit and sign and its JSON Schema, and writes it.
+A kind reads the value of a field and writes it again, and gives its JSON Schema, unit and sign.
 """
 
 import difflib
@@ -18,7 +18,7 @@ from ..yaml_text import Keys, kind_of, shown
 Schema = dict[str, Any]
 MOST_TURNS = 1000  # of a phase
 ANGLE = "(rad|deg|°|arc|rev|turn|[\"'′″])"
-HINTS = {  # what the spelling of a unit holds
+HINTS = {  # pattern in the text of a unit, of the JSON Schema
     "rad": ANGLE + "[^/]*$",
     "rad/s": f"({ANGLE}|rpm)",
     "N*m": "(N|lb|oz|gf)",
@@ -41,12 +41,15 @@ class Wrong(NamedTuple):
     on_key: bool = False
 
 
-class NotA(ValueError):
-    """A value is not of the kind that the argument names, such as "a list"; the complaint shows the row's example."""
+class NotOfKind(ValueError):
+    """A value of another kind than the argument names, such as "a list"; the complaint gives the example of the row."""
 
 
 class Entry(NamedTuple):
-    """Entry of a file while it is read: its keys and its faults so far; `top` are the fields at the top of the file."""
+    """Entry of a file while it is read.
+
+    It has its keys, the list of all faults so far, an example of its value, and the fields at the top of the file.
+    """
 
     keys: Keys
     faults: list[Wrong]
@@ -88,20 +91,20 @@ class Kind:
         return str(value)
 
     def example(self) -> str:
-        """Example where a row has none."""
+        """Example of a value, for a field whose row has none."""
         return example(self.unit)
 
     def part(self, value: object, key: str) -> "Row | None":
-        """The row of a field inside a value that a file has."""
+        """Row of a field inside a value of the file; None where it has none."""
         return None
 
 
 class Row(NamedTuple):
-    """A field: what it may hold, an example, a sentence, and its value without it, or its text in a file."""
+    """A field: its kind, an example, a description, and its value where a file does not give it, or that as text."""
 
     kind: Kind
     example: str = ""
-    says: str = ""
+    description: str = ""
     default: Any = None
     needed: bool = False
 
@@ -113,7 +116,9 @@ class Row(NamedTuple):
         """JSON Schema with the sentence, the unit and the range."""
         inside = self.kind.schema()
         unit, span = inside.get("x-unit", "1"), inside.get("x-range", "")
-        text = self.says.removesuffix(".") + (f" [{unit}]" if unit != "1" else "") + (f", {span}." if span else ".")
+        text = (
+            self.description.removesuffix(".") + (f" [{unit}]" if unit != "1" else "") + (f", {span}." if span else ".")
+        )
         schema: Schema = {"description": text} | inside | {"description": text}
         if isinstance(self.default, int | float | str) and self.default != "":
             plain = isinstance(self.default, str) or unit == "1"
@@ -250,20 +255,20 @@ class Word(Kind):
 
 @dataclass(frozen=True)
 class Text(Kind):
-    """A text that a function passes or refuses."""
+    """A text: a function returns its value or refuses it, another one gives more of its JSON Schema."""
 
-    passed: Callable[[str], str] = str
-    more: Callable[[], Schema] = dict
-    what: str = "a text"
+    convert: Callable[[str], Any] = str
+    more_schema: Callable[[], Schema] = dict
+    name: str = "a text"
     sample: str = "a text"
 
-    def read(self, value: object, entry: Entry) -> str:
+    def read(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, str):
-            raise NotA(self.what)
-        return self.passed(value)
+            raise NotOfKind(self.name)
+        return self.convert(value)
 
     def schema(self) -> Schema:
-        return self.more() if "enum" in self.more() else {"type": "string", **self.more()}
+        return {"type": "string", **self.more_schema()}
 
     def example(self) -> str:
         return self.sample
@@ -274,7 +279,7 @@ class Text(Kind):
 
 @dataclass(frozen=True)
 class Items(Kind):
-    """A list."""
+    """A list of items of one kind, with its least and largest length."""
 
     item: Kind
     low: int | None = None
@@ -282,7 +287,7 @@ class Items(Kind):
 
     def read(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, list):
-            raise NotA("a list")
+            raise NotOfKind("a list")
         for limit, outside, which in ((self.low, -1, "least"), (self.high, 1, "most")):
             if limit is not None and outside * (len(value) - limit) > 0:
                 raise ValueError(f"has {len(value)} items; write at {which} {limit}")
@@ -300,7 +305,7 @@ class Items(Kind):
 
 @dataclass(frozen=True)
 class Either(Kind):
-    """A group of fields, or something plain; or a word in their place."""
+    """A group of fields, or a value of a plain kind, or a word in their place."""
 
     plain: Kind
     group: Kind
@@ -336,7 +341,7 @@ def read(kind: Kind, value: object, entry: Entry) -> Any:
     try:
         result = entry.wrong("") if value is None else kind.read(value, entry)
         return result if len(entry.faults) == before else None
-    except NotA as error:
+    except NotOfKind as error:
         entry.wrong(f"{shown(value)} is not {error}; {entry.remedy(kind)}")
     except ValueError as error:
         entry.wrong(str(error))

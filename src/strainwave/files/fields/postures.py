@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from ...drive.postures import Link, Posture, two_link
-from ..scan_file import read_postures
-from .kinds import FILE_NAME, Entry, Items, Kind, NotA, Quantity, Row, Schema, Text, Whole, Wrong
-from .rows import Fields, Group, Points, field, group_text, needed
+from .csv_files import read_postures
+from .kinds import FILE_NAME, Entry, Items, Kind, NotOfKind, Quantity, Row, Schema, Text, Whole, Wrong
+from .rows import Fields, Group, Points, field, needed
 
 MOST_POSTURES = 1000
 MASS, LENGTH = Quantity("kg", "positive"), Quantity("m", "positive")
@@ -80,7 +80,7 @@ class PosturesKind(Kind):
 
     def read(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, str | list | dict):
-            raise NotA("a list, a group of fields or the name of a file")
+            raise NotOfKind("a list, a group of fields or the name of a file")
         return self._form(value).read(value, entry)
 
     def _form(self, value: object) -> Any:
@@ -90,7 +90,7 @@ class PosturesKind(Kind):
         return {"anyOf": [form.schema() for form in (self.rows, FILE_NAME, self.arm)]}
 
     def text(self, value: Any) -> str:
-        return f"[{', '.join(map(group_text, value))}]"
+        return self.rows.text(value)
 
     def part(self, value: object, key: str) -> Row | None:
         return None if isinstance(value, str) else self._form(value).part(value, key)

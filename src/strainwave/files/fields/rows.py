@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args, get_origin, get_type_hints
 
 from ...base.quantities import checked, is_model
@@ -17,24 +18,25 @@ from ...model.train import motion
 from ...model.train.filters import FILTERS
 from ..yaml_text import Located, Problem, kind_of, name, shown
 from . import kinds
-from .kinds import Entry, Items, Kind, NotA, Quantity, Row, Schema, Wrong, read
-from .sentences import SENTENCES
+from .kinds import Entry, Items, Kind, NotOfKind, Quantity, Row, Schema, Wrong, read
 
 SPRINGS = (springs.__name__, rounded.__name__, measured.__name__)
 SIGN_OF = {"N*m/rad": "positive", "N*m": "positive", "rad": "not negative"}  # of numbers of a spring, by their unit
 TYPE = "Kind of the entry."
 EXAMPLE_LAW = "{type: linear, K: 7160 N*m/rad}"
+LINES = Path(__file__).with_name("descriptions.txt").read_text(encoding="utf-8").splitlines()
+DESCRIPTIONS = dict(line.split(": ", 1) for line in LINES if line[:1] != "#")  # of fields of the model's classes
 
 
-def field(kind: Any, example: str, says: str = "", default: Any = None) -> Any:
+def field(kind: Any, example: str, description: str = "", default: Any = None) -> Any:
     """Row of a field that may be left out; a class stands for the group of its fields and says what its name says."""
     of = Fields(kind) if isinstance(kind, type) else kind
-    return Row(of, example, says or line_of(kind), default)
+    return Row(of, example, description or line_of(kind), default)
 
 
-def needed(kind: object, example: str, says: str = "") -> Any:
+def needed(kind: object, example: str, description: str = "") -> Any:
     """Row of a field that must be given."""
-    return field(kind, example, says)._replace(needed=True)
+    return field(kind, example, description)._replace(needed=True)
 
 
 class Group:
@@ -70,7 +72,7 @@ def _rows_of_model(cls: type[Any]) -> dict[str, Row]:
     return {
         key: Row(
             Points() if table else _kind_of(hint, cls, key),
-            says=SENTENCES.get(f"{cls.__name__}.{key}") or SENTENCES.get(key, ""),
+            description=DESCRIPTIONS.get(f"{cls.__name__}.{key}") or DESCRIPTIONS.get(key, ""),
             default=defaults.get(key),
             needed=key not in defaults,
         )
@@ -164,7 +166,7 @@ class Typed(Kind):
 
     def _typed(self, value: object, entry: Entry) -> Any:
         if not isinstance(value, dict):
-            raise NotA("a group of fields")
+            raise NotOfKind("a group of fields")
         types, type_entry = self.types(), entry.inside("type")
         if "type" not in value:
             return type_entry.wrong(f"is missing; write one of {', '.join(types)}")
@@ -195,7 +197,7 @@ class Typed(Kind):
             points = [(knot.x, knot.T) for knot in value.knots]
             if measured.tabulated(points) != value:
                 raise ValueError("this table has slopes of its own and a project file holds points; use it in Python")
-            return f"{{type: {named}, points: [{', '.join(f'[{x!r} rad, {T!r} N*m]' for x, T in points)}]}}"
+            return f"{{type: {named}, points: {Points().text(points)}}}"
         return group_text(value, named)
 
     def part(self, value: object, key: str) -> Row | None:
@@ -252,6 +254,10 @@ class Points(Kind):
         one = {"type": "array", "prefixItems": pair, "minItems": 2, "maxItems": 2}
         return {"type": "array", "items": one, "minItems": 2}
 
+    def text(self, value: Any) -> str:
+        first, second = self.units
+        return f"[{', '.join(f'[{a!r} {first}, {b!r} {second}]' for a, b in value)}]"
+
     def example(self) -> str:
         return "points such as [[-1 mrad, -90 N*m], [0 mrad, 0 N*m], [1 mrad, 100 N*m]]"
 
@@ -307,7 +313,7 @@ def read_group(value: object, cls: type[Any], entry: Entry, former: tuple[str, .
 def _given(value: object, cls: Any, entry: Entry, former: tuple[str, ...] = ()) -> dict[str, Any]:
     """Values of the fields that a file gives, None for a wrong one."""
     if not isinstance(value, dict):
-        raise NotA("a group of fields")
+        raise NotOfKind("a group of fields")
     rows = rows_of(cls)
     for key in value:
         if key not in rows:
@@ -331,8 +337,8 @@ def _unknown(key: str, fields: list[str], rows: dict[str, Row], entry: Entry) ->
     if close:
         return f"unknown field; did you mean {close[0]!r}? It stands at the top level, not in {name(entry.keys)!r}"
     for field, row in rows.items():
-        if len(key) > 3 and row.example and re.search(rf"\b{re.escape(key)}\b", row.says, re.IGNORECASE):
-            return f"unknown field; see {field!r} ({row.says.removesuffix('.')}), as {field}: {row.example}"
+        if len(key) > 3 and row.example and re.search(rf"\b{re.escape(key)}\b", row.description, re.IGNORECASE):
+            return f"unknown field; see {field!r} ({row.description.removesuffix('.')}), as {field}: {row.example}"
     return f"unknown field; known here: {', '.join(fields)}"
 
 
@@ -350,7 +356,7 @@ def read_file(content: Any, cls: Any, located: Located) -> tuple[Any, list[Probl
         return None, problems
     try:
         values = _given(content, cls, Entry((), faults, "", tuple(rows)))
-    except NotA:
+    except NotOfKind:
         first = next(key for key, row in rows.items() if row.needed)
         fact = "is empty" if content is None else f"holds {shown(content)}, not fields"
         sentence = f"{fact}; begin with a line such as '{first}: {rows[first].example}'"

@@ -14,12 +14,12 @@ from ...model.laws import LoadFriction, Parallel, Play
 from ...model.orders import BY_FIXED, LARGEST_RATIO
 from ...model.oscillator import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid
-from ..scan_file import ProfileFile, read_profile, read_torque_curve
 from . import groups
+from .csv_files import ProfileFile, read_profile, read_torque_curve
 from .drive_units import DriveUnitsSpec
 from .entries import DRAG, EXAMPLE_DRAG, EXAMPLE_HYSTERESIS, EXAMPLE_LOOP, GEAR_LAW, HYSTERESIS, RIPPLES, Loop
 from .groups import ASSUMED, CATALOGUE, LINE, MEASURED, MOST_SOURCES, YOURS
-from .kinds import FILE_NAME, Entry, Items, Kind, NotA, Quantity, Row, Schema, Text, Word, Wrong
+from .kinds import FILE_NAME, Entry, Items, Kind, NotOfKind, Quantity, Row, Schema, Text, Word, Wrong
 from .postures import EXAMPLE_POSTURES, PosturesKind
 from .rows import Fields, Group, Typed, field, group_text, needed, rows_of
 
@@ -104,7 +104,7 @@ class GearKind(Kind):
             gear.check_law()
             return gear.name
         if not isinstance(value, dict):
-            raise NotA("a group of fields")
+            raise NotOfKind("a group of fields")
         given = [key for key in value if key in GEAR_FIELDS]
         named = {"name", "file"} & set(given)
         if (named and set(given) & {"ratio", "rated_torque"}) or (set(given) == {"name"} and "fixed" not in value):

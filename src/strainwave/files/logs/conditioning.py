@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ...base.number_text import counted
 from ...base.quantities import numbers
 from ...base.results import Floats
-from ...base.sentences import counted
 from ...study.identification.log import Log, LogSegment
 from .names import TURN
 from .table import Roles, refuse

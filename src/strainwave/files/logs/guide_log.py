@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.sentences import counted
+from ...base.number_text import counted
 
 GUIDE = "PHD2 version"
 SIDEREAL = 2.0 * pi / 86_164.0905  # rad/s of the axis

@@ -8,17 +8,7 @@ from pathlib import Path
 from typing import Any
 
 STOPPED = (-9, -15)  # codes of a process that the system or a user ended: the signals SIGKILL and SIGTERM
-CHILD = """
-import pickle, sys
-from scipy.io import loadmat
-try:
-    answer = loadmat(sys.argv[1], appendmat=False, squeeze_me=True, struct_as_record=False)
-except NotImplementedError:  # as SciPy says of MATLAB 7.3, which another reader takes
-    answer = NotImplementedError()
-except Exception as error:  # whatever a damaged file makes SciPy raise
-    answer = ValueError(str(error))
-pickle.dump(answer, sys.stdout.buffer)
-"""
+CHILD = Path(__file__).with_name("mat_child.py")
 
 
 class NoReader(RuntimeError):
@@ -34,29 +24,30 @@ def mat_variables(path: Path) -> dict[str, Any]:
         If the file is of version 7.3.
     ValueError
         If it is damaged.
-    RuntimeError
+    NoReader
         If that process cannot be started, cannot import SciPy, or is ended from outside.
     """
-    # -P: no module of the working folder stands in for one of these
-    command = [sys.executable or "python", "-P", "-c", CHILD, os.fspath(path)]
+    # -P: no module of the working folder, or of this one, stands in for one of these
+    command = [sys.executable or "python", "-P", os.fspath(CHILD), os.fspath(path)]
     try:
         child = subprocess.run(command, capture_output=True, check=False)
         cause = child.stderr.decode(errors="replace").strip() if child.returncode == 1 else ""
     except OSError as error:
         cause = str(error)
     if cause:
-        raise NoReader(
-            f"{path} is read by a process of its own, {command[0]}, which does not run ({cause.splitlines()[-1]}); let "
-            "this program start processes, or save the data as .npz"
-        )
+        fate = f"{command[0]}, which does not run ({cause.splitlines()[-1]})"
+        raise _no_reader(path, fate, "let this program start processes")
     if child.returncode in STOPPED:
-        raise NoReader(
-            f"{path} is read by a process of its own, which was ended from outside (signal {-child.returncode}), as a "
-            "system does that has no memory left; read it with more memory, or save the data as .npz"
-        )
+        fate = f"which was ended from outside (signal {-child.returncode}), as a system does that has no memory left"
+        raise _no_reader(path, fate, "read it with more memory")
     if child.returncode:
         raise ValueError(f"SciPy's reader ended with the code {child.returncode}")
     answer = pickle.loads(child.stdout)
     if isinstance(answer, Exception):
         raise answer
     return dict(answer)
+
+
+def _no_reader(path: Path, fate: str, remedy: str) -> NoReader:
+    """Error that says what became of the process, and what helps."""
+    return NoReader(f"{path} is read by a process of its own, {fate}; {remedy}, or save the data as .npz")

@@ -1,236 +1,17 @@
-"""Dialect of a text table, the unit in a column's name, and the canonical channel that a name stands for.
+"""Names of columns: the unit in a name, and the canonical channel that it stands for."""
 
-All pairs of column separator and decimal sign are tried on the lines, with a sign between thousands. A file that two
-pairs read as different tables is refused: a German table must not become a wrong one.
-"""
-
-import csv
-import math
 import re
-from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from math import pi
 from typing import NamedTuple
 
 import numpy as np
 
-from ...base.quantities import shown
 from ...base.results import Floats
 from ...base.units import NUMBER, convert, parse
 from ...study.identification.run import CANONICAL
 
-DELIMITERS = (";", "\t", ",", " ")
-NAMES = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
-SIGNS = {".": "a point", ",": "a comma"}
-MISSING = frozenset((
-    "", "nan", "NaN", "NAN", "-nan", "inf", "-inf", "+inf", "Inf", "-Inf", "+Inf", "INF", "-INF", "infinity",
-    "Infinity", "-Infinity", "NA", "N/A", "null", "NULL", "None", "#N/A", "1.#INF", "-1.#INF", "1.#QNAN", "-1.#IND",
-    "1,#INF", "-1,#INF", "1,#QNAN", "-1,#IND",
-))  # fmt: skip
-NO_TEXT: frozenset[int] = frozenset()
-Signs = tuple[str, str]  # delimiter and decimal sign
-Reading = tuple[str, str, int]  # both, and the first line of numbers
-MOST_TRIED = 4000  # lines on which dialects are tried; of more lines, evenly chosen ones
-
-
-class Dialect(NamedTuple):
-    """Column separator (" " stands for any number of blanks), decimal sign, sign between thousands or ""."""
-
-    delimiter: str
-    decimal: str
-    thousands: str = ""
-
-    def __str__(self) -> str:
-        grouped = f", {SIGNS[self.thousands]} between thousands" if self.thousands else ""
-        between = NAMES.get(self.delimiter, repr(self.delimiter))
-        return f"columns separated by {between}, {SIGNS[self.decimal]} before decimals{grouped}"
-
-
-class Unclear(ValueError):
-    """Lines can be read in no way, or in several; the message says so with the remedy."""
-
-
-def split(line: str, delimiter: str) -> list[str]:
-    """Cells of a line."""
-    if delimiter == " ":
-        return line.split()
-    if '"' in line:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
-    return [cell.strip() for cell in line.split(delimiter)]
-
-
-def _grammar(decimal: str) -> tuple[re.Pattern[str], re.Pattern[str]]:
-    """Numbers with this decimal sign, and those with the other sign between thousands."""
-    sign, other = re.escape(decimal), re.escape("," if decimal == "." else ".")
-    # a comma must have a digit after it: "1, 2" is two cells
-    after = r"\d*" if decimal == "." else r"\d+"
-    power = r"(?:[eE][+-]?\d{1,3})?"
-    plain = rf"[+-]?(?:\d+(?:{sign}{after})?|{sign}\d+){power}"
-    grouped = rf"[+-]?[1-9]\d{{0,2}}(?:{other}\d{{3}})+(?:{sign}\d+)?{power}"
-    return re.compile(plain), re.compile(grouped)
-
-
-PLAIN = {decimal: _grammar(decimal)[0] for decimal in SIGNS}
-GROUPED = {decimal: _grammar(decimal)[1] for decimal in SIGNS}
-
-
-def is_number(cell: str, decimal: str) -> bool:
-    """True for a cell with a number with this decimal sign, or with a word for a missing one."""
-    return cell in MISSING or any(form[decimal].fullmatch(cell) is not None for form in (PLAIN, GROUPED))
-
-
-def number(cell: str, dialect: Dialect) -> float:
-    """Value of a cell that is a number, NaN where it says that there is none."""
-    if cell in MISSING:
-        return math.nan
-    # both signs stand for nothing but themselves in a cell that has passed `is_number`
-    plain = cell if PLAIN[dialect.decimal].fullmatch(cell) else cell.replace("," if dialect.decimal == "." else ".", "")
-    return float(plain.replace(dialect.decimal, "."))
-
-
-def is_row(cells: list[str], decimal: str) -> bool:
-    """True for a line whose cells are all numbers, one at least with a digit."""
-    return all(is_number(c, decimal) for c in cells) and any(c not in MISSING for c in cells)
-
-
-def find(
-    lines: Sequence[str], delimiter: str | None = None, decimal: str | None = None, count: int | None = None
-) -> tuple[Dialect, int]:
-    """Find the dialect of a table.
-
-    Parameters
-    ----------
-    lines : sequence of str
-        Lines without comments and empty ones: those above the numbers too.
-    delimiter, decimal : str or None
-        Given by the user, or to be found.
-    count : int or None
-        Number of columns, if the user names all of them.
-
-    Returns
-    -------
-    tuple of Dialect and int
-        The dialect, and the index of the first line of numbers.
-
-    Raises
-    ------
-    Unclear
-        If no dialect reads the lines, or two read different tables.
-    """
-    single = delimiter is None or (len(delimiter) == 1 and delimiter != '"')
-    sign = decimal is None or decimal in SIGNS
-    if not (single and sign) or (decimal is not None and delimiter == decimal):
-        raise Unclear(
-            f"cannot be read with the delimiter {shown(delimiter)} and the decimal sign {shown(decimal)}; the "
-            "delimiter is one sign, the decimal sign a point or a comma, and they differ"
-        )
-    delimiters, signs = DELIMITERS if delimiter is None else (delimiter,), SIGNS if decimal is None else (decimal,)
-    pairs = [(d, s) for d in delimiters for s in signs if d != s]
-    fits, sample, earliest = _fitting(lines, dict.fromkeys(pairs, NO_TEXT))
-    texts = dict.fromkeys(pairs, NO_TEXT)
-    if not fits:
-        columns = {pair: text for pair in pairs if (text := _text_columns(lines, *pair)) is not None}
-        texts |= columns
-        fits, sample, earliest = _fitting(lines, columns)
-        width = max((_columns(sample[0], d) - len(texts[d, s]) for d, s, _ in fits), default=0)
-        fits = [(d, s, i) for d, s, i in fits if _columns(sample[0], d) - len(texts[d, s]) == width]
-    if not fits:
-        raise Unclear(
-            "has no table of numbers whose lines have equally many cells; give delimiter and decimal as it is written, "
-            "write dates as 2026-11-23T13:37:38, and remove lines of text between the numbers"
-        )
-    tables: dict[tuple[tuple[str, ...], ...], Reading] = {}
-    for reading in sorted(fits, key=lambda reading: _columns(lines[earliest], reading[0]) == 1):
-        tables.setdefault(_read(sample, *reading[:2], texts[reading[:2]]), reading)
-    if len(tables) > 1:
-        tables = {cells: one for cells, one in tables.items() if _agrees(cells, lines, one, count)} or tables
-    if len(tables) > 1:
-        first, second = [Dialect(d, s) for d, s, _ in tables.values()][:2]
-        raise Unclear(
-            f"can be read in two ways, with {first}, or with {second} (line {lines[earliest].strip()[:60]!r}); give "
-            "delimiter and decimal"
-        )
-    d, s, start = next(iter(tables.values()))
-    other = "," if s == "." else "."
-    apart = [line for line in lines[start:] if (other in line if other != d else '"' in line)]
-    grouped = any(_is_grouped(cell, s) for line in apart for cell in split(line, d))
-    return Dialect(d, s, other if grouped else ""), start
-
-
-def _agrees(table: tuple[tuple[str, ...], ...], lines: Sequence[str], reading: Reading, count: int | None) -> bool:
-    """True for a table with as many columns as the user names, or with several and as many names above it."""
-    width = len(table[0])
-    if count is not None:
-        return width == count
-    delimiter, _, start = reading
-    return width > 1 and start > 0 and _columns(lines[start - 1], delimiter) == width
-
-
-def _fitting(lines: Sequence[str], texts: Mapping[Signs, frozenset[int]]) -> tuple[list[Reading], list[str], int]:
-    """Pairs of signs that read the lines, apart from columns of text; the lines tried; the first line of numbers."""
-    readings = [(d, s, start) for (d, s), text in texts.items() if (start := _first(lines, d, s, text)) is not None]
-    # only names stand above the numbers: what reads the more lines is right
-    earliest = min((start for _, _, start in readings), default=0)
-    body = _sample(lines[earliest:])
-    for sample in (body, body[: max(1, min(50, len(body) // 2))]):  # reading will say which of the other lines is wrong
-        fits = [(d, s, i) for d, s, i in readings if i == earliest and _fits(sample, d, s, texts[d, s])]
-        if fits:
-            break
-    return fits, sample, earliest
-
-
-def _text_columns(lines: Sequence[str], delimiter: str, decimal: str) -> frozenset[int] | None:
-    """Indices of columns of text, by most cells of the second half; None where no column is of numbers."""
-    half = lines[len(lines) // 2 : max(1, len(lines) - 1)]
-    rows = [split(line, delimiter) for line in half[:: max(1, len(half) // 200)]]
-    width = max(map(len, rows), default=0)
-    columns = [[row[i] for row in rows if i < len(row) and row[i] not in MISSING] for i in range(width)]
-    texts = [i for i, cells in enumerate(columns) if 2 * sum(is_number(c, decimal) for c in cells) < len(cells)]
-    numbers = sum(map(bool, columns)) - len(texts)
-    return frozenset(texts) if numbers else None
-
-
-def _cells(line: str, delimiter: str, texts: frozenset[int]) -> list[str]:
-    """Cells of a line, those of text empty."""
-    cells = split(line, delimiter)
-    return ["" if i in texts else cell for i, cell in enumerate(cells)] if texts else cells
-
-
-def _first(lines: Sequence[str], delimiter: str, decimal: str, texts: frozenset[int]) -> int | None:
-    """Index of the first line of numbers among the first 200."""
-    rows = (_cells(line, delimiter, texts) for line in lines[:200])
-    return next((i for i, row in enumerate(rows) if len(row) > max(texts, default=0) and is_row(row, decimal)), None)
-
-
-def _sample(lines: Sequence[str]) -> list[str]:
-    """Lines on which dialects are tried; the last line may be cut off and is not among them, if there are others."""
-    complete = lines[:-1] if len(lines) > 1 else lines
-    return list(complete[:: max(1, -(-len(complete) // MOST_TRIED))])
-
-
-def _columns(line: str, delimiter: str) -> int:
-    return len(split(line, delimiter))
-
-
-def _fits(lines: list[str], delimiter: str, decimal: str, texts: frozenset[int]) -> bool:
-    count = _columns(lines[0], delimiter)
-    for line in lines:
-        cells = _cells(line, delimiter, texts)
-        if len(cells) != count or not all(is_number(cell, decimal) for cell in cells):
-            return False
-    return True
-
-
-def _is_grouped(cell: str, decimal: str) -> bool:
-    return PLAIN[decimal].fullmatch(cell) is None and GROUPED[decimal].fullmatch(cell) is not None
-
-
-def _read(lines: list[str], delimiter: str, decimal: str, texts: frozenset[int]) -> tuple[tuple[str, ...], ...]:
-    """Cells as they are read: equal for dialects that read the same table."""
-    dialect = Dialect(delimiter, decimal)
-    return tuple(tuple(repr(number(cell, dialect)) for cell in _cells(line, delimiter, texts)) for line in lines)
-
-
+TURN = 2.0 * pi  # rad
 KINDS = ("rad", "rad/s", "rad/s**2", "N*m", "s", "A", "V", "Hz", "K", "m", "N")  # SI units of channels
 QUANTITIES = {
     "angle": ("angle", "position", "pos", "theta", "q", "winkel"),
@@ -254,7 +35,7 @@ ENDINGS = {
     "deg_per_s": "deg/s", "deg_s": "deg/s", "rpm": "rpm", "rev_per_s": "rev/s", "nm": "N*m", "n_m": "N*m",
     "mnm": "mN*m", "ncm": "N*cm", "a": "A", "ma": "mA", "v": "V", "mv": "mV", "hz": "Hz",
 }  # fmt: skip
-EPOCH = 978_307_200.0, 4_102_444_800.0  # s from 1970 to 2001 and to 2100
+SINCE_1970_S = 978_307_200.0, 4_102_444_800.0  # to 2001 and to 2100
 _SPELT = dict.fromkeys(("1/min", "min-1", "min^-1", "u/min"), "rpm")
 _SPELT |= {"grad": "deg", "°/s": "deg/s", "rps": "rev/s"}
 
@@ -264,13 +45,6 @@ class Named(NamedTuple):
 
     name: str
     unit: str
-
-
-def header_cells(line: str, delimiter: str) -> list[str]:
-    """Cells of a line of names; blanks part them outside of brackets only."""
-    if delimiter != " ":
-        return split(line, delimiter)
-    return re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line)
 
 
 def unit_row(cells: list[str]) -> bool:
@@ -366,13 +140,10 @@ def epoch_unit(time: Floats) -> str:
     """
     finite = time[np.isfinite(time)]
     for unit, size in (("ms", 1e3), ("us", 1e6), ("ns", 1e9)):
-        if len(finite) > 1 and EPOCH[0] <= np.min(finite) / size and np.max(finite) / size <= EPOCH[1]:
+        if len(finite) > 1 and SINCE_1970_S[0] <= np.min(finite) / size and np.max(finite) / size <= SINCE_1970_S[1]:
             return unit if np.median(np.abs(np.diff(finite))) / size < 60.0 else ""
     return ""
 
 
 def _spelt(unit: str) -> str:
     return _SPELT.get(unit.strip().lower(), unit.strip())
-
-
-TURN = 2.0 * pi

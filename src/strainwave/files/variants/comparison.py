@@ -16,7 +16,7 @@ from ...drive.train_curve import unfollowed
 from ...model.gears.limits import gravest
 from ...study.analysis.analysis import Analysis
 from ...study.analysis.verdict import Verdict
-from ..notes import of_hysteresis
+from ..notes import hysteresis_note
 
 MOST_DRIVES = 20
 Quantity = Callable[[Project, Analysis], Any]
@@ -225,7 +225,7 @@ def compared(projects: list[Project], analyses: list[Analysis]) -> ProjectCompar
         scales=tuple((p.speeds.scale, p.speeds.unit) for p in projects),
         failures=tuple(" ".join(one.sentence for one in gravest(a.limits) if one.fails) for a in analyses),
         files=tuple(p.path.name for p in projects),
-        remarks=tuple(dict.fromkeys(note for p in projects for note in of_hysteresis(p))),
+        remarks=tuple(dict.fromkeys(note for p in projects for note in hysteresis_note(p))),
         run_ups=tuple(() if a.avoid is None else a.avoid.passed for a in analyses),
         **columns, **sizes,
     )  # fmt: skip

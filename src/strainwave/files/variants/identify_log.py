@@ -9,9 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...base.facts import Fact, lines
+from ...base.number_text import unit_text
 from ...base.quantities import number, shown
 from ...base.results import Floats
-from ...base.sentences import Progress, listed, on_screen, sign, silent
+from ...base.sentences import listed
+from ...base.terminal import Progress, on_screen, silent
 from ...base.units import ARCSEC, RPM
 from ...drive.asked import MotorLimits, Source
 from ...drive.project import Project
@@ -134,7 +136,7 @@ class IdentifiedLog(Fit):
     def facts(self) -> tuple[Fact, ...]:
         """Every fact of the joint, once, with the intervals of 95 %."""
         heads = ("number", "found", "from", "to", "unit")
-        rows = [(name, value, *self.interval(name), sign(self.unit(name))) for name, value in self.values.items()]
+        rows = [(name, value, *self.interval(name), unit_text(self.unit(name))) for name, value in self.values.items()]
         return (
             Fact("headline", self.headline(), "{}"), Fact("usable", self.usable), Fact("explained", self.explained),
             Fact("numbers", self.numbers()),

@@ -10,11 +10,12 @@ import numpy as np
 from scipy.special import betaincinv, ndtr, ndtri
 
 from ...base.facts import Fact
+from ...base.number_text import number
 from ...base.quantities import number as checked_number
 from ...base.quantities import parse, positive_count, probabilities, whole
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted
-from ...base.sentences import number, silent
+from ...base.terminal import silent
 from ...base.units import Speeds
 from ...drive.postures import WITH_MEMORY, spread
 from ...drive.project import Project
@@ -22,7 +23,7 @@ from ...drive.train_curve import refuse_free
 from ...study.identification.intervals import Interval
 from ...study.speed_map.avoid import band_above
 from ..fields.groups import Radians
-from ..notes import of_hysteresis
+from ..notes import hysteresis_note
 from ..yaml_text import read
 from .names import nominal_of
 from .ranking import Ranking, ranking
@@ -244,7 +245,7 @@ def exceedance(
         top, w, low, high = (data[name].values[:done] if name in data else none for name in UNITS)
         rank = None if np.any(np.isnan(top)) else ranking(kept, top)
         errors = tuple(dict.fromkeys(re.sub(PLACE, "", error) for error in data.attrs["errors"].splitlines()))
-        more = tuple(spread(project, WITH_MEMORY)), project.speeds, tuple(of_hysteresis(project))
+        more = tuple(spread(project, WITH_MEMORY)), project.speeds, tuple(hysteresis_note(project))
         return Exceedance(allowed, kept, top, w, low, high, seed, rank, errors, tuning(project, kept, retune), *more)
 
     texts = partial(_texts, *_nominal(project))

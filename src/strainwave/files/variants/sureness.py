@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.facts import Fact
+from ...base.number_text import number, unit_text
 from ...base.results import Floats, SolveError
-from ...base.sentences import listed, number, sign
+from ...base.sentences import listed
 from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.postures import LOADS, WITH_MEMORY, spread
@@ -22,7 +23,7 @@ from ..reading import from_text
 from .names import quantity
 from .replaced import replaced
 
-POINTS, SPEEDS = 40, 200  # of each curve, about, and of the band
+CURVE_POINTS, BAND_SPEEDS = 40, 200  # about so many points of each curve; speeds of the band
 # 2 to 5 % of damping for 3 %, as in the report; an accuracy class is what an error has at most.
 # A hysteresis loss of a catalogue is an upper bound; that of another gear may be too small.
 RANGES = {  # by how names begin: what they are, and the ends of the range over the value
@@ -30,8 +31,8 @@ RANGES = {  # by how names begin: what they are, and the ends of the range over 
     "hysteresis": ("yield twist of the hysteresis", 0.5, 1.5), "excitation.": ("kinematic error", 0.5, 1.0),
     "motor.loop.bandwidth": ("bandwidth", 2.0 / 3.0, 1.5),
 }  # fmt: skip
-OF = ("damping.ratio", "damping.B", "damping.quality", "motor.loop.bandwidth", "excitation.accuracy")
-ENDINGS = {  # of a hysteresis: its torque is proportional to all of the first together
+SCALED_NAMES = ("damping.ratio", "damping.B", "damping.quality", "motor.loop.bandwidth", "excitation.accuracy")
+SCALED_ENDINGS = {  # of a hysteresis: its torque is proportional to all of the first together
     "hysteresis.": (
         ".K", ".K1", ".K2", ".K3", ".T1", ".T2", ".T_c", ".T_s", ".B", ".D", ".sigma_0", ".sigma_1", ".sigma_2",
     ),
@@ -39,7 +40,7 @@ ENDINGS = {  # of a hysteresis: its torque is proportional to all of the first t
 }  # fmt: skip
 
 
-INSIDE = tuple(k / 8 for k in range(1, 8))  # shares of a range at which an inner largest is looked for
+INNER_SHARES = tuple(k / 8 for k in range(1, 8))  # shares of a range at which an inner largest is looked for
 BESIDE, HALVINGS, FLAT = 1 / 16, 5, 0.01  # and beside one of another case; halvings at most, until so flat a top
 
 HEADS = "assumed", "value", "low", "high", "oscillation [arcsec] from", "to"
@@ -58,14 +59,14 @@ class Doubt(NamedTuple):
     def row(self) -> tuple[Fact, ...]:
         """Its row in a table."""
         texts = self.what, self.value, *self.ends, *(number(size / ARCSEC, 3) for size in self.sizes)
-        return tuple(Fact("", sign(text), head) for text, head in zip(texts, HEADS, strict=True))
+        return tuple(Fact("", unit_text(text), head) for text, head in zip(texts, HEADS, strict=True))
 
     @property
     def sentence(self) -> str:
         """Its assumption, its range, and what that gives."""
         sizes = " to ".join(number(size / ARCSEC, 3) for size in self.sizes)
         what = f"{self.what[:1].upper()}{self.what[1:]} {self.value}"
-        return f"{what} is assumed; {sign(' to '.join(self.ends))} give an oscillation of {sizes} arcsec"
+        return f"{what} is assumed; {unit_text(' to '.join(self.ends))} give an oscillation of {sizes} arcsec"
 
 
 class Sureness(NamedTuple):
@@ -132,7 +133,7 @@ class Sureness(NamedTuple):
 
 def solved(project: Project) -> DriveResponse:
     """The response of a drive with its assumed numbers at other values."""
-    return project.response(coexisting=False, points=POINTS)
+    return project.response(coexisting=False, points=CURVE_POINTS)
 
 
 def how_sure(project: Project) -> Sureness:
@@ -145,7 +146,7 @@ def how_sure(project: Project) -> Sureness:
     oscillation counts. A project that is changed in Python is written as a file first; where no file holds it, nothing
     is computed.
     """
-    omega = np.linspace(*project.speeds.limits, SPEEDS)
+    omega = np.linspace(*project.speeds.limits, BAND_SPEEDS)
     if any(_assumed(project)):
         try:
             project = _as_a_file(project)
@@ -156,18 +157,18 @@ def how_sure(project: Project) -> Sureness:
     drives = _Drives(project, groups, _torques(project) if groups else (), omega)
     plain = (None,) * len(groups)
     corners = [*product((0.0, 1.0), repeat=len(groups))] if groups else []
-    for case in (*(_with(plain, i, end) for i in range(len(groups)) for end in (0.0, 1.0)), *corners):
+    for case in (*(_with_share(plain, i, end) for i in range(len(groups)) for end in (0.0, 1.0)), *corners):
         drives.size(case)
-    inner = [drives.inner(i, plain, INSIDE if group.shifts else (0.5,)) for i, group in enumerate(groups)]
+    inner = [drives.worst_share(i, plain, INNER_SHARES if group.shifts else (0.5,)) for i, group in enumerate(groups)]
     for i, share in enumerate(inner):
         if groups[i].shifts and len(groups) > 1:
-            others = [_with(corner, i, share) for corner in corners if corner[i]]
+            others = [_with_share(corner, i, share) for corner in corners if corner[i]]
             best = max(others, key=lambda case: drives.size(case) or 0.0)
-            drives.inner(i, best, tuple(x for x in (share - BESIDE, share, share + BESIDE) if 0.0 <= x <= 1.0))
-    alone = [[case for case in drives.sizes if _with(case, i, None) == plain] for i in range(len(groups))]
-    sides = [_ends(drives.sizes, cases) for cases in alone]
+            drives.worst_share(i, best, tuple(x for x in (share - BESIDE, share, share + BESIDE) if 0.0 <= x <= 1.0))
+    alone = [[case for case in drives.sizes if _with_share(case, i, None) == plain] for i in range(len(groups))]
+    sides = [_extremes(drives.sizes, cases) for cases in alone]
     doubts = tuple(
-        Doubt(group.what, tuple(group.names), _listed(group, 1.0), (_listed(group, low), _listed(group, high)), side)
+        Doubt(group.what, tuple(group.names), _texts(group, 1.0), (_texts(group, low), _texts(group, high)), side)
         for group, side in zip(groups, sides, strict=True)
         if isfinite(side[0])
         for _, low, high in (RANGES[group.key],)
@@ -177,8 +178,9 @@ def how_sure(project: Project) -> Sureness:
     number_of = sum(size is not None for size in drives.computed.values())
     torques = drives.torques
     load = f" under the worst of {len(torques)} load torques" if len(torques) > 1 else ""
-    load = sign(f" with {number(torques[0])} N·m on the load") if len(torques) == 1 else load
-    return Sureness(doubts, omega, low, high, _ends(drives.sizes, drives.sizes), number_of, tuple(drives.lost), load)
+    load = unit_text(f" with {number(torques[0])} N·m on the load") if len(torques) == 1 else load
+    largest = _extremes(drives.sizes, drives.sizes)
+    return Sureness(doubts, omega, low, high, largest, number_of, tuple(drives.lost), load)
 
 
 class _Drives:
@@ -208,15 +210,15 @@ class _Drives:
         """Largest oscillation [rad] of a case; None where it has none."""
         changes: dict[str, str] = {}
         for group, share in zip(self.groups, case, strict=True):
-            texts = {} if share is None else {name: _times(t, group.factor(share)) for name, t in group.names.items()}
-            changes |= {name: text for name, text in texts.items() if text != _times(group.names[name], 1.0)}
+            texts = {} if share is None else {name: _scaled(t, group.factor(share)) for name, t in group.names.items()}
+            changes |= {name: text for name, text in texts.items() if text != _scaled(group.names[name], 1.0)}
         key = frozenset(changes.items())
         if key not in self.computed:
             self.computed[key] = None
             try:
                 variant = replaced(self.project, changes, retune=True) if changes else self.project
                 for torque in self.torques or (None,):
-                    response = solved(_under(variant, torque))
+                    response = solved(_under_torque(variant, torque))
                     self.computed[key] = max(self.computed[key] or 0.0, float(response.oscillation[response.top]))
                     for indices, values in _stretches(response, self.omega):
                         self.low[indices] = np.minimum(self.low[indices], values)
@@ -229,14 +231,14 @@ class _Drives:
             self.sizes[case] = size
         return size
 
-    def inner(self, i: int, case: Case, shares: tuple[float, ...]) -> float:
+    def worst_share(self, i: int, case: Case, shares: tuple[float, ...]) -> float:
         """Share of the range of group i with the largest oscillation, the others as in a case.
 
         A resonance that passes the speeds with the number has its largest within the range: around the largest that is
         known, the range is halved until its neighbours are nearly as large. Where the ends are the largest of few, they
         are taken.
         """
-        sizes = {x: self.size(_with(case, i, x)) or 0.0 for x in (0.0, 1.0, *shares)}
+        sizes = {x: self.size(_with_share(case, i, x)) or 0.0 for x in (0.0, 1.0, *shares)}
         for _ in range(HALVINGS):
             top = sorted(sizes, key=lambda x: -sizes[x])[0]
             if top in (0.0, 1.0) and not self.groups[i].shifts:
@@ -246,11 +248,12 @@ class _Drives:
             beside = [x for x in (*xs[max(k - 1, 0) : k], *xs[k + 1 : k + 2]) if sizes[x] < (1.0 - FLAT) * sizes[top]]
             if not beside:
                 break
-            sizes |= {x: self.size(_with(case, i, x)) or 0.0 for x in (0.5 * (top + x) for x in beside)}
+            sizes |= {x: self.size(_with_share(case, i, x)) or 0.0 for x in (0.5 * (top + x) for x in beside)}
         return max(sizes, key=lambda x: sizes[x])
 
 
-def _with(case: Case, i: int, share: float | None) -> Case:
+def _with_share(case: Case, i: int, share: float | None) -> Case:
+    """A case with another share of group i."""
     return (*case[:i], share, *case[i + 1 :])
 
 
@@ -262,13 +265,14 @@ def _torques(project: Project) -> tuple[float, ...]:
     others = spread(project, WITH_MEMORY if project.has_memory else LOADS)
     for torque in dict.fromkeys((project.mean_load_torque, *others)):
         with suppress(ValueError, SolveError):
-            response = solved(_under(project, torque))
+            response = solved(_under_torque(project, torque))
             sizes[torque] = float(response.oscillation[response.top])
     worst = max(sizes, key=lambda torque: sizes[torque], default=project.mean_load_torque)
     return (worst,) if project.has_memory else tuple(sorted({*project.other_loads, project.mean_load_torque, worst}))
 
 
-def _under(project: Project, torque: float | None) -> Project:
+def _under_torque(project: Project, torque: float | None) -> Project:
+    """The project under a torque [N*m] on the load; None leaves that of the file."""
     return project if torque is None else project.under(torque)
 
 
@@ -280,7 +284,7 @@ def _as_a_file(project: Project) -> Project:
     return from_text(project_text(project), project.path)
 
 
-def _ends(sizes: dict[Case, float], cases: Iterable[Case]) -> tuple[float, float]:
+def _extremes(sizes: dict[Case, float], cases: Iterable[Case]) -> tuple[float, float]:
     """Least and largest of the sizes of some cases."""
     known_sizes = [sizes[case] for case in cases]
     return (min(known_sizes), max(known_sizes)) if known_sizes else (nan, nan)
@@ -312,21 +316,24 @@ def _assumed(project: Project) -> Iterator[Group]:
     """Numbers that are assumed, by those that are changed together."""
     texts = {one.name: one.value for one in project.sources if one.word == ASSUMED}
     for key in RANGES:
-        names = [name for name in texts if name.startswith(key) and _counts(key, name) and quantity(texts[name])[0]]
+        names = [name for name in texts if name.startswith(key) and _is_scaled(key, name) and quantity(texts[name])[0]]
         if names:
             yield Group(key, {name: texts[name] for name in names})
 
 
-def _listed(group: Group, factor: float) -> str:
+def _texts(group: Group, factor: float) -> str:
     """The numbers of a group times a factor, each that differs once."""
-    return listed(dict.fromkeys(sign(_times(t, factor).replace("^", "**")) for t in group.names.values()))
+    return listed(dict.fromkeys(unit_text(_scaled(t, factor).replace("^", "**")) for t in group.names.values()))
 
 
-def _counts(group: str, name: str) -> bool:
-    return name in OF or name.endswith(ENDINGS.get(group, ".amplitude" if ".kinematic_error." in name else ()))
+def _is_scaled(group: str, name: str) -> bool:
+    """True for a number that is scaled with its group, not for a phase or a type beside it."""
+    endings = SCALED_ENDINGS.get(group, ".amplitude" if ".kinematic_error." in name else ())
+    return name in SCALED_NAMES or name.endswith(endings)
 
 
-def _times(text: str, factor: float) -> str:
+def _scaled(text: str, factor: float) -> str:
+    """Text of a number with its unit, times a factor."""
     value, unit = quantity(text)
     product = (value or 0.0) if factor == 1.0 else float(f"{factor * (value or 0.0):.4g}")  # computed as it is printed
     return f"{product:.6g} {unit}".rstrip()

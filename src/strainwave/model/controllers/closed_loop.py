@@ -13,7 +13,8 @@ import numpy as np
 
 from ...base.protocols import need
 from ...base.quantities import Angle, Ratio, Reals, Time, Torque
-from ...compile.address import ByAddress, at, put_at, value, words_of
+from ...compile.address import ByAddress, words_of
+from ...compile.calls import at, put_at, value
 from ...compile.elementwise import larger, select, smaller
 from ...compile.jit import entry, kernel, kernel_as
 from ...compile.tree import made, mapped, numbers

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...base.protocols import omega_of
 from ...base.results import Floats
-from ...compile.address import MATRIX, VECTOR, at, word_of_leaf, words_of
+from ...compile.address import word_of_leaf, words_of
+from ...compile.calls import MATRIX, VECTOR, at
 from ...compile.jit import entries, routine
 from ..addressed import EquationsAt, SeveralAt, corner_distances, several_at
 from ..roots import FA, FB, SHARE, A, B, narrow, next_place

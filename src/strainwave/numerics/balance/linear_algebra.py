@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Floats
-from ...compile.elementwise import elementwise, summed
+from ...compile.array_functions import elementwise, summed
 from ...compile.jit import kernel, kernel_as, routine
 
 LARGE = 60  # below it, loading SciPy (0.1 s) costs more than a whole curve gains

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...base.results import Booleans, Floats
 from ...base.series import remembered
-from ...compile.address import ByAddress, at
+from ...compile.address import ByAddress
+from ...compile.calls import at
 from ...compile.jit import run
 from ...compile.tree import leaf_of, with_leaf
 from ..addressed import EquationsAt, difference, equations_at, error_values, excitation_torques, oscillator_at, varied

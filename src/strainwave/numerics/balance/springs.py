@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.results import Floats
-from ...compile.address import MATRIX, VECTOR, at, call, value
+from ...compile.calls import MATRIX, VECTOR, at, call, value
 from ...compile.jit import entries, kernel_as
 from ..addressed import law_at, stiffnesses, torques
 from .fourier import extend_series, multiply_rows

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ...base.quantities import States, number_of, numbers
 from ...base.records import Along, Labelled, Result
 from ...base.results import Complexes, Floats
-from ...base.sentences import on_screen
+from ...base.terminal import on_screen
 from ...compile.tree import leaves, mapped
 from .loop_march import between
 from .loops import marched, ready, steps_of

@@ -18,7 +18,8 @@ import numpy as np
 
 from ...base.protocols import lacking
 from ...base.results import Floats
-from ...compile.address import ByAddress, at, call
+from ...compile.address import ByAddress
+from ...compile.calls import at, call
 from ...compile.elementwise import larger
 from ...compile.jit import borrowed, enabled, entry, kernel, kernel_as
 from ...compile.lanes import lane

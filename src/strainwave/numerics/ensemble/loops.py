@@ -13,7 +13,7 @@ from ...base.protocols import System, lacking, need
 from ...base.quantities import States, checked, number, numbers, positive_count, reals, samples_of, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import on_screen
+from ...base.terminal import on_screen
 from ...base.units import ARCSEC
 from ...compile.jit import run
 from ...compile.lanes import LANES, lane

@@ -12,7 +12,8 @@ from ...base.law import torsion as torsion_of
 from ...base.protocols import Scheme, System
 from ...base.quantities import States
 from ...base.results import Floats
-from ...compile.address import ByAddress, at, put_at, value
+from ...compile.address import ByAddress
+from ...compile.calls import at, put_at, value
 from ...compile.jit import entry, kernel, kernel_as
 from ...compile.tree import axpy, times
 from ..addressed import Tupled, rates_entry, torsion

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.quantities import States
 from ...base.results import Floats
-from ...compile.address import beyond, pointer
+from ...compile.calls import beyond, pointer
 from ...compile.jit import kernel, kernel_as, routine
 from .steps import dense_weights, weighted
 

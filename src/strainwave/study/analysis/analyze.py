@@ -13,8 +13,10 @@ import numpy as np
 
 from ...base.blas import one_thread
 from ...base.law import is_spring
+from ...base.number_text import number
 from ...base.results import SolveError
-from ...base.sentences import Angle, Sentence, Speed, number, silent
+from ...base.sentences import Angle, Sentence, Speed
+from ...base.terminal import silent
 from ...base.units import Speeds
 from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
 from ...drive.friction.standstill import standing

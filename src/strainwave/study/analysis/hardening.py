@@ -18,8 +18,9 @@ from ...base.protocols import with_parts
 from ...base.quantities import checked, interval, numbers, replace, samples_of, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Branch, Floats, SolveError
-from ...base.sentences import Sentence, Speed, on_screen
+from ...base.sentences import Sentence, Speed
 from ...base.series import oscillation
+from ...base.terminal import on_screen
 from ...drive.jumps import jumps
 from ...model.laws.springs import Cubic
 from ...numerics.balance.fourier import with_velocity

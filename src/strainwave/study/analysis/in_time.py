@@ -16,8 +16,9 @@ from ...base.protocols import System
 from ...base.quantities import number
 from ...base.records import Along, Result
 from ...base.results import Branch, Floats, SolveError, Trajectory, largest_between
-from ...base.sentences import Angle, Sentence, Speed, on_screen, silent
+from ...base.sentences import Angle, Sentence, Speed
 from ...base.series import largest_of_samples
+from ...base.terminal import on_screen, silent
 from ...base.units import RPM
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project

@@ -13,9 +13,11 @@ from itertools import chain
 from math import pi, sin, sqrt
 from typing import Any
 
+from ...base.number_text import number
 from ...base.protocols import Law, lines_of
 from ...base.results import SolveError
-from ...base.sentences import listed, number, silent
+from ...base.sentences import listed
+from ...base.terminal import silent
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...model.error_spectrum import accuracy_spectrum

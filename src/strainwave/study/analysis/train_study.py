@@ -12,7 +12,8 @@ import numpy as np
 from ...base.law import depends, spring_stiffness
 from ...base.protocols import terms_of
 from ...base.results import Floats, SolveError
-from ...base.sentences import Sentence, silent
+from ...base.sentences import Sentence
+from ...base.terminal import silent
 from ...drive.drive_response import DriveResponse
 from ...drive.friction.standstill import Standstill
 from ...drive.loop_margin import Bode, bode

@@ -4,7 +4,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from ...base.facts import Fact
-from ...base.sentences import Angle, Sentence, Speed, listed, number, percent
+from ...base.number_text import number, percent
+from ...base.sentences import Angle, Sentence, Speed, listed
 from ...base.units import ARCSEC, RPM, Speeds
 from ...drive.asked import BRAKE, RMS, MotorLimits
 from ...model.gears.limits import Finding, gravest

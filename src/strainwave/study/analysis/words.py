@@ -3,7 +3,8 @@
 import math
 from typing import TYPE_CHECKING, Any
 
-from ...base.sentences import Angle, Sentence, Speed, listed, number
+from ...base.number_text import number
+from ...base.sentences import Angle, Sentence, Speed, listed
 from ...base.units import RPM
 from ...drive.asked import BRAKE, PEAK, RMS
 from ...drive.train_curve import unfollowed

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...base.protocols import lines_of
 from ...base.quantities import number, numbers, shown, whole
-from ...base.sentences import Progress, silent
+from ...base.terminal import Progress, silent
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...drive.train_curve import in_turns

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ...base.quantities import checked, interval, number, reals, samples_of, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import on_screen
+from ...base.terminal import on_screen
 from ...compile.jit import borrowed, kernel, run
 from ...model.controllers.monitor import Average, Demodulator, Tracker
 

@@ -9,12 +9,13 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from ...base.number_text import number
 from ...base.protocols import System
 from ...base.quantities import interval, shown
 from ...base.quantities import number as real
 from ...base.records import Labelled, Result
 from ...base.results import Booleans, Complexes, Floats, Integers, SolveError
-from ...base.sentences import number, on_screen
+from ...base.terminal import on_screen
 from ...base.units import ARCSEC, BASES, Speeds
 from ...drive.project import Project
 from ...drive.train_curve import in_turns

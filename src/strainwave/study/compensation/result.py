@@ -9,10 +9,11 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from ...base.facts import Fact
+from ...base.number_text import number
 from ...base.quantities import probabilities
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import WIDTH, number, on_screen
+from ...base.terminal import WIDTH, on_screen
 from ...base.units import ARCSEC, BASES, Speeds
 from ...numerics.ensemble.loops import LoopEnsemble
 

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Interrupted, SolveError
-from ...base.sentences import Progress, listed, silent
+from ...base.sentences import listed
+from ...base.terminal import Progress, silent
 from ...base.units import ARCSEC, RPM
 from ...drive.loop_margin import unstable
 from ...drive.train_curve import POINTS, Crest, largest_crest

@@ -9,8 +9,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from ...base.facts import Fact
+from ...base.number_text import counted, number
 from ...base.records import Labelled, Result
-from ...base.sentences import counted, number
 from ...base.units import RPM
 from .specification import Specification
 

@@ -5,9 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from ...base.number_text import counted
 from ...base.quantities import joined, numbers, shown
 from ...base.results import Floats
-from ...base.sentences import counted
 from .experiment import Experiment, Record
 from .run import refuse_descending
 

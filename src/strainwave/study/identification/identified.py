@@ -10,7 +10,7 @@ import numpy as np
 from ...base.quantities import joined, number_of, numbers
 from ...base.records import Along, Labelled
 from ...base.results import Floats, SolveError
-from ...base.sentences import on_screen
+from ...base.terminal import on_screen
 from .channels import STEP_SCATTER, channels_of, even_step, input_row, refuse_lengths, refuse_missing, row_of
 from .driven import Between
 from .experiment import Experiment, Record

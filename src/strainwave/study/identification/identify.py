@@ -9,7 +9,7 @@ import numpy as np
 from ...base.protocols import System, with_parts
 from ...base.quantities import Ratio, checked, positive_count
 from ...base.results import Floats, SolveError
-from ...base.sentences import silent
+from ...base.terminal import silent
 from ...model.laws import Coulomb, Parallel, Polynomial, QuadraticDamping
 from ...numerics.integration.methods import MOST_STEPS
 from .channels import channels_of, record_of

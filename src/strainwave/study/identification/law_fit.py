@@ -17,7 +17,7 @@ from ...base.facts import Fact
 from ...base.quantities import joined, number, numbers, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats, SolveError
-from ...base.sentences import on_screen, silent
+from ...base.terminal import on_screen, silent
 from ...base.units import ARCSEC
 from .channels import channels_of, row_of
 from .fitted import Fit

@@ -16,10 +16,11 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
+from ...base.number_text import counted
 from ...base.quantities import LARGEST, SMALLEST, joined, numbers, reals, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import counted, on_screen
+from ...base.terminal import on_screen
 from .run import CANONICAL, Run
 
 GAP_STEPS = 1.5  # of the usual step: a longer one is a gap

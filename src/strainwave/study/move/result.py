@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...base.facts import Fact
+from ...base.number_text import number, percent
 from ...base.protocols import lines_of
 from ...base.records import Along, Result
 from ...base.results import Floats
-from ...base.sentences import number, percent
 from ...drive.train_curve import in_turns
 from ...drive.two_turns import beat_said
 from ...model.gears.limits import Finding, gravest

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike
 
 from ...base.facts import Fact
 from ...base.law import repeating
+from ...base.number_text import number
 from ...base.quantities import AngularAcceleration, AngularSpeed, checked, interval, numbers, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats, SolveError
-from ...base.sentences import number
 from ...drive.project import Project
 from ...drive.response import damping_of, loses_energy
 from ...drive.run import waiting

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from ...base.quantities import numbers, positive_count, shown
 from ...base.results import Floats, SolveError
-from ...base.sentences import silent
+from ...base.terminal import silent
 from ...drive.drive_response import DriveResponse
 from ...drive.postures import LoadCase, Posture, cases_of, refuse_twice, spread
 from ...drive.project import Project

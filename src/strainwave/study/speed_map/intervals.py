@@ -7,8 +7,8 @@ from math import log, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.number_text import number
 from ...base.results import Floats
-from ...base.sentences import number
 from ...base.units import BASES, Speeds
 
 NARROW_WIDTH = 1e-3  # relative width of a band below which it is none: a step of the curve, or what rounding leaves

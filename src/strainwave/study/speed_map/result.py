@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.facts import Fact
+from ...base.number_text import number, unit_text
 from ...base.quantities import index
 from ...base.records import Labelled, Result
 from ...base.results import Floats
-from ...base.sentences import number, sign
 from ...base.units import ARCSEC, BASES, RPM, Speeds
 from ...drive.postures import titled
 from .decide import POSTURE
@@ -26,7 +26,7 @@ UNITS = {"load torque": "N*m", "load inertia": "kg*m^2", POSTURE: ""}
 def load_text(load: float, name: str, title: str = "") -> str:
     """A load with its unit, or a posture with its number and title."""
     if name != POSTURE:
-        return f"{number(load, 3)} {sign(UNITS[name].replace('^', '**'))}"
+        return f"{number(load, 3)} {unit_text(UNITS[name].replace('^', '**'))}"
     return title or titled(load, "")
 
 

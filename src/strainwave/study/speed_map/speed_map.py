@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...base.quantities import interval, number, numbers, shown
 from ...base.results import Floats, Interrupted, SolveError
-from ...base.sentences import silent
+from ...base.terminal import silent
 from ...base.units import ARCSEC
 from ...drive.postures import LoadCase, Posture
 from ...drive.project import Project

@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...base.law import depends, is_linear, states_of, torque_of
+from ...base.number_text import number
 from ...base.protocols import linear_part_of, orders_of
 from ...base.quantities import number as real
 from ...base.results import Floats, SolveError
-from ...base.sentences import Sentence, number
+from ...base.sentences import Sentence
 from ...base.units import RPM
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import doubled_spans

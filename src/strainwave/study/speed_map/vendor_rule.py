@@ -7,8 +7,9 @@ from math import pi, sqrt
 import numpy as np
 
 from ...base.facts import Fact
+from ...base.number_text import number
 from ...base.results import Floats
-from ...base.sentences import listed, number
+from ...base.sentences import listed
 from ...base.units import RPM
 from ...drive.project import Project
 from .intervals import Span, clipped, common, complement, merged

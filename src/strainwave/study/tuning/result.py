@@ -8,8 +8,8 @@ from typing import Any, ClassVar, NamedTuple, get_type_hints
 import numpy as np
 
 from ...base.facts import Fact
+from ...base.number_text import number, percent, unit_text
 from ...base.records import Labelled, Result
-from ...base.sentences import number, percent, sign
 from ...drive.asked import DriveUnit
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
@@ -159,7 +159,7 @@ class TunedLoop(Result):
 
     def _row(self, p: TuningPoint) -> tuple[Fact, ...]:
         return (
-            *(Fact(n, p.gains[i], f"{n} [{sign(gain_unit(self.control, n))}]") for i, n in enumerate(self.gains)),
+            *(Fact(n, p.gains[i], f"{n} [{unit_text(gain_unit(self.control, n))}]") for i, n in enumerate(self.gains)),
             *(Fact(GOALS[n].key, v, LABELS.get(n, n)) for n, v in zip(self.goals, p.goals, strict=True)),
             Fact("peak_sensitivity", p.figures.peak_sensitivity, "peak sensitivity"),
             Fact("gain_margin", p.figures.gain_margin), Fact("phase_margin_rad", p.figures.phase_margin),
@@ -211,5 +211,5 @@ def gain_unit(control: Any, name: str) -> str:
 
 def gains_text(control: Any, names: Sequence[str], gains: Sequence[float]) -> str:
     """Gains of a control with their units, in a row."""
-    units = (sign(gain_unit(control, name)) for name in names)
+    units = (unit_text(gain_unit(control, name)) for name in names)
     return ", ".join(f"{name} {number(gain)} {unit}" for name, gain, unit in zip(names, gains, units, strict=True))

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ...base.number_text import number
 from ...base.quantities import choice, shown
 from ...base.quantities import number as checked_number
 from ...base.results import Floats, SolveError
-from ...base.sentences import listed, number, silent
+from ...base.sentences import listed
+from ...base.terminal import silent
 from ...drive.asked import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.operating_point import refuse_overload
@@ -74,8 +76,7 @@ def tune(
     pointing error is made small: compliance, settling after a torque on the load and settling of each motion of the
     project's move stay within 2 % of those of the project's loop, or of the rule where that loop is unstable or
     assumed, and gains of which 5 % more or less cost more than 20 % are not taken. The margins are those of the linear
-    loop about the state of the mean torques at the middle speed. A result is never worse than the rule,
-    slowed down until it keeps the limits.
+    loop about the mean torques at the middle speed. No result is worse than the rule, slowed to keep the limits.
 
     Parameters
     ----------
@@ -89,8 +90,7 @@ def tune(
     gains : sequence of str, optional
         Names of the gains to change, as "K_p". Default: all of the loop that are not 0.
     peak_sensitivity : float, optional
-        Largest |1/(1 + L)|. Default: 2 where no margin is given; it implies a gain margin of 2 and a phase margin of 29
-        degrees.
+        Largest |1/(1 + L)|. Default: 2 where no margin is given, which implies gain margin 2 and phase margin 29 deg.
     gain_margin, phase_margin : float, optional
         Least factor of the gain, and least phase [rad].
     loads : sequence of float, optional

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...base.records import Along, Labelled, Result
 from ...base.results import Booleans, Floats
-from ...base.sentences import on_screen
+from ...base.terminal import on_screen
 
 
 @dataclass(frozen=True)

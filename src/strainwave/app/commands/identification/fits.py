@@ -8,7 +8,7 @@ import click
 import numpy as np
 
 from ....base.facts import Fact, data, lines
-from ....files.logs.frd import read_frd
+from ....files.frd import read_frd
 from ....files.logs.names import named as name_and_unit
 from ....files.logs.read import read_log as log_of
 from ....files.reading import read_project

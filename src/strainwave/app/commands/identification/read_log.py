@@ -8,6 +8,7 @@ import click
 import numpy as np
 
 from ....base.facts import Fact, data, lines
+from ....base.number_text import unit_text
 from ....base.results import Floats
 from ....files.logs.choice import ARGUMENTS, keep_choice
 from ....files.logs.read import read_log as log_of
@@ -15,7 +16,6 @@ from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
 from ...console import echo, in_options, staged, to_json
-from ...view import sign
 from ..options import file_type, json_option, output_option, reading_options
 
 CSV, SVG = "log.csv", "log.svg"
@@ -64,7 +64,7 @@ def facts(file: Path, log: Log, parts: tuple[LogSegment, ...]) -> tuple[Fact, ..
     if {"load_angle", "load_speed"} & set(log.channels):
         shaft = "load"
     stretches = tuple(_row(part, shaft) for part in parts)
-    rows = [(name, sign(log.units[name]) or "–", *some) for name, some in sizes.items()]
+    rows = [(name, unit_text(log.units[name]) or "–", *some) for name, some in sizes.items()]
     channels = {name: {"unit": log.units[name], **dict(zip(SIZES, some, strict=True))} for name, some in sizes.items()}
     gaps = [f"{gap.start:.13g} to {gap.stop:.13g} s" for gap in log.gaps[:5]]
     gaps += [f"{len(log.gaps) - 5} more"] if len(log.gaps) > 5 else []

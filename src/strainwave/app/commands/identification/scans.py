@@ -8,9 +8,9 @@ from typing import Any
 import click
 import numpy as np
 
-from ....base.sentences import counted
+from ....base.number_text import counted
 from ....base.units import ARCSEC
-from ....files.scan_file import is_scan, read_scan
+from ....files.logs.scan_file import is_scan, read_scan
 from ....files.yaml_text import FileError, Problem, complaint
 from ....model.orders import Turn, order_map
 from ....plot.fits import order_scan_panels

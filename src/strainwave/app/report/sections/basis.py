@@ -9,7 +9,8 @@ from typing import Any
 
 from ....base.archive import version
 from ....base.facts import Fact, data
-from ....base.sentences import listed, printable
+from ....base.sentences import listed
+from ....base.terminal import printable
 from ....files.sources import source_facts
 from ....plot.portrait import proof_panels
 from ....plot.svg import figure

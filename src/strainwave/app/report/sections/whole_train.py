@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ....base.number_text import unit_text
 from ....base.quantities import parameters
 from ....base.sentences import Angle, Sentence, Speed, listed
 from ....base.units import RPM
@@ -23,7 +24,7 @@ from ....study.speed_map.ramp import Ramp, turns
 from ....study.speed_map.resonances import equation_orders
 from ...console import number
 from ...curves import curve_data
-from ...view import View, sign, sizes
+from ...view import View, sizes
 from ..section import Part, Table
 from .resonances import envelope, jump_speeds
 
@@ -41,7 +42,9 @@ def whole_train(view: View) -> Part:
         return Part(data={"train": None, "reduction": reduced})
     data = train_data(view, study)
     point, control = data["operating_point"], study.train.motor.control
-    gains = ", ".join(f"{p.path.removeprefix('loop.')} = {number(p.value)} {sign(p.unit)}" for p in parameters(control))
+    gains = ", ".join(
+        f"{p.path.removeprefix('loop.')} = {number(p.value)} {unit_text(p.unit)}" for p in parameters(control)
+    )
     angle = "" if point["load_angle_rad"] is None else f", at a load angle of {number(point['load_angle_rad'])}"
     made, torque = data["parts"], number(point["torque_in_gear_Nm"])
     text = (

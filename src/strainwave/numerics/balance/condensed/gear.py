@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....base.results import Floats
-from ....compile.elementwise import elementwise
+from ....compile.array_functions import elementwise
 from ....compile.jit import kernel_as, routine
 from ..fourier import extend_series, multiply_rows
 from ..linear_algebra import add, copy, fill, padded, row_times

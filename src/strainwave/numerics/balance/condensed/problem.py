@@ -13,7 +13,8 @@ import numpy as np
 
 from ....base.protocols import System, linear_part_of, omega_of
 from ....base.results import Booleans, Floats
-from ....compile.address import ByAddress, at
+from ....compile.address import ByAddress
+from ....compile.calls import at
 from ....compile.jit import run
 from ....compile.tree import with_leaf
 from ...addressed import EquationsAt, equations_at

@@ -12,8 +12,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ....base.facts import Fact
+from ....base.number_text import number
 from ....base.results import Complexes, Floats
-from ....base.sentences import number
 from ....drive.loops.worst_margins import weakness
 from ....drive.margins import Margins
 from ....model.train.controls import HERTZ

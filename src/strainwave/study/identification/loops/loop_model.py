@@ -16,9 +16,9 @@ import numpy as np
 
 from ....base.above import above
 from ....base.facts import Fact
+from ....base.number_text import unit_text
 from ....base.records import Along
 from ....base.results import Floats, Integers
-from ....base.sentences import sign
 from ....model.laws import Parallel, Play
 from ..law_fit import Candidate, LawFit
 
@@ -266,6 +266,7 @@ class LoopFit(LawFit):
     def facts(self) -> tuple[Fact, ...]:
         """Everything that is said of the fit, once, with the intervals of 95 %."""
         lack, heads = self.lack_of_fit, ("number", "value", "from", "to", "unit")
+        rows = [(*row, unit_text(unit)) for *row, unit in self.table()]
         lacking = lack and {
             "found": lack.found, "noise_N_m": lack.pure, "missed_N_m": lack.missed, "ratio": lack.ratio,
             "probability": lack.probability,
@@ -274,7 +275,7 @@ class LoopFit(LawFit):
             Fact("", (self.misses,) if self.misses else (), "{}"),
             Fact("", f"{len(self.torque)} samples, {self.cycles:.3g} cycles; numbers with the interval of 95 %", "{}"),
             Fact("numbers", self.numbers()),
-            Fact("", tuple(tuple(map(Fact, [""] * 5, (*row, sign(unit)), heads)) for *row, unit in self.table()), "{}"),
+            Fact("", tuple(tuple(map(Fact, [""] * 5, row, heads)) for row in rows), "{}"),
             Fact("unidentified", self.unidentified),
             Fact("", "candidates, by their error [N·m] in blocks of samples left out", "{}"),
             Fact("comparison", tuple(map(Candidate.facts, self.comparison)), "{}"),

@@ -6,8 +6,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from ....base.number_text import number
 from ....base.results import Floats
-from ....base.sentences import number, on_screen
+from ....base.terminal import on_screen
 from ....base.units import ARCSEC
 from ....model.error_spectrum import peak_to_peak
 from ....model.excitation import KinematicError, Line

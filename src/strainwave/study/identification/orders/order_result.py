@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ....base.facts import aligned
+from ....base.number_text import number
 from ....base.quantities import number as checked_number
 from ....base.quantities import numbers, shown
 from ....base.records import Labelled, Result
 from ....base.results import Floats
-from ....base.sentences import number, on_screen
+from ....base.terminal import on_screen
 from ....base.units import ARCSEC
 from ....model.excitation import KinematicError, Line
 from ..intervals import Interval, interval

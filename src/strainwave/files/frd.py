@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ...base.quantities import joined, shown
-from ...base.results import Complexes, Floats
-from ...base.units import HERTZ
-from ...study.identification.bode.measured_bode import Estimator, MeasuredBode, Quantity, bode_of_records, measured_bode
-from ..yaml_text import FileError
-from .names import ENDINGS, QUANTITIES, SHAFTS
-from .read import columns_of, read_log
-from .table import Column, index_of, refuse, unit_of
+from ..base.quantities import joined, shown
+from ..base.results import Complexes, Floats
+from ..base.units import HERTZ
+from ..study.identification.bode.measured_bode import Estimator, MeasuredBode, Quantity, bode_of_records, measured_bode
+from .logs.names import ENDINGS, QUANTITIES, SHAFTS
+from .logs.read import columns_of, read_log
+from .logs.table import Column, index_of, refuse, unit_of
+from .yaml_text import FileError
 
 Columns = Mapping[str, str | int] | None
 

@@ -12,7 +12,8 @@ from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
 
-from .identity import PACKAGE, Identity, Reads, code_text, is_installed, parts_of, taken
+from .bytecode import PACKAGE, Reads, code_text, is_installed, taken
+from .identity import parts_of, text_of
 
 ROOM = __package__
 
@@ -99,7 +100,7 @@ def _function(function: FunctionType) -> Text:
     if hasattr(function, "loops"):  # which compiled code runs in its place (`jit.kernel_as`)
         return _function(function.loops)
     reads = Reads()
-    text = code_text(function.__code__, reads)
+    text = code_text(function.__code__, reads, text_of)
     values = taken(function.__globals__, reads, _is_read)
     closed = [cell.cell_contents for cell in function.__closure__ or ()]
     more, _, read = _value((values, closed, function.__defaults__, function.__kwdefaults__))
@@ -123,6 +124,6 @@ def _value(thing: Any) -> Text:
         if isinstance(item, tuple | list):
             return f"{text(type(item))}({', '.join(map(text, item))})"
         parts = parts_of(item)
-        return Identity().text(item) if parts is None else text(parts)
+        return text_of(item) if parts is None else text(parts)
 
     return Text(text(thing).encode(errors="surrogatepass"), frozenset(), tuple(read))

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from .fields.kinds import Entry, Kind, Wrong
-from .fields.kinds import read as read_value
-from .fields.schema import PART
-from .scan_file import read_profile
-from .yaml_text import name, read
+from ..yaml_text import name, read
+from .csv_files import read_profile
+from .kinds import Entry, Kind, Wrong
+from .kinds import read as read_value
+from .schema import PART
 
 
 class WrongText(ValueError):

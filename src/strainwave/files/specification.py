@@ -1,34 +1,32 @@
-"""A specification of a design in YAML with units, read as a project file is; and a design as a project file."""
+"""Specification of a design: a YAML file with units, read as a project file is."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ..base.quantities import floated
-from ..base.sentences import printable
+from ..base.terminal import printable
 from ..base.units import RPM
 from ..model.excitation import KinematicError
 from ..model.gears import catalogue
-from ..model.gears.gear import Gear
-from ..study.design.result import Candidate
 from ..study.design.specification import DutySegment, Specification
 from .fields import groups, schema
 from .fields.entries import EXAMPLE_LOOP, Loop
 from .fields.groups import CATALOGUE, ErrorLine
 from .fields.kinds import Items, Quantity, Text, Whole, Wrong
-from .fields.rows import Fields, Group, field, needed, read_file, rows_of, texts_of
-from .notes import of_damping
+from .fields.rows import Fields, Group, field, needed, read_file, rows_of
+from .plausibility import damping_doubt
 from .reading import FROM_REST, REST_NOTE, ProjectError
 from .yaml_text import Keys, Problem, name, read, refuse, text_of
 
 KIND = "specification"
-ITEMS = 1000  # inertias of one kind, and segments
+MOST_ITEMS = 1000  # inertias of one kind, and segments
 COUNT = Whole(1, 10**9, "write for example 50", "is not positive; write a whole number from 1")
 SEGMENT = "{torque: 60 N*m, speed: 20 rpm, duration: 2 s}"
-INERTIAS = Items(schema.INERTIA, 1, ITEMS)
+INERTIAS = Items(schema.INERTIA, 1, MOST_ITEMS)
 
 
 def _series(value: str) -> str:
+    """A series of the catalogue, in any letters (ValueError)."""
     names = sorted({gear.series for gear in catalogue.select()})
     if value.upper() not in names:
         raise ValueError(f"{value!r} is no series of the catalogue; write one of {', '.join(names)}")
@@ -81,6 +79,9 @@ class SegmentSpec(Group):
     duration: float = needed(Quantity("s", "positive"), "2 s", "Time that it takes.")
 
 
+SEGMENTS = Items(Fields(SegmentSpec), high=MOST_ITEMS)
+
+
 class TorquesSpec(Group):
     """Torques of the load in place of a duty cycle, and what comes on top."""
 
@@ -126,7 +127,9 @@ class SpecificationSpec(Group):
     limit: schema.LimitSpec = needed(schema.LimitSpec, "{oscillation: 60 arcsec}")
     motor: MotorsSpec = needed(MotorsSpec, "{rotor_inertias: [0.5 kg*cm^2, 2 kg*cm^2]}")
     damping: RatioSpec = needed(RatioSpec, "{ratio: 3 %}")
-    duty: tuple[SegmentSpec, ...] = field(Items(Fields(SegmentSpec), high=ITEMS), f"[{SEGMENT}]", "Duty cycle.", ())
+    duty: tuple[SegmentSpec, ...] = field(
+        Items(Fields(SegmentSpec), high=MOST_ITEMS), f"[{SEGMENT}]", "Duty cycle.", ()
+    )
     torque: TorquesSpec = field(TorquesSpec, "{mean: 40 N*m, peak: 90 N*m}", default=TorquesSpec())
     life: float | None = field(Quantity("h", "positive"), "10000 h", "Life of the gear.")
     largest: LargestSpec = field(LargestSpec, "{size: 40, mass: 3 kg}", default=LargestSpec())
@@ -163,6 +166,7 @@ def read_specification(path: str | Path) -> Specification:
 
 
 def _contradictions(spec: SpecificationSpec) -> Iterator[tuple[Keys, str]]:
+    """Fields of torque and duty that do not go together."""
     torque = spec.torque
     if spec.duty and (torque.mean is not None or torque.peak is not None):
         yield ("torque",), "gives a mean or a peak, which the duty cycle gives already; remove one or the other"
@@ -175,6 +179,7 @@ def _contradictions(spec: SpecificationSpec) -> Iterator[tuple[Keys, str]]:
 
 
 def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
+    """The specification that the fields of a file give."""
     lines = tuple(line.line() for line in spec.excitation.kinematic_error)
     accuracy = spec.excitation.accuracy
     low = spec.speed.from_ or FROM_REST * spec.speed.to
@@ -183,7 +188,7 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
         title=spec.title or printable(path.stem),
         load_inertias=tuple(filter(None, (spec.load.inertia, *(spec.load.inertias or ())))),
         speeds=(low, spec.speed.to),
-        remarks=tuple(filter(None, (begin, of_damping(spec.damping.ratio)))),
+        remarks=tuple(filter(None, (begin, damping_doubt(spec.damping.ratio)))),
         limit=spec.limit.oscillation,
         rotor_inertias=tuple(spec.motor.rotor_inertias),
         loop=spec.motor.loop,
@@ -200,51 +205,3 @@ def _resolved(spec: SpecificationSpec, path: Path) -> Specification:
         assumed_accuracy=spec.excitation.assumed,
         kinematic_error=KinematicError(lines) if lines else None,
     )
-
-
-def design_text(
-    specification: Specification, candidate: Candidate, *, own: Mapping[str, Gear] | None = None, file: str = ""
-) -> str:  # fmt: skip
-    """Write a design as a project file: its drive with the worst load, through the speeds and all torques of the duty.
-
-    Parameters
-    ----------
-    specification : Specification
-        The specification.
-    candidate : Candidate
-        A design of the answer.
-    own : dict of str to Gear, optional
-        Gears of the user's own, by their names, that stand before those of the catalogue.
-    file : str
-        Name of their file, which is to lie beside the project file.
-
-    Returns
-    -------
-    str
-        YAML that `read_project` reads.
-
-    Raises
-    ------
-    ValueError
-        If a project file does not take the loop of the motor.
-    """
-    spec, c = specification, floated(candidate)
-    low, high = spec.speeds
-    record = own[c.gear] if own and c.gear in own else catalogue.gear(c.gear)
-    usual = spec.accuracy_of(record) if spec.accuracy or record.accuracy is None else CATALOGUE
-    error, peak, tuned = spec.kinematic_error, spec.torques[-1], spec.tuned(c.load_inertia)
-    loop = spec.loop if tuned == c.load_inertia else spec.control(c.motor_inertia + tuned / c.ratio**2)
-    written = schema.ProjectSpec(
-        title=f"{spec.title}: {c.gear}" if spec.title else c.gear,
-        gear=schema.NamedGear(name=c.gear, file=file) if own and c.gear in own else c.gear,
-        motor=schema.MotorSpec(inertia=c.motor_inertia, **({"mode": "held"} if loop is None else {"loop": loop})),
-        load=schema.LoadSpec(inertia=c.load_inertia),
-        damping=schema.DampingSpec(B=c.B),
-        speed=schema.SpeedSpec(**{"from": low, "to": high, "shaft": "load"}),
-        excitation=groups.ExcitationSpec(
-            **({"accuracy": usual} if error is None else {"kinematic_error": list(map(ErrorLine.of, error.lines))}),
-            load_torque=groups.LoadTorqueSpec(mean=groups.TorqueRange(**{"from": -peak, "to": peak})) if peak else None,
-        ),
-        limit=schema.LimitSpec(oscillation=spec.limit),
-    )
-    return "".join(f"{key}: {text}\n" for key, text in texts_of(written).items())

@@ -16,12 +16,12 @@ from typing import Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from ..base.law import check_law, states_of, torque_of
-from ..base.protocols import Law
-from ..base.quantities import checked
-from .fields.kinds import Entry, Wrong
-from .fields.rows import problems_of, read_group
-from .yaml_text import Located, Problem, read_text, shown
+from ...base.law import check_law, states_of, torque_of
+from ...base.protocols import Law
+from ...base.quantities import checked
+from ..yaml_text import Located, Problem, read_text, shown
+from .kinds import Entry, Wrong
+from .rows import problems_of, read_group
 
 PLACES = ("law", "hysteresis", "drag", "first", "second")  # where "mylaws.py:MyLaw" alone is a law
 NAMED = re.compile(r"(.+\.py):(\w+)")
@@ -41,6 +41,7 @@ def with_python_laws(located: Located, folder: Path) -> tuple[Any, list[Problem]
 
 
 def _replaced(value: object, entry: Entry, folder: Path) -> Any:
+    """A value of the file with its laws of Python files in place of their entries, at any depth."""
     if isinstance(value, list):
         return [_replaced(item, entry.inside(i), folder) for i, item in enumerate(value)]
     if isinstance(value, dict):
@@ -56,17 +57,17 @@ def _law(group: dict[str, Any], entry: Entry, folder: Path) -> Any:
     source = group["python"]
     source_entry = entry.inside("python") if len(group) > 1 else entry
     try:
-        cls = _class(source, folder)
-        _fields(cls)
+        cls = _class_named(source, folder)
+        _check_fields(cls)
         law = read_group({key: item for key, item in group.items() if key != "python"}, cls, entry, ("python",))
         if law is not None:
-            _try(law)
+            _check_methods(law)
         return law
     except (TypeError, ValueError) as error:
         return source_entry.wrong("" if source is None else str(error))
 
 
-def _class(given: object, folder: Path) -> Any:
+def _class_named(given: object, folder: Path) -> Any:
     """The class that "mylaws.py:MyLaw" names (ValueError)."""
     match = NAMED.fullmatch(given.strip()) if isinstance(given, str) else None
     if match is None:
@@ -85,6 +86,7 @@ def _class(given: object, folder: Path) -> Any:
 
 
 def _is_law(thing: object) -> bool:
+    """True for a NamedTuple class with a torque."""
     named = isinstance(thing, type) and issubclass(thing, tuple) and hasattr(thing, "_fields")
     return named and hasattr(thing, "torque")
 
@@ -109,15 +111,16 @@ def _module(path: Path) -> ModuleType:
         raise
     except BaseException as error:
         del sys.modules[module_name]
-        raise ValueError(f"{path.name} does not run: {_text(error)}{_line(error, path)}; correct it") from None
+        raise ValueError(f"{path.name} does not run: {_brief(error)}{_origin(error, path)}; correct it") from None
     finally:
         os.chdir(folder)  # that of the process is not the file's to change
     for cls in filter(_is_law, list(vars(module).values())):
-        copyreg.pickle(cls, _packed)  # a worker process knows the file, and not the module
+        copyreg.pickle(cls, _reduced)  # a worker process knows the file, and not the module
     return module
 
 
-def _packed(law: Any) -> tuple[Any, ...]:
+def _reduced(law: Any) -> tuple[Any, ...]:
+    """A law as pickle takes it: what makes it again, and the file, the class and the numbers."""
     cls = type(law)
     return restored, (sys.modules[cls.__module__].__file__, cls.__name__, tuple(law))
 
@@ -125,14 +128,15 @@ def _packed(law: Any) -> tuple[Any, ...]:
 def restored(file: str, cls: str, numbers: tuple[Any, ...]) -> Any:
     """Law of a Python file by its class and numbers, in a process that has not read the file (ValueError)."""
     path = Path(file)
-    return _class(f"{path.name}:{cls}", path.parent)(*numbers)
+    return _class_named(f"{path.name}:{cls}", path.parent)(*numbers)
 
 
-def _text(error: BaseException) -> str:
+def _brief(error: BaseException) -> str:
+    """Kind and message of an error, on one line."""
     return f"{type(error).__name__}: {' '.join(str(error).split())[:100]}".removesuffix(": ")
 
 
-def _line(error: BaseException, path: Path) -> str:
+def _origin(error: BaseException, path: Path) -> str:
     """Line of a file from which an error comes, in words; empty for an unknown one."""
     line = error.lineno if isinstance(error, SyntaxError) else None
     step = error.__traceback__
@@ -143,12 +147,12 @@ def _line(error: BaseException, path: Path) -> str:
     return "" if line is None else f" in line {line}"
 
 
-def _fields(cls: type[Any]) -> None:
+def _check_fields(cls: type[Any]) -> None:
     """Refuse a class whose fields a project file cannot give (ValueError)."""
     try:
         hints = get_type_hints(cls, include_extras=True)
     except Exception as error:
-        raise ValueError(f"the annotations of {cls.__name__} cannot be read: {_text(error)}; correct them") from None
+        raise ValueError(f"the annotations of {cls.__name__} cannot be read: {_brief(error)}; correct them") from None
     for field, hint in hints.items():
         if hint is float or (hint not in (int, Any) and get_origin(hint) is not tuple and len(get_args(hint)) < 2):
             remedy = f"{field}: Annotated[float, 'N*m/rad'], int, or Any for a law inside"
@@ -157,7 +161,7 @@ def _fields(cls: type[Any]) -> None:
         raise ValueError(f"{cls.__name__} has no stiffness(x), the slope of its torque; write that method too")
 
 
-def _try(law: Law) -> None:
+def _check_methods(law: Law) -> None:
     """Refuse a law that raises or gives no finite number (ValueError), or whose methods do not fit (TypeError)."""
     checked(law)
     cls = type(law).__name__
@@ -172,7 +176,7 @@ def _try(law: Law) -> None:
                 value = function(x)
                 finite = abs(float(value)) < float("inf")
             except Exception as error:
-                raise ValueError(f"{cls}.{method} at {x:g} rad raises {_text(error)}; correct it") from None
+                raise ValueError(f"{cls}.{method} at {x:g} rad raises {_brief(error)}; correct it") from None
             if not finite:
                 raise ValueError(f"{cls}.{method} at {x:g} rad gives {value!r}; it must be a finite number")
     twists: Any = np.array(TRIED)
@@ -181,7 +185,7 @@ def _try(law: Law) -> None:
         slopes: Any = np.asarray(law.stiffness(twists) + 0.0 * twists)
     except Exception as error:
         raise ValueError(
-            f"{cls} raises {_text(error)} for an array of torsions; write it without 'if' and without math, with the "
+            f"{cls} raises {_brief(error)} for an array of torsions; write it without 'if' and without math, with the "
             "functions of strainwave.maths, abs and NumPy"
         ) from None
     if torques.shape != twists.shape or slopes.shape != twists.shape:

@@ -1,12 +1,10 @@
-"""Points of a sweep: how they are cut into chunks, what a measure says of each, and what it fails at.
+"""A measure at the points of a chunk: its numbers as arrays, and the points at which it fails.
 
-A chunk is a block of the result's arrays and a run of points. `compute` needs nothing but its arguments and runs
-anywhere: in this process, in another, on another machine.
+`compute` needs nothing but its arguments and runs anywhere: in this process, in another, on another machine.
 """
 
 import contextlib
 import inspect
-import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
@@ -19,14 +17,13 @@ from numpy.typing import NDArray
 from ..base.quantities import checked, replace
 from ..base.results import Floats
 from ..compile.jit import load
-from ..compile.lanes import LANES
 from ..numerics.ensemble.request import LaneError, check_lanes
 from .sampling import by_path
 
 Array: TypeAlias = NDArray[Any]
 
-MOST_CALLS = 64  # of a measure that fails on a whole chunk, to find the points where it does
-LONGEST_MESSAGE = 400
+MOST_CALLS = 64  # calls of a measure that fails on a whole chunk, to find the points where it does
+LONGEST_MESSAGE = 400  # characters
 ESTIMATE = "error_estimate"  # attribute of a variable of a chunk: the sweep keeps the largest
 SWEEP_NAMES = ("done", "message", "point_status", "chunk", "letter", "variable", ESTIMATE)
 
@@ -60,8 +57,12 @@ class Variable(NamedTuple):
         return -1 if self.dtype.startswith("int") else np.nan
 
 
-class Part(NamedTuple):
-    """Results at the points of a chunk; `message` tells of the first that failed."""
+class ChunkResult(NamedTuple):
+    """Results at the points (n,) of a chunk.
+
+    `arrays` (n, ...) are by the names of the variables, `status` (n,) has a `PointStatus` for each point, `message`
+    tells of the first point that failed, and `estimates` are the largest errors of variables that come with one.
+    """
 
     variables: tuple[Variable, ...]
     arrays: dict[str, Array]
@@ -99,8 +100,8 @@ class _AnotherShape(ValueError):
     """A measure returned something else than at the points before."""
 
 
-def compute(job: Job, first: int, values: Mapping[str, Floats]) -> Part:
-    """Measure a stretch of points.
+def compute(job: Job, first: int, values: Mapping[str, Floats]) -> ChunkResult:
+    """Measure the points of a chunk.
 
     Parameters
     ----------
@@ -110,11 +111,16 @@ def compute(job: Job, first: int, values: Mapping[str, Floats]) -> Part:
         Number of the first point in the sweep.
     values : dict of str to (n,) array
         Values of the parameters at the points.
+
+    Returns
+    -------
+    ChunkResult
+        A point that fails has the fill values of the variables, and its `status` says in which way it failed.
     """
     load()  # no last bit depends on what this process did before
     count = len(next(iter(values.values())))
-    apart = by_path(job.system, values)
-    pieces = _by_halves(job, first, apart) if job.whole_chunks else _one_by_one(job, first, apart)
+    by_parameter = by_path(job.system, values)
+    pieces = (_by_halves if job.whole_chunks else _one_by_one)(job, first, by_parameter)
     variables, message = job.variables or (), ""
     status = np.zeros(count, np.uint8)
     arrays = {variable.name: variable.empty(count) for variable in variables}
@@ -134,24 +140,25 @@ def compute(job: Job, first: int, values: Mapping[str, Floats]) -> Part:
                 if ESTIMATE in attributes:
                     estimates[variable.name] = max(estimates.get(variable.name, 0.0), attributes[ESTIMATE])
         except (Exception, SystemExit) as error:
-            shape = isinstance(error, _AnotherShape)
-            status[places] = PointStatus.ANOTHER_SHAPE if shape else PointStatus.RAISED
+            other_shape = isinstance(error, _AnotherShape)
+            status[places] = PointStatus.ANOTHER_SHAPE if other_shape else PointStatus.RAISED
             message = message or _sentence(first + places[0], described(values, places[0]), error)
-    return Part(variables, arrays, status, message, estimates)
+    return ChunkResult(variables, arrays, status, message, estimates)
 
 
-def lost(job: Job, first: int, values: Mapping[str, Floats], why: str) -> Part:
+def lost_chunk(job: Job, first: int, values: Mapping[str, Floats], why: str) -> ChunkResult:
     """Return the part of a chunk whose worker died each time it was computed."""
     count = len(next(iter(values.values())))
     arrays = {variable.name: variable.empty(count) for variable in job.variables or ()}
     message = f"points {first} to {first + count - 1} (from {described(values, 0)}): {why}"[:LONGEST_MESSAGE]
-    return Part(job.variables or (), arrays, np.full(count, PointStatus.LOST, np.uint8), message, {})
+    return ChunkResult(job.variables or (), arrays, np.full(count, PointStatus.LOST, np.uint8), message, {})
 
 
-Pieces = Iterator[tuple[Any, Any]]  # places in the stretch, and what was found there or went wrong
+Pieces = Iterator[tuple[Any, Any]]  # indices in the stretch, and the result of the measure there, or its exception
 
 
 def _one_by_one(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
+    """Measure each point of a stretch."""
     random = _takes_random(job.measure)
     columns = {path: array.tolist() for path, array in values.items()}
     for i in range(len(next(iter(columns.values())))):
@@ -190,6 +197,7 @@ def _by_halves(job: Job, first: int, values: Mapping[str, Floats]) -> Pieces:
 
 
 def _takes_random(measure: Any) -> bool:
+    """True for a measure with a parameter `rng`."""
     try:
         return "rng" in inspect.signature(measure).parameters
     except (TypeError, ValueError):  # a function written in C
@@ -197,6 +205,7 @@ def _takes_random(measure: Any) -> bool:
 
 
 def _random(job: Job, point: int, wanted: bool) -> dict[str, Any]:
+    """The argument `rng` of a measure at a point, if it is wanted."""
     if not wanted:
         return {}
     return {"rng": np.random.default_rng(np.random.SeedSequence(job.seed, spawn_key=(point,)))}
@@ -229,6 +238,7 @@ def _attributes(value: Any, dims: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _real(name: Any, value: Any) -> float:
+    """A real number that a measure returned (ValueError)."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value.item()
     if not isinstance(value, Real | np.bool_):
@@ -244,6 +254,7 @@ def _variable(name: str, array: Array, dims: tuple[str, ...], attributes: dict[s
 
 
 def _plain(value: Any) -> Any:
+    """An attribute as JSON has it."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | np.ndarray):
@@ -254,6 +265,7 @@ def _plain(value: Any) -> Any:
 
 
 def _check_names(variables: tuple[Variable, ...], returned: Mapping[str, Any]) -> None:
+    """Refuse names that a sweep cannot store, and others than at the points before (ValueError)."""
     if taken := sorted(set(SWEEP_NAMES) & set(returned)):
         raise _AnotherShape(f"the measure returned a variable {taken[0]!r}, a name that the sweep uses; choose another")
     if strange := [name for name in returned if not name or name[0] == "." or not set(name).isdisjoint("/\\\0")]:
@@ -267,126 +279,19 @@ def _check_names(variables: tuple[Variable, ...], returned: Mapping[str, Any]) -
 
 
 def _fitting(variable: Variable, array: Array) -> Array:
+    """The array, if it has the shape and the kind of its variable (ValueError)."""
     if array.shape[1:] != variable.shape or (variable.dtype != "complex128" and array.dtype.kind == "c"):
         raise _AnotherShape(f"{variable.name} is {array.shape[1:]} of {array.dtype} here, elsewhere {variable.shape}")
     return array
 
 
 def _sentence(point: int, parameters: str, error: BaseException) -> str:
+    """Message on a point that failed."""
     text = ""
     with contextlib.suppress(Exception):  # of the user's own class, whose text may fail, too
         text = error.reason if isinstance(error, LaneError) else " ".join(str(error).split())
     kind = "" if isinstance(error, _AnotherShape | LaneError) else f"{type(error).__name__}: "
     return f"point {point} ({parameters}): {kind}{text or 'no reason given'}"[:LONGEST_MESSAGE]
-
-
-MOST_CHUNKS = 4096  # that a sweep point by point is cut into: each costs a few files and milliseconds
-SMALLEST, LARGEST = 32, 1 << 17
-SHARES = 64  # chunks that whole-chunk measures get at least, if these are not too small
-STORE_CHUNKS = 10_000_000  # chunks: a few files each
-LOOSE_POINTS = 100_000_000  # points of a sweep without a store: hours
-CHUNK_POINTS = 1 << 28  # points of a chunk: 2 GiB of every parameter
-SPARE = 1.1  # times as many lanes as with the best size are taken for smaller chunks
-
-
-class Stretch(NamedTuple):
-    """Points of one chunk: the first of them, how many, and where they are in the arrays."""
-
-    first: int
-    points: int
-    region: tuple[slice, ...]
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Shape of the arrays over the points, and of the block that one chunk holds.
-
-    A block is complete in its last dimensions and has length 1 in the first ones, so that its points follow each
-    other: point i is the i-th element of the arrays in C order.
-    """
-
-    shape: tuple[int, ...]
-    block: tuple[int, ...]
-
-    @property
-    def points(self) -> int:
-        """Number of points."""
-        return math.prod(self.shape)
-
-    @property
-    def counts(self) -> tuple[int, ...]:
-        """Number of chunks along every dimension."""
-        return tuple(-(-n // b) for n, b in zip(self.shape, self.block, strict=True))
-
-    @property
-    def chunks(self) -> int:
-        """Number of chunks."""
-        return math.prod(self.counts)
-
-    def indices(self, chunk: int) -> tuple[int, ...]:
-        """Index of a chunk along every dimension."""
-        return tuple(int(i) for i in np.unravel_index(chunk, self.counts))
-
-    def stretch(self, chunk: int) -> Stretch:
-        """Points of a chunk."""
-        starts = [i * b for i, b in zip(self.indices(chunk), self.block, strict=True)]
-        stops = [min(s + b, n) for s, b, n in zip(starts, self.block, self.shape, strict=True)]
-        first = int(np.ravel_multi_index(starts, self.shape))
-        region = tuple(slice(s, e) for s, e in zip(starts, stops, strict=True))
-        return Stretch(first, math.prod(e - s for s, e in zip(starts, stops, strict=True)), region)
-
-
-def layout_of(shape: tuple[int, ...], target: int) -> Layout:
-    """Cut arrays of a shape into even blocks of at most `target` points."""
-    block, left = [1] * len(shape), target
-    for axis in reversed(range(len(shape))):
-        pieces = -(-shape[axis] // left)
-        block[axis] = -(-shape[axis] // pieces)
-        left //= block[axis]
-        if pieces > 1 or left <= 1:
-            break
-    return Layout(shape, tuple(block))
-
-
-def chunk_size(shape: tuple[int, ...], least: int | None = None) -> int:
-    """Points of a chunk when the user does not say: it depends on nothing but the sweep itself.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        Shape of the arrays over the points.
-    least : int, optional
-        For a measure of whole chunks: the fewest lanes that are worth a chunk.
-    """
-    points = math.prod(shape)
-    if least is None:
-        return min(LARGEST, max(SMALLEST, -(-points // MOST_CHUNKS)))
-    target = LANES * max(1, -(-max(least, -(-points // SHARES)) // LANES))
-    if target >= LARGEST:
-        return LARGEST
-    # A block of the arrays rarely has as many points as it may: the smallest size that leaves few lanes empty.
-    sizes = range(target, min(2 * target, LARGEST) + 1, max(LANES, target // 8 // LANES * LANES))
-    lanes = {size: _lanes(layout_of(shape, size)) for size in sizes}
-    return next(size for size in sizes if lanes[size] <= SPARE * min(lanes.values()))
-
-
-def _lanes(layout: Layout) -> int:
-    """Lanes that are computed where every chunk fills its last block of lanes up."""
-    return layout.chunks * -(-math.prod(layout.block) // LANES)
-
-
-def check_size(layout: Layout, stored: bool) -> None:
-    """Refuse a sweep of more chunks than can be kept, or of chunks too large to be held (ValueError)."""
-    points, block = layout.points, math.prod(layout.block)
-    if block > CHUNK_POINTS:
-        raise ValueError(f"chunk is {block:.4g} points; at most {CHUNK_POINTS} fit into memory at a time")
-    if layout.chunks > STORE_CHUNKS:
-        raise ValueError(
-            f"the sweep has {points:.4g} points, that is {layout.chunks:.4g} chunks of up to {block} points, and at "
-            f"most {STORE_CHUNKS} can be kept; take fewer values, a Sobol or LatinHypercube sample, or a larger chunk"
-        )
-    if not stored and points > LOOSE_POINTS:
-        raise ValueError(f"{points:,} points are more than {LOOSE_POINTS:,}; give the sweep a store, it keeps its work")
 
 
 def described(values: Mapping[str, Any], i: int) -> str:
