@@ -75,7 +75,7 @@ def typed(function, *arguments, **_options):
     raise TypedError
 
 
-def typed_entry(function, thing, _kind, kinds):
+def typed_entry(function, thing, _known, kinds):
     """Find the types of a function that kernels call by address, in place of its machine code."""
     written = calls.signature(numba.types, numba.typeof(thing), kinds)
     dispatcher(function, classes((thing,))).get_call_template(written, {})

@@ -148,10 +148,10 @@ def test_other_orders_and_amplitudes_are_numbers_of_the_same_code(orders):
 
     error = sw.KinematicError(tuple(sw.Line(order, 1e-3 / order) for order in orders))
     sw.frequency_response(oscillator(sw.Cubic(1.0, 0.1))._replace(error=error), (0.5, 0.9), harmonics=13)
-    known = len(jit._entries)
+    known = sum(map(len, jit._entries.values()))
     error = sw.KinematicError(tuple(sw.Line(order + 1, 2e-3 / order) for order in orders))
     sw.frequency_response(oscillator(sw.Cubic(2.0, 0.3))._replace(error=error), (0.5, 0.9), harmonics=13)
-    assert len(jit._entries) == known
+    assert sum(map(len, jit._entries.values())) == known
 
 
 class Held(NamedTuple):

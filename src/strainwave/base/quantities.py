@@ -85,6 +85,8 @@ def _fields(cls: Any) -> list[tuple[str, Any, bool]]:
 
 
 def _as_annotated(value: Any, hint: Any, field: str) -> Any:
+    if hint is Any and is_model(value):
+        return _floated(value)
     if get_origin(hint) is tuple:
         if is_model(value) or not isinstance(value, list | tuple):
             raise TypeError(f"{field} must be a tuple, not {shown(value)}; write a single item as (item,)")

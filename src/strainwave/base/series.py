@@ -66,16 +66,21 @@ def _waves(harmonics: int) -> NDArray[np.float64]:
 
 def _largest_loops(c: NDArray[np.float64], waves: NDArray[np.float64], largest: NDArray[np.float64]) -> None:
     rows, samples = waves.shape
-    step, half = 2.0 * math.pi / samples, samples // 2 + 1
-    even, odd, sizes = np.empty(half), np.empty(half), np.empty(half)
+    step = 2.0 * math.pi / samples
+    even, odd, sizes = np.empty(samples), np.empty(samples), np.empty(samples)
     for p in range(c.shape[0]):
+        alternates = c[p, 0] == 0.0
+        for k in range(3, rows, 4):
+            alternates = alternates and c[p, k] == 0.0 and c[p, k + 1] == 0.0
+        half = samples // (4 if alternates else 2) + 1
         for j in range(half):
             even[j], odd[j] = c[p, 0], 0.0
-        for i in range(0, rows, 2):
+        for i in range(0, rows, 4 if alternates else 2):
             for j in range(half):
                 even[j] += c[p, i + 1] * waves[i, j]
                 odd[j] += c[p, i + 2] * waves[i + 1, j]
-        for j in range(half):  # cosines are even over the period, sines are odd: the larger of both halves
+        # cosines are even over the period, sines are odd: the larger of both halves; of odd harmonics alone of all four
+        for j in range(half):
             sizes[j] = abs(even[j]) + abs(odd[j])
         best = 0
         for j in range(1, half):
@@ -176,13 +181,15 @@ def interpolate(arc: NDArray[np.float64], s: float, series: Any, values: NDArray
 
 
 @kernel
-def weights_at(arc: NDArray[np.float64], s: float) -> NDArray[np.float64]:
+def weights_at(arc: Any, s: float) -> NDArray[np.float64]:
     """Weights (n,) at s of values at places (n,) of an arc, of the polynomial through them (Lagrange)."""
-    weights = np.ones(len(arc))
+    weights = np.empty(len(arc))
     for a in range(len(arc)):
+        weight = 1.0
         for b in range(len(arc)):
             if b != a:
-                weights[a] *= (s - arc[b]) / (arc[a] - arc[b])
+                weight *= (s - arc[b]) / (arc[a] - arc[b])
+        weights[a] = weight
     return weights
 
 

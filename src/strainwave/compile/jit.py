@@ -9,7 +9,7 @@ variable STRAINWAVE_JIT=0 (or NUMBA_DISABLE_JIT=1) the same functions run as Pyt
 import inspect
 import os
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -36,6 +36,7 @@ OPTIONS: dict[str, Any] = {
     "no_cfunc_wrapper": True,
 }
 
+NUMBA_COMPILES = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
 LIGHT_RUNS = 12  # about three response curves
 _light_runs = count()
 _runs: Counter[Any] = Counter()
@@ -90,7 +91,7 @@ def borrowed(thing: Any) -> Any:
 
 def enabled() -> bool:
     """True if kernels are compiled."""
-    return os.environ.get("STRAINWAVE_JIT", "1") != "0" and os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+    return NUMBA_COMPILES and os.environ.get("STRAINWAVE_JIT", "1") != "0"
 
 
 @contextmanager
@@ -122,22 +123,25 @@ def run(function: Callable[..., Any], *args: Any, light: bool | None = None, aft
     not know, the sentence of the TypeError says what.
     """
     loaded = "numba" in sys.modules
-    things = tuple([arg.thing if isinstance(arg, ByAddress) else arg for arg in args])
-    if not enabled() or (light is not None and not loaded and _runs_light(light)):
-        return function(*things)
-    classes = classes_of(things) if after else ()
-    if after and _runs[function, classes] < (0 if loaded else after):
-        _runs[function, classes] += 1
-        return function(*things)
-    errors = numba_module().core.errors
+    as_light = not loaded and light is not None and _runs_light(light)
+    if as_light or not enabled():
+        return function(*_things(args))
+    if after:
+        key = function, classes_of(_things(args))
+        if _runs[key] < (0 if loaded else after):
+            _runs[key] += 1
+            return function(*_things(args))
     try:
         given = tuple([arg.native() if isinstance(arg, ByAddress) else arg for arg in args])
         return dispatcher_of(function, classes_of(given))(*given)
-    except (errors.NumbaError, errors.UnsupportedBytecodeError) as error:
+    except Exception as error:
+        errors = numba_module().core.errors
+        if not isinstance(error, (errors.NumbaError, errors.UnsupportedBytecodeError)):
+            raise
         if after:  # it has run as Python before
-            _runs[function, classes] = -sys.maxsize
-            return function(*things)
-        raise TypeError(_explain(error, things)) from error
+            _runs[key] = -sys.maxsize
+            return function(*_things(args))
+        raise TypeError(_explain(error, _things(args))) from error
 
 
 def _runs_light(light: bool) -> bool:
@@ -145,7 +149,11 @@ def _runs_light(light: bool) -> bool:
     return _all_light.get() or (light and next(_light_runs) < LIGHT_RUNS)
 
 
-_entries: dict[Any, int] = {}
+def _things(args: tuple[Any, ...]) -> tuple[Any, ...]:
+    return tuple([arg.thing if isinstance(arg, ByAddress) else arg for arg in args])
+
+
+_entries: dict[Any, dict[Any, int]] = defaultdict(dict)  # by kinds of things
 
 
 def entry(function: Callable[..., Any], thing: Any, *kinds: Any) -> int:
@@ -159,20 +167,19 @@ def entry(function: Callable[..., Any], thing: Any, *kinds: Any) -> int:
 
 def entries(thing: Any, *functions: tuple[Any, tuple[Any, ...]]) -> list[int]:
     """Addresses of several functions of one thing, each with its kinds; 0 in the place of None."""
-    kind = kind_of(thing)
-    return [0 if function is None else _address_of(function, thing, kind, kinds) for function, kinds in functions]
+    known = _entries[kind_of(thing)]
+    return [0 if function is None else _address_of(function, thing, known, kinds) for function, kinds in functions]
 
 
-def _address_of(function: Callable[..., Any], thing: Any, kind: Any, kinds: tuple[Any, ...]) -> int:
-    key = function, kind, kinds
-    if key not in _entries:
+def _address_of(function: Callable[..., Any], thing: Any, known: dict[Any, int], kinds: tuple[Any, ...]) -> int:
+    if (function, kinds) not in known:
         with _one_at_a_time:
             dispatcher, types = dispatcher_of(function, classes_of((thing,))), import_module("numba.core.types")
             signature = calls.signature(types, numba_module().typeof(thing), kinds)
             dispatcher.compile(signature)
             code = dispatcher.overloads[signature]
-            _entries[key] = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
-    return _entries[key]
+            known[function, kinds] = int(code.library.get_pointer_to_function(code.fndesc.llvm_func_name))
+    return known[function, kinds]
 
 
 @cache

@@ -126,14 +126,14 @@ def turn_response(
     points = positive_count("points", points, MOST_POINTS)
     harmonics = None if harmonics is None else positive_count("harmonics", harmonics, LARGEST_HARMONICS)
     problem, traced, tail, origin = traced_turn(system, speeds, points, harmonics, coexisting)
-    placed, labels, _ = with_crests(problem, traced.points, traced.labels)
+    placed, labels, sizes = with_crests(problem, traced.points, traced.labels)
     hill, floquet = problem.hill(), None
     if not hill:
         placed, labels, floquet = with_stability(problem, placed, labels, False)
         if np.any(np.diff(np.abs(floquet[:, 0]) < DECAYS)):
             placed, labels, floquet = with_special_points(problem, placed, labels, floquet)
     traced = replace(traced, points=placed, labels=labels)
-    curve = describe(problem, "omega", traced, tail, origin, locate=False, floquet=floquet)
+    curve = describe(problem, "omega", traced, tail, origin, locate=False, floquet=floquet, sizes=sizes)
     if hill:
         return TurnResponse(problem, placed, with_all_said(problem, curve, traced))
     spring = not lacking(system, "J", "law") and is_spring(system)  # one whose stiffness or damping varies

@@ -42,12 +42,11 @@ def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, differen
     if has_jacobian(system):
         rows = system.jacobian(angles, tuple(y))
         return np.array([[np.broadcast_to(entry, y.shape[1:]) for entry in row] for row in rows], float)
-    columns = []
-    for j, size in enumerate(sizes):
-        d = np.zeros(len(y)).reshape(-1, *[1] * (y.ndim - 1))
-        d[j] = difference * size
-        columns.append((rates_at(system, angles, y + d) - rates_at(system, angles, y - d)) / (2.0 * difference * size))
-    return np.stack(columns, axis=1)
+    n, d = len(y), difference * np.asarray(sizes)
+    moved = y[..., None] + np.hstack([np.diag(d), -np.diag(d)]).reshape(n, *[1] * (y.ndim - 1), 2 * n)
+    everywhere = np.broadcast_to(np.asarray(angles)[..., None], moved.shape[1:]).ravel()
+    rates = rates_at(system, everywhere, moved.reshape(n, -1)).reshape(moved.shape)
+    return np.moveaxis((rates[..., :n] - rates[..., n:]) / (2.0 * d), -1, 1)
 
 
 @routine

@@ -27,7 +27,7 @@ from .rates import base_speed
 from .springs import of_law, springs_for
 from .truncation import few_of, share_left_out
 
-FIELDS = "J", "B", "omega", "law", "excitation", "error"
+FIELDS = frozenset({"J", "B", "omega", "law", "excitation", "error"})
 LIGHT = 33  # unknowns of a sampled law up to which NumPy follows a curve in a fraction of a second
 ROUNDING = 1e-9  # of the largest line: less is none
 BIAS = 0.02  # constant torque that breaks a symmetry, of the largest drive
@@ -153,7 +153,7 @@ class SecondOrder(NamedTuple):
             difference(self, z, slope, np.empty(self.size()))
 
     def run(self, kernel: Callable[..., Any], *arguments: Any) -> Any:
-        if not set(FIELDS) <= set(self.system._fields):  # a system like an oscillator whose numbers are none of these
+        if not FIELDS.issubset(self.system._fields):  # a system like an oscillator whose numbers are none of these
             return kernel(self, *arguments)
         return run(kernel, ByAddress(self, self.addressed, "equations"), *arguments, light=self.light())
 

@@ -20,7 +20,7 @@ import numpy as np
 from ...base.protocols import Balance
 from ...base.results import Floats, Status
 from ...base.sentences import Sentence, Speed
-from ...compile.tree import mapped, with_leaf
+from ...compile.tree import with_leaf
 from .fourier import analysis, orders, panels, synthesis
 from .rates import base_speed, jacobians_at, rates_at
 
@@ -53,10 +53,11 @@ class Tail(NamedTuple):
         return Status.TRUNCATED if status else status, sentence
 
 
-def tail_along(problem: Balance, points: Floats, aim: float = np.inf) -> Tail:
+def tail_along(problem: Balance, points: Floats, aim: float | None = None) -> Tail:
     """Tail of a curve of orbits (coefficients in blocks, parameter last).
 
-    What is left out is estimated only if the last two harmonics alone hold no more than `aim`.
+    What is left out is estimated only if the last two harmonics alone hold no more than `aim`. Without one these count
+    for nothing in `worst` of an oscillator, where one asks for the share alone.
     """
     if problem.leaf != problem.omega_leaf:
         size = np.linalg.norm(points[:, :-1], axis=1)
@@ -64,41 +65,15 @@ def tail_along(problem: Balance, points: Floats, aim: float = np.inf) -> Tail:
     h = problem.highest()
     if not len(points):
         return Tail(0.0, 0.0, np.nan, h)
-    last = tails_of(problem.series(points))
-    largest, worst = int(np.argmax(last[:, 0])), float(np.max(last))
-    if worst > aim:
-        return Tail(float(last[largest, 0]), worst, float(points[largest, -1]), h)
+    largest, worst = 0, 0.0
+    if aim is not None or not problem.hill():
+        last = tails_of(problem.series(points))
+        largest, worst = int(np.argmax(last[:, 0])), float(np.max(last))
+        if aim is not None and worst > aim:
+            return Tail(float(last[largest, 0]), worst, float(points[largest, -1]), h)
     values, shares = problem.left_out(points, largest)
     index = int(np.argmax(shares[:, 0]))
     return Tail(float(shares[index, 0]), max(worst, float(np.max(shares))), float(values[index]), h)
-
-
-def tails_together(problems: list[Any], curves: list[Floats]) -> list[Tail]:
-    """Tails of the curves of a family: those of oscillators with equal harmonics are estimated all at once.
-
-    Of those `worst` is the largest share left out.
-    """
-    first, kinds = problems[0], {mapped(lambda _: 0.0, problem.system) for problem in problems}
-    sizes = {problem.hill() and (problem.stride, problem.size()) for problem in problems}
-    if len(kinds) > 1 or len(sizes) > 1 or not (first.hill() and all(map(len, curves))):
-        return [tail_along(problem, points) for problem, points in zip(problems, curves, strict=True)]
-    selected = [points[few_of(points)] for points in curves]
-    counts = [len(points) for points in selected]
-
-    def joined(*fields: Any) -> Any:
-        if isinstance(fields[0], np.ndarray):
-            return np.concatenate(fields)
-        return fields[0] if len({*fields}) == 1 else np.repeat(fields, counts)[:, None]
-
-    systems = [with_leaf(p.system, p.leaf, points[:, -1:]) for p, points in zip(problems, selected, strict=True)]
-    points = np.concatenate(selected)
-    shares = share_left_out(mapped(joined, *systems), first.turns, points[:, :-1], first.stride)
-    tails, end = [], 0
-    for count in counts:
-        i = end + int(np.argmax(shares[end : end + count]))
-        tails.append(Tail(float(shares[i]), float(shares[i]), float(points[i, -1]), first.highest()))
-        end += count
-    return tails
 
 
 def few_of(points: Floats) -> list[int]:

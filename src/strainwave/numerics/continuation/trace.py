@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from itertools import accumulate, compress
 from typing import Any
 
 import numpy as np
@@ -108,7 +109,7 @@ def state_from(guess: Floats, width: float) -> Floats:
     """State of a continuation that starts at a guess (coefficients, parameter), the latter in units of `width`."""
     state = np.zeros((ROWS, len(guess)))
     state[Z1] = guess
-    state[SCALE] = 1.0 / max(float(np.linalg.norm(guess[:-1])), 1e-12)
+    state[SCALE] = 1.0 / max(_size(guess[:-1]), 1e-12)
     state[SCALE, -1] = 1.0 / width
     return state
 
@@ -159,8 +160,8 @@ def trace(
         mode = protocols.STEP
         left -= piece
         if growth < np.inf and outcome != LOST:
-            squares = np.square(points[:count, :-1]).sum(axis=1)
-            large = np.sqrt(squares) > growth * np.linalg.norm(parts[0][0, :-1])
+            motions = points[:count, :-1]
+            large = np.vecdot(motions, motions) > (growth * _size(parts[0][0, :-1])) ** 2
             if large.any():
                 end = int(np.argmax(large)) + 1
                 parts[-1], labels[-1], outcome = points[:end], kinds[:end], protocols.UNBOUNDED
@@ -191,14 +192,14 @@ def put_in_order(points: Floats, labels: Any) -> None:
                 points[[a, a + 1]], labels[[a, a + 1]] = points[[a + 1, a]], labels[[a + 1, a]]
 
 
-def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Floats, Any, Floats]:
-    """Points, labels and largest |x| of a curve with the crests of |x| and of |x - mean| among them, labelled TOP.
+def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Floats, Any, tuple[Floats, Floats]]:
+    """Points, labels, and x with largest |x|, of a curve with the crests of |x| and |x - mean| in it, labelled TOP.
 
     A crest that rises far above its neighbours may be a false one, at a corner of the law: they are looked for again.
     """
+    series = series_of(problem, points)
+    peaks = largest_size(series)
     for _ in range(ROUNDS):
-        series = series_of(problem, points)
-        peaks = largest_size(series)
         sizes: list[tuple[Measure, Floats]] = [(largest_size, peaks)]
         if np.any(np.abs(series[:, 0]) > SMALL_MEAN * peaks):
             sizes.append((oscillation, oscillation(series)))
@@ -216,11 +217,12 @@ def with_crests(problem: Balance, points: Floats, labels: Integers) -> tuple[Flo
                     crests.append((gap, TOP, crest[1]))
                     risen = max(risen, crest[2] / np.max(values))
         if crests:
-            points, labels, places, new = inserted(points, labels, crests)
-            peaks = np.insert(peaks, places, largest_size(series_of(problem, new)))
+            points, labels, places, _ = inserted(points, labels, crests)
+            series = series_of(problem, points)
+            peaks = np.insert(peaks, places, largest_size(series[np.add(places, range(len(places)))]))
         if risen <= 1.0 + CREST_RISE:
             break
-    return points, labels, peaks
+    return points, labels, (series, peaks)
 
 
 def crests_of(values: Floats) -> list[int]:
@@ -239,28 +241,28 @@ def _crest(
     It is the highest place of the polynomial through five points, solved for at the parameter there, or nearer to
     a known point where that is far from the polynomial.
     """
-    scale = np.full(points.shape[1], 1.0 / max(_size(points[i, :-1]), 1e-300))
-    scale[-1] = 1.0 / max(abs(float(points[i, -1])), 1e-300)
-    window = points[max(i - CREST_REACH, 0) : i + CREST_REACH + 1] * scale
-    centre = min(i, CREST_REACH)
-    arc, distinct, step = np.zeros(len(window)), np.ones(len(window), bool), window[1:] - window[:-1]
-    np.cumsum(np.sqrt(np.vecdot(step, step)), out=arc[1:])
-    first, mid, last, least = arc[centre - 1], arc[centre], arc[centre + 1], SAME_ARC * arc[-1]
-    distinct[1:] = arc[1:] - arc[:-1] > least
+    around, centre = slice(max(i - CREST_REACH, 0), i + CREST_REACH + 1), min(i, CREST_REACH)
+    scale = max(_size(points[i, :-1]), 1e-300)
+    step = np.diff(points[around], axis=0) / scale
+    step[:, -1] *= scale / max(abs(float(points[i, -1])), 1e-300)
+    lengths = np.sqrt(np.vecdot(step, step)).tolist()
+    arc = [0.0, *accumulate(lengths)]
+    least = SAME_ARC * arc[-1]
+    distinct = [True, *(length > least for length in lengths)]
     if not (distinct[centre] and distinct[centre + 1]):
         return None
-    steps, best, size, crest, share = (mid - first, last - mid), mid, float(sizes[i]), None, 1.0
-    window, arc = window[distinct], arc[distinct]
-    series = series[max(i - CREST_REACH, 0) : i + CREST_REACH + 1][distinct]
+    first, mid, last = arc[centre - 1 : centre + 2]
+    best, size, crest, share = mid, float(sizes[i]), None, 1.0
+    arc, window, series = list(compress(arc, distinct)), points[around][distinct], series[around][distinct]
     for _ in range(ROUNDS):
-        s, top = highest_between(arc, series, first, last, measure is oscillation)
-        nearest = arc[np.argmin(np.abs(arc - s))]
+        s, top = highest_between(np.array(arc), series, first, last, measure is oscillation)
+        nearest = min(arc, key=lambda place: abs(place - s))
         s = nearest + share * (s - nearest)
         if abs(top - size) <= SETTLED * top or not first < s < last or abs(s - nearest) <= least:
             break
-        guess = weights_at(arc, s) @ window / scale
+        guess = weights_at(arc, s) @ window
         point = solve(problem, guess)
-        if point is None or _size((point - guess) * scale) > STEP_DEVIATION * steps[int(s > mid)]:
+        if point is None or _size((point - guess)[:-1]) > STEP_DEVIATION * scale * lengths[centre - (s <= mid)]:
             share *= 0.5
             continue
         share = 1.0
@@ -275,7 +277,8 @@ def _crest(
             best, size, crest = s, value, (s - mid, point, value)
         if abs(rise) <= SETTLED * size or (value - top) ** 2 <= FORESEEN_ERROR * size * rise:
             break  # what is left to rise is rounding
-        arc, window, series = np.append(arc, s), np.vstack([window, point * scale]), np.vstack([series, solved])
+        arc.append(s)
+        window, series = np.concatenate([window, point[None]]), np.concatenate([series, solved])
     return crest
 
 
@@ -295,23 +298,22 @@ def series_of(problem: Balance, points: Floats) -> Floats:
 
 def describe(
     problem: Balance, parameter: str, curve: Trace, tail: Tail | None, origin: str, *, locate: bool = True,
-    floquet: Complexes | None = None,
+    floquet: Complexes | None = None, sizes: tuple[Floats, Floats] | None = None,
 ) -> Branch:  # fmt: skip
     """Add stability, peaks, crests, period doublings and branch points to a branch, and label the special points.
 
     Locating those of a general system takes far longer than the rest; without `locate` it has the points found alone,
-    whose multipliers may be known.
+    whose multipliers may be known, and `sizes`, as `with_crests` gives them.
     """
     points, labels = np.ascontiguousarray(curve.points), curve.labels
     status, message = ending(curve, parameter, points[:, -1])
     tail = tail_along(problem, points) if tail is None else tail
-    peaks = np.empty(0)
     if locate:
-        points, labels, peaks = with_crests(problem, points, labels)
+        points, labels, sizes = with_crests(problem, points, labels)
     points, labels, floquet = with_multipliers(problem, points, labels, locate, floquet)
-    coefficients = series_of(problem, points)
-    if len(peaks) != len(points):
-        peaks = largest_size(coefficients)
+    if sizes is None or len(sizes[0]) != len(points):
+        sizes = (series := series_of(problem, points)), largest_size(series)
+    coefficients, peaks = sizes
     values, turns = points[:, -1].copy(), int(problem.turns)
     omega = base_speed(problem, values.copy())
     stable = np.abs(floquet[:, 0]) < protocols.DECAYS

@@ -20,7 +20,7 @@ from ...compile.tree import leaf_of, with_leaf
 from ..balance.choice import balance_of
 from ..balance.harmonics import grown, is_odd_on, most_harmonics, starting_harmonics
 from ..balance.rates import periodic
-from ..balance.truncation import CURVE, Tail, tail_along, tails_together
+from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.coexisting import Coexisting
 from ..continuation.passage import across
 from ..continuation.trace import Trace, describe
@@ -105,27 +105,22 @@ def response_curves(
     """Response curves of checked systems of one class; `apply`, which is like map, goes through all but the first."""
     leaf = leaf_of(systems[0], "omega")
 
-    def followed(system: System) -> tuple[Any, Trace, Tail | None, str]:
+    def followed(system: System) -> Branch:
         system = with_leaf(system, leaf, (lo * hi) ** 0.5)
         h, largest = starting_harmonics(system, harmonics, period, points), most_harmonics(system)
 
         def problem_with(h: int) -> Balance:
             return balance_of(system, leaf, leaf, h, period)
 
-        if harmonics is not None:  # the tail is found with the description of the curve
-            return traced(problem_with, lo, hi, (h, h), CURVE, points, True)
-        return traced(problem_with, lo, hi, (h, largest), CURVE, points, True, lambda tail: tail.worst)
-
-    def described(curve: Any, tail: Tail) -> Branch:
-        problem, traces, _, origin = curve
-        return with_all_said(problem, describe(problem, "omega", traces, tail, origin), traces)
+        if harmonics is None:
+            found = traced(problem_with, lo, hi, (h, largest), CURVE, points, True, lambda tail: tail.worst)
+        else:  # the tail is found with the description of the curve
+            found = traced(problem_with, lo, hi, (h, h), CURVE, points, True)
+        problem, trace, tail, origin = found
+        return with_all_said(problem, describe(problem, "omega", trace, tail, origin), trace)
 
     # The first compiles, where that is still to do, before threads start.
-    curves = [followed(systems[0]), *apply(followed, systems[1:])]
-    problems, traces, tails, _ = map(list, zip(*curves, strict=True))
-    if harmonics is not None:
-        tails = tails_together(problems, [trace.points for trace in traces])
-    return [described(curves[0], tails[0]), *apply(described, curves[1:], tails[1:])]
+    return [followed(systems[0]), *apply(followed, systems[1:])]
 
 
 def traced(

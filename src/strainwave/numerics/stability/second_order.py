@@ -86,7 +86,7 @@ def steps_for(problem: SecondOrder, points: Floats) -> int:
     steps = max(128, 8 * problem.stride * problem.size())
     if not (problem.springs.is_sampled() and len(points)):
         return steps
-    speeds = orbit_scales(problem, points[:, -1])[0]
+    speeds = base_speed(problem, points[:, -1])
     slowest = int(np.argmin(speeds))
     system = with_leaf(problem.system, problem.leaf, float(points[slowest, -1]))
     u = points[slowest, :-1] @ grid_of(problem, 32 * problem.stride)

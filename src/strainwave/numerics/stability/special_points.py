@@ -42,8 +42,9 @@ def with_crossings(problem: Any, points: Floats, labels: Any, traces: Floats, de
 
 def changes(values: Floats, points: Floats) -> list[int]:
     """Places of points after which a value changes its sign, but for the seam of two arcs at one parameter."""
-    across = np.sign(values[1:]) * np.sign(values[:-1]) < 0.0
-    return np.flatnonzero(across & (np.diff(points[:, -1]) != 0.0)).tolist()
+    sign = np.sign(values)
+    places = np.flatnonzero(sign[1:] * sign[:-1] < 0.0).tolist()
+    return [i for i in places if points[i, -1] != points[i + 1, -1]]
 
 
 def inserted(

@@ -336,7 +336,7 @@ def _followed(
             trace, born = _around(problem, point, lo, hi, share * step)
             if not _turns_back(trace):
                 break
-        best = trace, born, tail_along(problem, trace.points)
+        best = trace, born, tail_along(problem, trace.points, np.inf)
         return best, best[-1].worst
 
     h = problem.harmonics()
