@@ -20,8 +20,8 @@ import strainwave as sw
 from strainwave.app.commands.cli import cli as command
 from strainwave.app.web.views import response as page
 from strainwave.drive.loops.linear_control import control_parts
+from strainwave.drive.loops.margins import loop_of
 from strainwave.drive.loops.worst_margins import loaded_trains
-from strainwave.drive.margins import loop_of
 from strainwave.drive.operating_point import mean_state
 from strainwave.study.compensation.bench import bench_of
 from strainwave.study.tuning.linear import OpenLoop

@@ -3,7 +3,8 @@
     python benchmarks/tune.py [--drives 0 1 ...] [--evolution SEED ...] [--unasked]
 
 Steps and goals are computed here anew: the goal from `Project.response` under each load, the peak sensitivity from the
-open loop of `strainwave.drive.margins`. Differential evolution has ten times as many nonlinear responses as `tune`.
+open loop of `strainwave.drive.loops.margins`. Differential evolution has ten times as many nonlinear responses as
+`tune`.
 Unasked, without goals: compliance, settling after a torque and settling of a move, recommended over those of the file,
 of twelve drives, from the linear train and from `move`.
 """
@@ -19,7 +20,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 import strainwave as sw
-from strainwave.drive.margins import HALF_WIDTHS, MotorLoop
+from strainwave.drive.loops.margins import HALF_WIDTHS, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.controls import core_of, with_core
 

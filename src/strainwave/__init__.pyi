@@ -45,9 +45,9 @@ from .files.project_text import project_text as project_text
 from .files.fields.entries import project_entry as project_entry
 from .files.variants.replaced import replaced as replaced
 from .base.archive import load as load
-from .drive.asked import MotorLimits as MotorLimits
-from .drive.asked import Payload as Payload
-from .drive.asked import Feedforward as Feedforward
+from .drive.demands.motor_limits import MotorLimits as MotorLimits
+from .drive.demands.payload import Payload as Payload
+from .drive.demands.move_task import Feedforward as Feedforward
 from .drive.postures import Posture as Posture
 from .files.fields.csv_files import read_postures as read_postures
 from .files.own_gears import read_gears as read_gears
@@ -83,8 +83,8 @@ from .theory.lyapunov import lyapunov as lyapunov
 from .theory.small_signal import small_signal as small_signal
 
 # The motor's loop
-from .drive.loop_margin import bode as bode
-from .drive.margins import margins as margins
+from .drive.loops.bode import bode as bode
+from .drive.loops.margins import margins as margins
 from .drive.state_space import state_space as state_space
 from .study.tuning.tune import tune as tune
 

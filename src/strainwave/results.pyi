@@ -7,11 +7,11 @@ from .base.results import SolveError as SolveError
 from .base.results import Status as Status
 from .base.results import Trajectory as Trajectory
 from .drive.friction.standstill import Standstill as Standstill
-from .drive.jumps import HysteresisBand as HysteresisBand
-from .drive.jumps import Jump as Jump
+from .drive.hysteresis_bands import HysteresisBand as HysteresisBand
+from .drive.hysteresis_bands import Jump as Jump
 from .drive.jumps import Jumps as Jumps
-from .drive.loop_margin import Bode as Bode
-from .drive.margins import Margins as Margins
+from .drive.loops.bode import Bode as Bode
+from .drive.loops.margins import Margins as Margins
 from .drive.run import DriveRun as DriveRun
 from .drive.state_space import StateSpace as StateSpace
 from .files.export.export import Exported as Exported

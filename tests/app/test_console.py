@@ -5,15 +5,16 @@ from itertools import count
 
 import pytest
 
-from strainwave.app import console
+from strainwave.app.console import progress as told_progress
+from strainwave.base.number_text import number
 from strainwave.compile.cache import Compilation
 
 
 @pytest.mark.parametrize("every", [0.05, 60.0])
 def test_a_stage_that_lasts_is_told_once_in_a_while(monkeypatch, capsys, every):
-    monkeypatch.setattr(console, "FIRST_LINE_S", 0.05)
-    monkeypatch.setattr(console, "NEXT_LINE_S", every)
-    with console.Progress("Drive") as progress:
+    monkeypatch.setattr(told_progress, "FIRST_LINE_S", 0.05)
+    monkeypatch.setattr(told_progress, "NEXT_LINE_S", every)
+    with told_progress.Progress("Drive") as progress:
         progress.show("exact response", 0.0)
         progress.show("exact response", 0.5)
         time.sleep(0.3)
@@ -44,13 +45,13 @@ def test_a_stage_that_lasts_is_told_once_in_a_while(monkeypatch, capsys, every):
     ],
 )
 def test_numbers_are_written_for_people(value, digits, text):
-    assert console.number(value, digits) == text
+    assert number(value, digits) == text
 
 
 def test_the_time_left_follows_from_the_share_and_leaves_out_what_was_compiled(monkeypatch):
     clock = [100.0]
-    monkeypatch.setattr(console, "monotonic", lambda: clock[0])
-    progress = console.Progress("Drive")
+    monkeypatch.setattr(told_progress, "monotonic", lambda: clock[0])
+    progress = told_progress.Progress("Drive")
     assert progress.time_left(100.0) == ""
     clock[0] = 130.0
     progress.compiled = 20.0
@@ -63,10 +64,10 @@ def test_the_time_left_follows_from_the_share_and_leaves_out_what_was_compiled(m
 
 
 def test_what_is_compiled_is_told_in_a_file_too(monkeypatch, capsys):
-    monkeypatch.setattr(console, "FIRST_LINE_S", 0.02)
+    monkeypatch.setattr(told_progress, "FIRST_LINE_S", 0.02)
     kernels, looks = [Compilation(name, kept=True) for name in ("follow", "march_one")], count()
-    monkeypatch.setattr(console, "compiling", lambda: ([], kernels[:1], kernels[1:])[next(looks) % 3])
-    with console.Progress("Drive"):
+    monkeypatch.setattr(told_progress, "compiling", lambda: ([], kernels[:1], kernels[1:])[next(looks) % 3])
+    with told_progress.Progress("Drive"):
         time.sleep(0.3)
     told = capsys.readouterr()
     assert next(looks) > 6
@@ -75,6 +76,6 @@ def test_what_is_compiled_is_told_in_a_file_too(monkeypatch, capsys):
 
 
 def test_durations_are_rounded_up():
-    assert [console.duration(t) for t in (0.2, 119.5, 120.5, 7199.0, 7201.0)] == [
+    assert [told_progress.duration(t) for t in (0.2, 119.5, 120.5, 7199.0, 7201.0)] == [
         "1 s", "120 s", "3 min", "120 min", "3 h",
     ]  # fmt: skip

@@ -9,7 +9,7 @@ import pytest
 import sympy as sp
 
 import strainwave as sw
-from strainwave.drive.asked import WEIGHT
+from strainwave.drive.demands.payload import WEIGHT
 from strainwave.study.analysis.analyze import decided_bands, judged_postures
 from strainwave.study.analysis.verdict import Answer, judged
 from strainwave.study.analysis.words import posture_sentence

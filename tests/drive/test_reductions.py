@@ -7,7 +7,7 @@ import pytest
 from direct_project import project_of
 
 import strainwave as sw
-from strainwave.drive.reductions import Reductions, compare_with_train
+from strainwave.drive.equation.reductions import Reductions, compare_with_train
 
 LAW = sw.Cubic(1.089e5, 6.85e4)  # cubic fit of a CSG-40-50
 DRIVE = sw.Drive(J_m=4.5e-4, J_l=1.3, N=50.0, B=15.4, law=LAW)

@@ -13,8 +13,8 @@ from strainwave.app.commands import cli
 from strainwave.app.commands.response import facts
 from strainwave.base.facts import data
 from strainwave.drive.loops.linear_control import control_parts
+from strainwave.drive.loops.margins import loop_of
 from strainwave.drive.loops.worst_margins import loaded_trains
-from strainwave.drive.margins import loop_of
 from strainwave.drive.operating_point import mean_state
 from strainwave.study.compensation.bench import bench_of
 from strainwave.study.tuning.linear import UNSTABLE, OpenLoop

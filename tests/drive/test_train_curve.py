@@ -9,13 +9,7 @@ from scipy.optimize import minimize_scalar
 
 import strainwave as sw
 from strainwave.drive.operating_point import operating_state
-from strainwave.drive.train_curve import (
-    has_curve,
-    largest_crest,
-    largest_oscillation,
-    torques_of_angle,
-    train_curve,
-)
+from strainwave.drive.train_curve import has_curve, largest_crest, largest_oscillation, torques_of_angle, train_curve
 from strainwave.model.train.train_forms import AtLoad, own_state
 from strainwave.numerics.curves.over_a_turn import traced_turn
 

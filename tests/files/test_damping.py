@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from strainwave.drive.response import settling_time
+from strainwave.drive.equation.gear_torque import settling_time
 from strainwave.files.reading import from_text
 from strainwave.numerics.steady import settled
 from strainwave.study.analysis.analysis import gear_loop

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.app.commands.compensation.tables import stated
+from strainwave.app.commands.compensation.order_tables import written_tables
 from strainwave.files.reading import ProjectError, from_text
 from strainwave.files.specification import read_specification
 from strainwave.study.compensation.bench import bench_of
@@ -137,7 +137,7 @@ def test_backward_motion_has_its_own_error():
         assert one.after.rms < 0.05 * one.before.rms
     assert sizes(found[-40.0].controller.error) == pytest.approx([8.0, 2.0])
     bench = bench_of(axis)
-    tables = {speed: dict(stated(bench, one))["angle"].table for speed, one in found.items()}
+    tables = {speed: dict(written_tables(bench, one))["angle"].table for speed, one in found.items()}
     assert [tables[speed].direction for speed in (40.0, -40.0)] == ["forward", "backward"]
     assert tables[-40.0].lines[0].amplitude / ARCSEC == pytest.approx(8.0)
     move = sw.move(axis, sw.Trapezoid(-0.3, 0.4))

@@ -7,7 +7,7 @@ import pytest
 
 from strainwave.base.results import Branch, Status
 from strainwave.drive.drive_response import DriveResponse
-from strainwave.plot.drive import PARTS, fine
+from strainwave.plot.smooth_curve import PARTS, fine
 
 ZETA = 0.05
 

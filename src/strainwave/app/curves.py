@@ -10,16 +10,19 @@ from ..base.units import Speeds
 from ..drive.drive_response import DriveResponse
 from ..drive.project import Project
 from ..drive.two_turns import A_TURN, beat_said
-from .console import WHAT_X_IS, number
+from .console import number
 from .view import AngleUnit, angle_unit, sizes, speed_data
 
+# What the errors are, wherever a command or the report shows one.
+WHAT_X_IS = (
+    "pointing error = reference angle of the motor/N − angle of the load; error between motor and load: "
+    "x = θ_m/N − θ_l; with an ideally held motor both are equal"
+)
 CONVENTIONS = (
     f"{WHAT_X_IS}; oscillation is the largest distance from the mean, in a run-up from the mean of its turns; peak is "
     "the largest size, the mean included; amplitudes of single harmonics are 0-to-peak; omega is the speed of the base "
     "angle"
 )
-
-
 UNCOVERED = "of the stable motions that are known; at some speeds the drive leaves them, and there"
 
 

@@ -1,19 +1,13 @@
-"""A project with its analysis and the units of a report: the argument of its sections and figures.
-
-Units in which commands, reports and figures show angles and speeds.
-"""
+"""A project with its analysis, and the units in which commands, reports and figures show its angles and speeds."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
-
-import click
 
 from ..base import units
 from ..base.number_text import number, rounded
 from ..base.sentences import AT_MOTOR, Angle, Quantity, told
 from ..base.units import ARCSEC, Speeds
 from ..drive.project import Project
-from ..files.fields.kinds import number as number_in
 from ..plot.panels import Axis
 
 if TYPE_CHECKING:
@@ -49,28 +43,6 @@ def speed_data(speeds: Speeds, omega: float) -> dict[str, Any]:
 def sizes(rad: float | None, name: str = "peak") -> dict[str, Any]:
     """An angle [rad] in radians and in arcsec."""
     return {f"{name}_rad": rad, f"{name}_arcsec": None if rad is None else rad / ARCSEC}
-
-
-def quantity(option: str, text: str, unit: str, sign: str = "any") -> float:
-    """Read a quantity that an option of the command line gives, in a unit of SI, or refuse it (click.BadParameter).
-
-    `sign` is "any", "positive" or "not negative".
-    """
-    try:
-        return number_in(text, unit, sign)
-    except ValueError as error:
-        raise click.BadParameter(f"{option}: {error}") from None
-
-
-def span(
-    option: str, ends: list[str] | tuple[str, ...], unit: str, example: str, sign: str = "not negative"
-) -> tuple[float, float]:  # fmt: skip
-    """Read a range that an option gives by its two ends, or refuse it (click.BadParameter)."""
-    values = [quantity(option, end, unit, sign) for end in ends]
-    if len(values) != 2 or not values[0] < values[1]:
-        text = " to ".join(repr(end) for end in ends)
-        raise click.BadParameter(f"{option}: {text} is no range; write a smaller and a larger value, {example}")
-    return values[0], values[1]
 
 
 class View(NamedTuple):

@@ -4,10 +4,9 @@ What motions ask of the gear and of the motor, against the limits of the datashe
 """
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -16,96 +15,9 @@ from ..base.records import Labelled, Result
 from ..base.results import Branch, Floats, Integers, Orbit, Status
 from ..base.sentences import Sentence
 from ..base.terminal import on_screen
-from ..model.gears.gear import Gear
-from ..model.gears.limits import Finding, check_limits
-from .asked import MotorLimits, Need, motor_findings, sheet_findings
+from .demands.motor_limits import Need
+from .demands.usage import MotorUse, Usage
 from .jumps import Jumps, pieces_of
-
-
-@dataclass(frozen=True)
-class Usage:
-    """The torque in the gear, T(u) + B u' at the output, in the steady motions of a speed range.
-
-    Attributes
-    ----------
-    peak_torque, at_peak : float
-        Largest size [N*m], and the base-angle speed [rad/s] there.
-    average_torque, at_average : float
-        Largest cubic mean over a turn [N*m], and the base-angle speed [rad/s] there.
-    """
-
-    peak_torque: float
-    at_peak: float
-    average_torque: float
-    at_average: float
-
-
-class MotorUse(NamedTuple):
-    """Largest demands of the motions of a speed range on the motor.
-
-    Attributes
-    ----------
-    torque, at : float
-        Largest size of its torque [N*m, motor side], and the base-angle speed [rad/s] there.
-    holding : float
-        Largest size of its mean over a turn [N*m], which loads, gravity and friction take at steady speeds.
-    load : float or None
-        Torque [N*m] of the load at the largest, where it has a range of them.
-    in_run_up : bool
-        Whether the largest is in the run-up, what its acceleration takes left out.
-    run_up : float or None
-        Largest size of the torque [N*m] in the run-up, its acceleration included; None without one.
-    """
-
-    torque: float
-    at: float
-    holding: float
-    load: float | None = None
-    in_run_up: bool = False
-    run_up: float | None = None
-
-
-def most_asked(some: Iterable[MotorUse | None]) -> MotorUse | None:
-    """The largest torques of several, of those that are known."""
-    uses = [use for use in some if use is not None]
-    if not uses:
-        return None
-    run_up = max((use.run_up for use in uses if use.run_up is not None), default=None)
-    top = max(uses, key=lambda use: use.torque)
-    return top._replace(holding=max(use.holding for use in uses), run_up=run_up)
-
-
-def most_used(*some: Usage) -> Usage:
-    """The largest torques of several."""
-    peak, mean = max(some, key=lambda u: u.peak_torque), max(some, key=lambda u: u.average_torque)
-    return Usage(peak.peak_torque, peak.at_peak, mean.average_torque, mean.at_average)
-
-
-def limit_findings(
-    gear: Gear | None, usage: Usage, fastest: float | None, limits: MotorLimits | None = None,
-    motor: MotorUse | None = None, needs: Iterable[Need | None] = (), resting: float | None = None,
-) -> tuple[Finding, ...]:  # fmt: skip
-    """Compare motions with the limits of the gear and of the motor; `Finding.fails` says by which a drive fails.
-
-    `fastest` is the largest input speed [rad/s], None where it is not known. It counts as the mean speed too: every
-    speed of the range may be kept up. `needs` is what the motions ask of the motor at every speed, `resting` the torque
-    of the load at rest [N*m, motor side].
-    """
-    findings: tuple[Finding, ...] = ()
-    if gear is not None:
-        findings = check_limits(
-            gear, peak_torque=usage.peak_torque, average_torque=usage.average_torque, max_speed=fastest,
-            average_speed=fastest,
-        )  # fmt: skip
-    if limits is None:
-        return findings
-    asked_of = [need for need in needs if need is not None]
-    torque, holding = (None, 0.0) if motor is None else (motor.torque, motor.holding)
-    if motor is not None and motor.in_run_up:
-        asked_of.append(Need(np.array([motor.at]), np.array([motor.torque]), np.zeros(1), np.ones(0, bool)))
-    torque = None if limits.peak_torque and asked_of else torque
-    simple = motor_findings(limits, torque, fastest, holding)
-    return (*findings, *simple, *sheet_findings(limits, asked_of, fastest, resting))
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,7 +71,7 @@ class DriveResponse(Result):
     method: ClassVar[str] = "harmonic balance"
 
     def coordinates(self) -> Labelled:
-        """As of the curve."""
+        """Coordinates of the curve."""
         return self.curve.coordinates()
 
     def variables(self) -> Labelled:
@@ -220,7 +132,7 @@ class DriveResponse(Result):
         return np.asarray(some[self.curve.inside[some]])
 
     def visited(self) -> Integers:
-        """The same; all in the range where no motion is stable."""
+        """Numbers of the stable motions in the range; of all motions in it where none is stable."""
         return self.counted if len(self.counted) else np.flatnonzero(self.curve.inside)
 
     def top_of(self, values: Floats) -> int:
@@ -237,7 +149,7 @@ class DriveResponse(Result):
         return self.top_of(self.peak) if len(self.counted) else None
 
     def largest_oscillation(self) -> int | None:
-        """The same of the largest |error - mean|."""
+        """Number of the stable motion with the largest |error - mean|; None where none is stable."""
         return self.top if len(self.counted) else None
 
     def torsion_amplitude(self, system: Any, order: int) -> Floats:
@@ -257,14 +169,14 @@ class DriveResponse(Result):
 
     @property
     def usage(self) -> Usage:
-        """Largest torques in the gear over the same motions."""
+        """Largest torques in the gear in the stable motions."""
         peak, mean = self.top_of(self.torque), self.top_of(self.mean_torque)
         sizes = self.torque[peak], self.omega[peak], self.mean_torque[mean], self.omega[mean]
         return Usage(*map(float, sizes))
 
     @property
     def motor(self) -> MotorUse | None:
-        """Largest demands of the same motions on the motor; None where they are not known."""
+        """Largest demands of the stable motions on the motor; None where they are not known."""
         if self.motor_torque is None or self.motor_mean is None:
             return None
         top = self.top_of(self.motor_torque)
@@ -272,7 +184,7 @@ class DriveResponse(Result):
         return MotorUse(float(self.motor_torque[top]), float(self.omega[top]), holding)
 
     def need(self, shifts: tuple[float, ...] = (0.0,)) -> Need | None:
-        """Demands of the same motions on the motor at every speed; None where they are not known.
+        """Demands of the stable motions on the motor at every speed; None where they are not known.
 
         Of the `shifts` of its mean torque [N*m], those of other loads, the largest counts; the vibration is that of the
         curve.
@@ -286,7 +198,7 @@ class DriveResponse(Result):
         peak = np.maximum(peak, moved + peak - np.abs(mean))
         return Need(self.omega[visited], peak, np.sqrt(moved**2 + ripple), np.diff(visited) == 1)
 
-    def asked(self, mean: float, loads: tuple[float, float], N: float) -> tuple[Usage, MotorUse | None]:
+    def demands(self, mean: float, loads: tuple[float, float], N: float) -> tuple[Usage, MotorUse | None]:
         """Demands of the motions on gear and motor, at least those of a range of `loads` [N*m] at steady speed.
 
         The curve is for the `mean` torque of the load; over the ratio `N` the motor holds the others too.

@@ -2,12 +2,9 @@
 
 The drive follows stable orbits. Where they end at a fold it jumps onto another stable orbit of the curve at the same
 frequency; where several wait there, the basins of attraction decide, and the nearest in size is taken and named so.
-
-Bands of hysteresis between a slow run-up and run-down, each with its own pair of jumps.
 """
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -15,119 +12,18 @@ import numpy as np
 from ..base.records import Labelled, Result
 from ..base.results import Booleans, Branch, Integers, Orbit
 from ..base.terminal import on_screen
+from .hysteresis_bands import HysteresisBand, Jump, Leg, bands_between, bands_sentence
 
 SEAM = 1e-6  # relative difference of two pieces of a curve in value and in size that are one motion where they meet
 
 
-@dataclass(frozen=True)
-class Jump:
-    """One jump of a sweep: the frequency (or other parameter) and the largest |x| before and after; why it happens."""
+class Sweep(NamedTuple):
+    """A slow sweep: points of the branch in order, jumps, whether it reaches the other end, and legs between jumps."""
 
-    value: float
-    before: float
-    after: float
-    cause: str
-    choices: int
-
-
-@dataclass(frozen=True)
-class HysteresisBand:
-    """A band in which a slow run-up and run-down are on different motions.
-
-    Attributes
-    ----------
-    low, high : float
-        Its ends: where the run-down jumps out of it, and where the run-up does. Where the band goes on beyond the range
-        of the branch, or the other sweep finds no stable motion, there is no jump at that end.
-    on_run_up, on_run_down : tuple of Jump
-        The jumps of each sweep in the band and at its ends, in order.
-    """
-
-    low: float
-    high: float
-    on_run_up: tuple[Jump, ...]
-    on_run_down: tuple[Jump, ...]
-
-    @property
-    def jump_up(self) -> float:
-        """Value at which |x| jumps up (the largest such jump); nan without one."""
-        return _largest([j for j in (*self.on_run_up, *self.on_run_down) if j.after > j.before])
-
-    @property
-    def jump_down(self) -> float:
-        """Value at which |x| drops (the largest such jump); nan without one."""
-        return _largest([j for j in (*self.on_run_up, *self.on_run_down) if j.after < j.before])
-
-    @property
-    def whole(self) -> bool:
-        """True if both ends are jumps."""
-        begins = any(j.value == self.low for j in self.on_run_down)
-        return begins and any(j.value == self.high for j in self.on_run_up)
-
-    @property
-    def width(self) -> float:
-        """Distance between its ends; 0 where one of them is no jump."""
-        return self.high - self.low if self.whole else 0.0
-
-    @property
-    def size(self) -> float:
-        """Largest change of max |x| in a jump."""
-        return max((abs(j.after - j.before) for j in (*self.on_run_up, *self.on_run_down)), default=0.0)
-
-
-class Leg(NamedTuple):
-    """Stretch of a sweep between two jumps: a piece, the values between which, and the jump at its end."""
-
-    piece: int
-    low: float
-    high: float
-    jump: Jump | None
-
-
-def bands_between(up: list[Leg], down: list[Leg]) -> tuple[HysteresisBand, ...]:
-    """Bands in which the sweeps are on different pieces; where these overlap, each with a jump and its way back."""
-    cuts = sorted({end for leg in (*up, *down) for end in (leg.low, leg.high)})
-    apart: list[tuple[float, float]] = []
-    for low, high in pairwise(cuts):
-        pieces = {next((leg.piece for leg in legs if leg.low <= low and high <= leg.high), None) for legs in (up, down)}
-        if len(pieces) == 1 or None in pieces:
-            continue
-        apart.append((apart.pop()[0] if apart and apart[-1][1] == low else low, high))
-    bands: list[HysteresisBand] = []
-    for low, high in apart:
-        forth, back = [
-            {(a.piece, b.piece): a.jump for a, b in pairwise(legs) if a.jump and low <= a.jump.value <= high}
-            for legs in (up, down)
-        ]
-        pairs = [(forth.pop(pair), back.pop(pair[::-1])) for pair in list(forth) if pair[::-1] in back]
-        bands += [HysteresisBand(again.value, jump.value, (jump,), (again,)) for jump, again in pairs]
-        first, last = tuple(forth.values()), tuple(back.values())
-        if pairs and last:
-            low = min(jump.value for jump in last)
-        if pairs and first:
-            high = max(jump.value for jump in first)
-        if first or last or not pairs:
-            bands.append(HysteresisBand(low, high, first, last))
-    return tuple(sorted(bands, key=lambda band: band.low))
-
-
-def _largest(some: list[Jump]) -> float:
-    return max(some, key=lambda j: abs(j.after - j.before)).value if some else float("nan")
-
-
-def bands_sentence(parameter: str, bands: tuple[HysteresisBand, ...]) -> str:
-    """Width and ends of every band in words."""
-    if not bands:
-        return "No bistable range."
-    sentences = []
-    for band in bands:
-        ends = f"{parameter} = {band.low:.9g} to {band.high:.9g}"
-        if band.whole:
-            sentences.append(f"Hysteresis {band.width:.6g} wide{f', from {ends}' if len(bands) > 1 else ''}.")
-            continue
-        missing = "The jump of the other direction lies" if band.on_run_up or band.on_run_down else "Both jumps lie"
-        sentences.append(f"The sweeps are on different motions from {ends}. {missing} outside the range.")
-    return " ".join(sentences)
+    path: Integers
+    jumps: tuple[Jump, ...]
+    finished: bool
+    legs: list[Leg]
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,49 +124,45 @@ def jumps(branch: Branch) -> Jumps:
     pieces = [p for p in followed if np.max(branch.values[p]) > low and np.min(branch.values[p]) < high]
     if not pieces or not branch.stable.any():
         raise ValueError("the branch has no stable orbit that a sweep could follow")
-    up, on_up, good_up, legs_up = _sweep(branch, pieces, 1.0)
-    down, on_down, good_down, legs_down = _sweep(branch, pieces, -1.0)
-    between = bands_between(legs_up, legs_down)
+    up, down = (_sweep(branch, pieces, sign) for sign in (1.0, -1.0))
+    between = bands_between(up.legs, down.legs)
     bands = tuple(b for b in between if b.on_run_up or b.on_run_down or b.high - b.low > SEAM * abs(b.high))
     twice = doubled(branch)
-    sentence = " ".join(
-        [
-            _sweep_sentence(branch, "run-up", on_up, good_up, up, twice),
-            _sweep_sentence(branch, "run-down", on_down, good_down, down, twice),
-            bands_sentence(branch.parameter, bands),
-            *_doubled_sentences(branch, np.union1d(up, down)),
-        ]
-    )
-    sweeps = jumps_of(branch.parameter, up, down, on_up, on_down, good_up, good_down, sentence, bands)
-    return replace(sweeps, flips=doubled_spans(branch, np.isin(np.arange(len(twice)), [*up, *down])))
+    sentences = [
+        _sweep_sentence(branch, "run-up", up, twice),
+        _sweep_sentence(branch, "run-down", down, twice),
+        bands_sentence(branch.parameter, bands),
+        *_doubled_sentences(branch, np.union1d(up.path, down.path)),
+    ]
+    flips = doubled_spans(branch, np.isin(np.arange(len(twice)), [*up.path, *down.path]))
+    return replace(jumps_of(branch.parameter, up, down, " ".join(sentences), bands), flips=flips)
 
 
 def jumps_of(
-    parameter: str, up: Integers, down: Integers, on_up: tuple[Jump, ...], on_down: tuple[Jump, ...],
-    good_up: bool, good_down: bool, sentence: str, bands: tuple[HysteresisBand, ...],
+    parameter: str, up: Sweep, down: Sweep, sentence: str, bands: tuple[HysteresisBand, ...]
 ) -> Jumps:  # fmt: skip
-    """Put together what was found, with the pair of jumps of the band with the largest one."""
+    """Put together two sweeps, with the pair of jumps of the band with the largest one."""
     held = {jump for band in bands for jump in (*band.on_run_up, *band.on_run_down)}
-    alone = [HysteresisBand(j.value, j.value, (j,), ()) for j in (*on_up, *on_down) if j not in held]
+    alone = [HysteresisBand(j.value, j.value, (j,), ()) for j in (*up.jumps, *down.jumps) if j not in held]
     main = max((*bands, *alone), key=lambda band: band.size, default=HysteresisBand(0.0, 0.0, (), ()))
     return Jumps(
-        parameter, main.jump_up, main.jump_down, main.width, up, down, on_up, on_down, good_up, good_down, sentence,
-        bands,
+        parameter, main.jump_up, main.jump_down, main.width, run_up=up.path, run_down=down.path,
+        on_run_up=up.jumps, on_run_down=down.jumps, finished_up=up.finished, finished_down=down.finished,
+        sentence=sentence, bands=bands,
     )  # fmt: skip
 
 
-def _sweep_sentence(
-    branch: Branch, name: str, some: tuple[Jump, ...], good: bool, path: Integers, twice: Booleans
-) -> str:  # fmt: skip
-    parameter = branch.parameter
+def _sweep_sentence(branch: Branch, name: str, sweep: Sweep, twice: Booleans) -> str:
+    """Course of max |x| on a sweep, in words; `twice` marks points that a motion of twice the period goes past."""
+    parameter, path = branch.parameter, sweep.path
     changes = [
         f"{'rises' if j.after > j.before else 'drops'} at {parameter} = {j.value:.9g} from {j.before:.4g} to "
         f"{j.after:.4g} ({j.cause}{'; other stable orbits wait there, the nearest is taken' if j.choices > 1 else ''})"
-        for j in some
+        for j in sweep.jumps
     ]
     without = f"changes without a jump{' where the motion is stable' if twice[path].any() else ''}"
     text = f"On the {name} max |x| " + (", then ".join(changes) if changes else without)
-    if not good:
+    if not sweep.finished:
         end = branch.values[path[-1]]
         text += f", and beyond {parameter} = {end:.6g} this branch has no stable orbit: integrate to see what follows"
     return text + "."
@@ -288,10 +180,14 @@ def doubled_spans(branch: Branch, some: Booleans | bool = True) -> tuple[tuple[f
     """Values in the range of a branch between which `some` motions are unstable by a multiplier below -1."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], doubled(branch) & some, [False]])))
     inside, special = np.clip(branch.values, *branch.span), {orbit.value for orbit in branch.doublings}
-    values = branch.values.tolist()
-    ends = ((a - (values[a] not in special), b + (values[b - 1] not in special)) for a, b in edges.reshape(-1, 2))
-    runs = (inside[max(a, 0) : b] for a, b in ends)  # from one special point to the other
-    return tuple((float(np.min(run)), float(np.max(run))) for run in runs if np.ptp(run) > 0.0)
+    spans = list[tuple[float, float]]()
+    for first, end in edges.reshape(-1, 2).tolist():  # from one special point to the other
+        start = first if branch.values[first] in special else first - 1
+        stop = end if branch.values[end - 1] in special else end + 1
+        run = inside[max(start, 0) : stop]
+        if np.ptp(run) > 0.0:
+            spans.append((float(np.min(run)), float(np.max(run))))
+    return tuple(spans)
 
 
 def _doubled_sentences(branch: Branch, visited: Integers) -> list[str]:
@@ -331,50 +227,58 @@ def pieces_of(branch: Branch, good: Booleans) -> list[Integers]:
     return [np.array(p) for p in pieces]
 
 
-def _sweep(branch: Branch, pieces: list[Any], sign: float) -> tuple[Integers, tuple[Jump, ...], bool, list[Leg]]:
-    """Points visited by a sweep (sign 1: up), its jumps, whether it reaches the end of the range, and its legs.
+def _sweep(branch: Branch, pieces: list[Any], sign: float) -> Sweep:
+    """Follow a slow sweep (sign 1: up, -1: down) over the stable pieces of a branch.
 
     An open branch may leave its range and come back: the sweep goes from the end with the lower value to the other.
     """
     values = sign * branch.values
-    begin, ends = sorted(sign * end for end in branch.span)
+    begin, end = sorted(sign * bound for bound in branch.span)
     ahead = [p if values[p[-1]] > values[p[0]] else p[::-1] for p in pieces]
     current = min(range(len(ahead)), key=lambda k: max(begin, float(values[ahead[k][0]])))
     if not branch.closed:
         start = 0 if values[0] <= values[-1] else len(values) - 1
         current = next((k for k, p in enumerate(ahead) if p[0] == start), current)
-    visited = [i for i in ahead[current] if values[i] >= begin]
+    path = [i for i in ahead[current] if values[i] >= begin]
     legs: list[Leg] = []
-    begun, complete = max(begin, float(values[ahead[current][0]])), False
+    from_value = max(begin, float(values[ahead[current][0]]))
     while True:
-        last, leg = visited[-1], current
-        edge = float(values[last])
-        complete = edge >= ends
-        onto = [
-            k
-            for k, p in enumerate(ahead)
-            if k != current and values[p[0]] <= edge < values[p[-1]] and last not in p[:-1]
-        ]
-        jump = None
-        if not complete and onto and len(legs) <= len(pieces):
-            before = float(branch.peak[last])
-            landings = [float(np.interp(edge, values[ahead[k]], branch.peak[ahead[k]])) for k in onto]
-            best = int(np.argmin(np.abs(np.array(landings) - before)))
-            current = onto[best]
-            begin_of = float(values[ahead[current][0]])
-            if abs(landings[best] - before) > SEAM * before or edge - begin_of > SEAM * abs(edge):
-                jump = Jump(sign * edge, before, landings[best], _cause(branch, sign * edge), len(onto))
-            visited += list(ahead[current][values[ahead[current]] > edge])
-        low, high = sorted((sign * begun, sign * min(edge, ends)))
-        legs.append(Leg(leg, low, high, jump))
-        if current == leg:
+        edge = float(values[path[-1]])
+        following, jump = None, None
+        if edge < end and len(legs) <= len(pieces):
+            following, jump = _landing(branch, sign, ahead, current, path[-1])
+        low, high = sorted((sign * from_value, sign * min(edge, end)))
+        legs.append(Leg(current, low, high, jump))
+        if following is None:
             break
-        begun = edge
-    inside = [i for i in visited if values[i] <= ends]
+        path += list(ahead[following][values[ahead[following]] > edge])
+        current, from_value = following, edge
+    inside = [i for i in path if values[i] <= end]
     taken = tuple(leg.jump for leg in legs if leg.jump is not None)
-    return np.array(inside or visited), taken, complete, legs
+    return Sweep(np.array(inside or path), taken, edge >= end, legs)
+
+
+def _landing(
+    branch: Branch, sign: float, ahead: list[Any], current: int, last: int
+) -> tuple[int | None, Jump | None]:  # fmt: skip
+    """Piece onto which a sweep goes from the `last` point of its piece, the nearest in size, and its jump.
+
+    No piece where no stable orbit waits there; no jump where both pieces are one motion.
+    """
+    values = sign * branch.values
+    edge, before = float(values[last]), float(branch.peak[last])
+    waiting = [k for k, p in enumerate(ahead) if values[p[0]] <= edge < values[p[-1]] and last not in p[:-1]]
+    onto = [k for k in waiting if k != current]
+    if not onto:
+        return None, None
+    sizes = [float(np.interp(edge, values[ahead[k]], branch.peak[ahead[k]])) for k in onto]
+    nearest = int(np.argmin(np.abs(np.array(sizes) - before)))
+    piece, after = onto[nearest], sizes[nearest]
+    same = abs(after - before) <= SEAM * before and edge - float(values[ahead[piece][0]]) <= SEAM * abs(edge)
+    return piece, None if same else Jump(sign * edge, before, after, _cause(branch, sign * edge), len(onto))
 
 
 def _cause(branch: Branch, value: float) -> str:
+    """Name of the special point at a value, where the stable orbits end."""
     special: list[Orbit] = [*branch.folds, *branch.doublings, *branch.branch_points]
     return next((o.label for o in special if o.value == value), "the stable orbits end")

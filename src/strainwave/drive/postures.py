@@ -13,7 +13,7 @@ import numpy as np
 
 from ..base.quantities import Inertia, Torque, TorsionalStiffness, array_of, checked, number
 from ..model.train import DriveTrain, Elastic
-from .asked import WEIGHT, Length, Mass
+from .demands.payload import WEIGHT, Length, Mass
 from .project import Project
 
 ROUNDING = 1e-12

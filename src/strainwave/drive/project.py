@@ -17,20 +17,22 @@ from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.error_spectrum import LoadedError
-from ..model.excitation import Harmonics, KinematicError, as_harmonics, shortest
+from ..model.excitation import Harmonics, KinematicError, as_harmonics, mean_torque, shortest, with_mean
 from ..model.gears.gear import Gear
 from ..model.orders import Arrangement
 from ..model.oscillator import GearDamping, NoVariation, Oscillator, Variation, VaryingOscillator
 from ..model.train.controls import FREE, USUAL, Held
 from ..model.train.drive_train import DriveTrain
 from ..model.train.filters import control_of
-from .asked import DriveUnit, MotorLimits, Source, Task, mean_of, with_mean
+from .demands.motor_limits import MotorLimits
+from .demands.move_task import Task
 from .drive_response import DriveResponse
-from .loop_margin import motor_name
+from .equation.gear_torque import UNDAMPED, loses_energy
+from .equation.left_out import LOOP_PART, beyond_equation, left_out
 from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
+from .motor_words import motor_name
 from .operating_point import refuse_overload
-from .reductions import LOOP_PART, beyond_equation, left_out
-from .response import UNDAMPED, loses_energy
+from .sources import DriveUnit, Source
 from .steady import equation_curve, is_beating, leaves_angle_out, train_motions
 from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, without_gravity
 
@@ -250,7 +252,7 @@ class Project:
     @property
     def mean_load_torque(self) -> float:
         """Mean torque [N*m] on the load; of a range the middle."""
-        return mean_of(self.load_torque)
+        return mean_torque(self.load_torque)
 
     @property
     def load_torques(self) -> tuple[float, float]:
@@ -326,13 +328,13 @@ class Project:
         raise SolveError(response.message)
 
     def train_response(self, harmonics: int | None = None, **how: Any) -> DriveResponse | None:
-        """The same of the whole train; None where it has no curve, or none is found."""
+        """Steady motions of the whole train; None where it has no curve, or none is found."""
         if self.train is None:
             return None
         return train_motions(self.train, self.speeds.limits, self.limit, harmonics, **how)
 
     def equation_response(self, harmonics: int | None = None, **how: Any) -> DriveResponse:
-        """The same of the error equation alone, whose curve may be empty."""
+        """Steady motions of the error equation alone, whose curve may be empty."""
         train, ratio = (self.whole, None) if self.train is None else (None, self.drive.N)
         return equation_curve(
             self.system(reduced=True), self.speeds.limits, self.limit, train, harmonics,
@@ -360,7 +362,7 @@ class Project:
 
     @cached_property
     def loop_fault(self) -> str:
-        """That the motor's loop is unstable under a load, in a sentence; empty where it is not."""
+        """Sentence on a motor's loop that is unstable under a load; empty where it is not."""
         return loop_fault(self)
 
     def judged(self, response: DriveResponse) -> Any:

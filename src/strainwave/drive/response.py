@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.blas import one_thread
-from ..base.law import depends, is_spring, losses_of, torque_of
+from ..base.law import is_spring
 from ..base.protocols import DECAYS, System, lacking
-from ..base.quantities import States, positive_count
+from ..base.quantities import positive_count
 from ..base.results import Branch, Floats
 from ..base.series import largest_of_samples
 from ..model.gears.limits import cubic_means
@@ -23,62 +23,12 @@ from ..numerics.curves.over_a_turn import traced_turn
 from ..numerics.curves.separate_motions import with_all_said, with_others
 from ..numerics.stability.first_order import with_special_points, with_stability
 from .drive_response import DriveResponse
+from .equation.gear_torque import gear_torque
 from .jumps import Jumps, jumps
 
 POINTS, MOST_POINTS = 100, 10_000  # about so many, and more where the curve bends
 PER_HARMONIC, LEAST_HARMONIC = 32, 8  # samples of a period of the highest harmonic, or of this one
 ROUNDING = 1e-12  # share of the largest harmonic that is none
-
-SETTLING_TIME = 8.0  # in units of 1/mu: the transient falls to exp(-4) before the orbit is closed
-UNDAMPED_PERIODS = 50
-ANGLES = 2.0 * np.pi * np.arange(256) / 256
-
-
-def damping_of(system: Any) -> float:
-    """Damping [N*m*s/rad] across the gear of small motions, the mean over a turn; without friction in the law."""
-    if not lacking(system, "B"):
-        return float(system.B)
-    return float(np.mean(np.broadcast_to(system.damping.value(ANGLES, 0.0), ANGLES.shape)))
-
-
-UNDAMPED = (
-    "the damping is 0: no motion dies away, so that a steady one is neither stable nor unstable, and no resonance has "
-    "a peak; give a damping, a damping ratio or a quality factor"
-)
-
-
-def loses_energy(system: Any) -> bool:
-    """True if motions lose energy: by damping, or in a law with friction or memory."""
-    return damping_of(system) > 0.0 or depends(system.law) > 1
-
-
-def no_multiple_scales(system: Any) -> str:
-    """Reason for which multiple scales does not describe a system, as a sentence; empty where it can."""
-    if depends(system.law) > 1:
-        return "first-order multiple scales describes springs, and this law has friction or memory"
-    if lacking(system, "B"):
-        return "first-order multiple scales describes a constant stiffness and damping, and these vary"
-    return ""
-
-
-def gear_torque(system: Any, phase: Floats, u: Floats, du: Floats, z: States = ()) -> Any:
-    """Torque through the gear [N*m, output side] with its damping, at torsion u [rad], rate [rad/s] and states z."""
-    torque = torque_of(system.law, u, du, z)
-    if not lacking(system, "B"):
-        return torque + system.B * du
-    return system.variation.value(phase) * torque + system.damping.value(phase, du) * du
-
-
-def heat(system: Any, phase: Floats, u: Floats, du: Floats, z: States = ()) -> Any:
-    """Power [W] that damping, friction and memory turn into heat."""
-    damping = system.damping.value(phase, du) if lacking(system, "B") else system.B
-    return damping * du * du + sum(losses_of(system.law, u, du, z), 0.0)
-
-
-def settling_time(system: Any) -> float:
-    """Time [s] to wait for the transient; without damping it never goes, so a number of periods serves."""
-    mu = damping_of(system) / system.J
-    return SETTLING_TIME / mu if mu > 0.0 else UNDAMPED_PERIODS * 2.0 * math.pi / float(system.omega)
 
 
 @one_thread

@@ -194,24 +194,25 @@ def drive_run(
     run = simulate(Metered(train), np.append(start, np.zeros(len(powers))), t, method=method)
     y, phase = run.y[: len(names)], train.omega * run.t
     states = tuple(y)
-    torque = np.broadcast_to(train.torque(phase, states), run.t.shape)
-    speed = np.broadcast_to(train.motor_speed(phase, states), run.t.shape)
-    trimmed = replace(run, y=y, rate=run.rate[: len(names)])
-    peaks = _peaks(train, run, len(names))
+    pointing, error, peak_torque, peak_speed = _peaks(train, run, len(names))
     findings: tuple[Finding, ...] = ()
     if gear is not None:
-        findings = check_limits(gear, peak_torque=peaks[2], max_speed=peaks[3])
+        findings = check_limits(gear, peak_torque=peak_torque, max_speed=peak_speed)
     return DriveRun(
-        train, trimmed, speed, np.broadcast_to(train.load_speed(phase, states), run.t.shape),
-        train.pointing_error(states), train.load_error(states), torque,
-        np.broadcast_to(train.energy(phase, states), run.t.shape),
-        dict(zip(powers, run.y[len(names) :], strict=True)), findings,
-        tuple(finding.sentence for finding in findings if finding.exceeded), *peaks,
+        train, replace(run, y=y, rate=run.rate[: len(names)]),
+        motor_speed=np.broadcast_to(train.motor_speed(phase, states), run.t.shape),
+        load_speed=np.broadcast_to(train.load_speed(phase, states), run.t.shape),
+        pointing=train.pointing_error(states), error=train.load_error(states),
+        torque=np.broadcast_to(train.torque(phase, states), run.t.shape),
+        energy=np.broadcast_to(train.energy(phase, states), run.t.shape),
+        work=dict(zip(powers, run.y[len(names) :], strict=True)),
+        findings=findings, warnings=tuple(finding.sentence for finding in findings if finding.exceeded),
+        peak_pointing=pointing, peak_error=error, peak_torque=peak_torque, peak_speed=peak_speed,
     )  # fmt: skip
 
 
 def _peaks(train: DriveTrain, run: Trajectory, states: int) -> Any:
-    """Largest sizes of what a metered run has watched."""
+    """Largest |pointing error|, |error| [rad], |gear torque| [N*m] and |motor speed| [rad/s] of a metered run."""
     if run.largest is not None:
         first = np.abs(np.array(Metered(train).watched(train.omega * run.t[0], tuple(run.y[:states, 0])), float))
         return np.maximum(first, np.max(run.largest[-len(first) :], axis=1)).tolist()

@@ -1,7 +1,4 @@
-"""A drive train about an operating point as matrices: x' = A x + B u, y = C x + D u, with names and units.
-
-The linear drive train as a system of python-control.
-"""
+"""A drive train about an operating point as matrices: x' = A x + B u, y = C x + D u; for python-control, too."""
 
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -161,7 +158,8 @@ def state_space(train: DriveTrain, *, at: ArrayLike | None = None, speed: float 
     B = np.stack([_of_unit_torque(turning, name.split()[0], state) for name in inputs], axis=1)
     outputs = ("motor speed", "load speed", "motor deviation", "error", "gear torque")
     C = np.stack([_outputs_by_state(unforced, state, j) for j in range(len(state))], axis=1)
-    return StateSpace(A, B, C, np.zeros((len(outputs), len(inputs))), inputs, outputs, names, state, speed)
+    D = np.zeros((len(outputs), len(inputs)))
+    return StateSpace(A, B, C, D, inputs=inputs, outputs=outputs, states=names, at=state, speed=speed)
 
 
 def undriven(train: DriveTrain) -> DriveTrain:

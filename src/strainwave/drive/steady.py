@@ -25,7 +25,7 @@ def leaves_angle_out(train: DriveTrain) -> bool:
 
 
 def drive_curve(train: DriveTrain, speeds: tuple[float, float], **how: Any) -> DriveResponse | None:
-    """As `train_motions`; None where it raises."""
+    """Curve of `train_motions`; None where it raises."""
     try:
         return train_motions(train, speeds, **how)
     except SolveError:

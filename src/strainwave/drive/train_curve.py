@@ -32,10 +32,11 @@ from ..numerics.balance.fourier import from_blocks, synthesis
 from ..numerics.continuation.trace import Trace, series_of, solve, with_crests, with_multipliers
 from ..numerics.curves.over_a_turn import traced_turn
 from .drive_response import DriveResponse
+from .equation.gear_torque import gear_torque
+from .equation.left_out import left_out
 from .friction.stick_slip import slides, with_slips
 from .operating_point import with_more
-from .reductions import left_out
-from .response import LEAST_HARMONIC, PER_HARMONIC, TurnResponse, gear_torque, sizes_of, sweep_on, turn_response
+from .response import LEAST_HARMONIC, PER_HARMONIC, TurnResponse, sizes_of, sweep_on, turn_response
 
 POINTS, PEAK_POINTS = 60, 24  # about so many, and more where the curve bends; and for a peak alone
 
@@ -145,7 +146,7 @@ class Crest(NamedTuple):
 def largest_crest(
     system: Any, speeds: tuple[float, float], harmonics: int | None, coexisting: bool = True, points: int = PEAK_POINTS
 ) -> Crest | None:
-    """As `largest_oscillation`, with what it takes to look at a train like it; by default harmonics enough."""
+    """Crest of `largest_oscillation`, with the balance that finds that of a similar train; None grows the harmonics."""
     if isinstance(system, DriveTrain):
         system = at_load(system)
     grown = harmonics is None

@@ -33,7 +33,7 @@ from ..numerics.curves.torus_growth import growth
 from ..numerics.curves.torus_problem import Torus
 from .drive_response import DriveResponse
 from .response import sizes_of, sweep_on
-from .train_curve import as_train, parts_of_angle, torques, with_rounded_corners, without_gravity  # fmt: skip
+from .train_curve import as_train, parts_of_angle, torques, with_rounded_corners, without_gravity
 
 MOTION_TAIL, CURVE_TAIL = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 CORNERED_TAIL = 1e-3  # the same on a curve of a law with rounded corners
@@ -148,7 +148,7 @@ class TwoTurnCurve:
         return np.asarray(np.abs(self.waves[:, columns]).sum(axis=1))
 
     def branch(self, span: tuple[float, float]) -> Branch:
-        """The curve as others are, over a span of speeds [rad/s]: what repeats with every turn, and the envelope."""
+        """The curve as a `Branch` over a span of speeds [rad/s]: what repeats with every turn, and the envelope."""
         repeating = np.flatnonzero(self.pairs[:, 1] % self.ratio == 0.0)
         orders = np.rint(self.pairs[repeating] @ np.array([1.0, 1.0 / self.ratio])).astype(int).tolist()
         coefficients = np.zeros((len(self.omega), 2 * max(1, *map(abs, orders)) + 1))
@@ -161,14 +161,16 @@ class TwoTurnCurve:
         tail = _left_out(self.problem.part)
         folds = [
             Orbit(
-                float(self.omega[i]), 1, coefficients[i][:, None], float(peak[i]), multipliers[i], bool(self.stable[i]),
-                tail, self.status, self.message, "fold", float(self.omega[i]),
+                float(self.omega[i]), period=1, coefficients=coefficients[i][:, None], peak=float(peak[i]),
+                multipliers=multipliers[i], stable=bool(self.stable[i]), tail=tail, status=self.status,
+                message=self.message, label="fold", value=float(self.omega[i]),
             )
             for i in np.flatnonzero(np.isin(self.omega, self.folds)).tolist()
         ]  # fmt: skip
         return Branch(
-            "omega", self.omega, self.omega, coefficients, peak, multipliers, self.stable, folds, [], 1, False, tail,
-            "harmonic balance in two turns", self.status, self.message, span=span,
+            "omega", values=self.omega, omega=self.omega, coefficients=coefficients, peak=peak, multipliers=multipliers,
+            stable=self.stable, folds=folds, doublings=[], period=1, closed=False, tail=tail, status=self.status,
+            origin="harmonic balance in two turns", message=self.message, span=span,
             envelope=np.column_stack([self.largest, self.smallest]), beat=self.ratio / self.beats,
             waves=Waves(self.pairs, self.problem.orders, self.waves),
         )  # fmt: skip
@@ -314,10 +316,12 @@ def _described(
     driven: TwoTurns, flow: Any, problem: Torus, points: Floats, sizes: Floats, folds: tuple[float, ...],
     how: tuple[Status, str],
 ) -> TwoTurnCurve:  # fmt: skip
-    waves = motion.pointing(problem, points)
-    count = math.gcd(*(k for _, k in driven.pairs)) or 1
+    """The curve of points of a balance, with their sizes [rad]; `how` it ends and a sentence on that."""
+    status, message = how
     return TwoTurnCurve(
-        points[:, -1], problem.pairs, waves, sizes, folds, driven.ratio, count, *how, problem, points, flow
+        points[:, -1], pairs=problem.pairs, waves=motion.pointing(problem, points), largest=sizes, folds=folds,
+        ratio=driven.ratio, beats=math.gcd(*(k for _, k in driven.pairs)) or 1, status=status, message=message,
+        problem=problem, points=points, flow=flow,
     )  # fmt: skip
 
 

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator
 
 from ..base.law import breakpoints_of, spring_stiffness
 from ..base.units import ARCSEC, RPM
-from ..drive.asked import mean_of
+from ..drive.equation.reductions import error_slope
 from ..drive.project import Project
-from ..drive.reductions import error_slope
+from ..model.excitation import mean_torque
 from ..model.gears.gear import HEAVY, NUMBERS, Gear
 from ..model.laws import Parallel
 from ..model.laws.friction import NO_FRICTION
@@ -139,7 +139,7 @@ def _slipping(project: Project) -> Iterator[str]:
 
 def _balance(project: Project) -> Iterator[str]:
     """Note on mean torques that a free motor cannot balance, of a range of them those farthest from it."""
-    drive, given = project.drive, mean_of(project.motor_torque)
+    drive, given = project.drive, mean_torque(project.motor_torque)
     means = project.mean_range or (project.mean_load_torque,)
     at_load = max(means, key=lambda mean: abs(drive.N * given + mean))
     total = drive.N * given + at_load

@@ -13,13 +13,13 @@ from ..base.number_text import number
 from ..base.quantities import checked, convert
 from ..base.terminal import printable
 from ..base.units import Speeds
-from ..drive.asked import MotorLimits, mean_of
-from ..drive.loop_margin import unstable
+from ..drive.demands.motor_limits import MotorLimits
+from ..drive.loops.instability import instability
 from ..drive.postures import refuse_twice
 from ..drive.project import Project
 from ..model.drive import Drive
 from ..model.error_spectrum import LoadedError, accuracy_spectrum
-from ..model.excitation import Harmonic, Harmonics, KinematicError
+from ..model.excitation import Harmonic, Harmonics, KinematicError, mean_torque
 from ..model.gears import catalogue
 from ..model.gears.gear import Gear
 from ..model.laws.friction import NO_FRICTION, LoadFriction, NoFriction
@@ -65,7 +65,7 @@ def resolved(
     error, through = kinematic_error(spec, accuracy, ratio), speeds(spec.speed, ratio)
     load_torque, loaded_error = torque(excited.load_torque), loaded(spec, error, ratio)
     if loaded_error is not None:
-        error = loaded_error.under(-mean_of(load_torque))
+        error = loaded_error.under(-mean_torque(load_torque))
     project = Project(
         title=spec.title or printable(path.stem),
         revision=spec.revision,
@@ -259,7 +259,8 @@ def from_located(located: Located, text: str, path: Path) -> Project:
             row.on(project)
     except ValueError as error:
         refuse(path, [problem(("postures",), str(error))], ProjectError)
-    if project.train is not None and project.loop_fault and (sentence := unstable(project.train, project.loop_inertia)):
+    train = project.train
+    if train is not None and project.loop_fault and (sentence := instability(train, project.loop_inertia)):
         refuse(path, [problem(("motor", "loop"), sentence)], ProjectError)
     return project
 

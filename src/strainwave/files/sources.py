@@ -6,8 +6,8 @@ from typing import Any
 
 from ..base.facts import Fact
 from ..base.units import ARCSEC
-from ..drive.asked import Source
 from ..drive.project import Project
+from ..drive.sources import Source
 from ..model.gears.gear import Gear
 from ..model.train.controls import USUAL
 from .fields.groups import ASSUMED, CATALOGUE, MEASURED, YOURS

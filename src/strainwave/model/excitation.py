@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.protocols import Excitation, scaled
-from ..base.quantities import Angle, Order, Reals, Torque
+from ..base.quantities import Angle, Order, Reals, Torque, number
 from ..compile.maths import cos, sin
 
 HIGHEST = 10_000  # order: a wave generator's turn has some hundreds of teeth
@@ -83,6 +83,15 @@ def as_harmonics(torque: Any) -> "Harmonics | None":
     if isinstance(torque, Harmonics):
         return torque
     return None if torque == Harmonic(0.0) else Harmonics((torque,))
+
+
+def with_mean(torque: Harmonics | None, mean: float) -> Harmonics | None:
+    """A torque with another mean [N*m], in its first line as of a file; None where neither mean nor lines are left."""
+    mean = number("torque [N*m]", mean)
+    first, *others = torque.terms if torque else (Harmonic(0.0),)
+    if not (mean or first.amplitude or others):
+        return None
+    return Harmonics((first._replace(mean=mean), *(term._replace(mean=0.0) for term in others)))
 
 
 def wave(amplitude: Reals, order: int, phase: Reals, mean: Reals = 0.0) -> Any:
@@ -160,9 +169,11 @@ def scaled_torque(excitation: Excitation, factor: Reals) -> Any:
     return scaled(excitation, factor, Driven)
 
 
-def mean_torque(excitation: Excitation) -> float:
-    """Mean over a turn of the base angle [N*m]."""
+def mean_torque(excitation: Excitation | None) -> float:
+    """Mean over a turn of the base angle [N*m]; 0 of none."""
     match excitation:
+        case None:
+            return 0.0
         case Harmonic(mean=mean):
             return float(mean)
         case Harmonics(terms=terms):

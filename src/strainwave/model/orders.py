@@ -58,7 +58,7 @@ class Arrangement(NamedTuple):
         return Fraction(-weights[self.output], weights[driven])
 
     def teeth(self, ratio: float) -> int:
-        """N = z1/2 of a gear with so many motor turns per output turn, whichever way the output turns.
+        """N = z1/2 from the motor turns per output turn, whichever way the output turns.
 
         Raises
         ------
@@ -91,7 +91,7 @@ class Arrangement(NamedTuple):
         return int(member == self.driven), int(member == self.output)
 
     def lobes(self, spline: Member, times: int) -> Pair:
-        """Pair of what repeats so many times per turn of the wave generator against a spline."""
+        """Pair of what repeats a number of `times` per turn of the wave generator against a spline."""
         (a, b), (c, d), times = self.turn("wave generator"), self.turn(spline), int(times)
         j, k = times * (a - c), times * (b - d)
         return (j, k) if (j, k) > (0, 0) else (-j, -k)
@@ -315,7 +315,7 @@ def order_pair(order: float, N: float) -> tuple[int, int]:
 
 
 def without_teeth(ratio: float) -> Iterator[str]:
-    """That no strain wave gear has a ratio, whichever member is fixed, in a sentence."""
+    """Sentence on a ratio that no strain wave gear has, whichever member is fixed."""
     counts = ratio, 1.0 / (ratio - 1.0) if ratio > 1.0 else 0.0
     if not any(x > 1.5 and abs(x - round(x)) <= SAME_ORDER * x for x in counts):
         yield (

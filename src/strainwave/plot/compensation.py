@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.results import Floats
-from ..numerics.ensemble.loops import run_loop
 from ..study.compensation.bench import Bench
 from ..study.compensation.designs import COMPENSATORS
 from ..study.compensation.gains import own_rate, times_of
@@ -38,7 +37,7 @@ def motion(bench: Bench, controller: str, speed: float, name: str) -> Motion:
     built = COMPENSATORS[controller].on(bench, speed)
     settle, _ = times_of(bench, speed, own_rate(bench, speed, built))
     turn, turns = 2.0 * np.pi / abs(speed), max(TURNS, ceil(bench.repeat))
-    run = run_loop(bench.closed(built, speed), settle + turns * turn, y0=bench.start(speed))
+    run = bench.run(built, speed, settle + turns * turn)
     late = run.time >= run.time[-1] - turns * turn
     time, error = run.time[late], run.error[late]
     return Motion(name, (time - time[0]) / turn, error - np.mean(error), bench.speeds.base)

@@ -8,9 +8,9 @@ def figures() -> Iterator[object]:
     from . import compensation, curves, drive, loop, portrait
 
     yield compensation, curves, drive, loop, portrait
-    from . import studies
+    from . import designs, moves, speed_maps
 
-    yield studies
+    yield designs, moves, speed_maps
     from . import fits
 
     yield fits

@@ -1,4 +1,4 @@
-"""Figure of a motor's loop: Bode plot with its margins, steps of the reference and of a torque on the load."""
+"""Figures of a motor's loop: its margins in a Bode plot, its steps; and the Bode plot of a whole train."""
 
 from math import degrees, isfinite, log10
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from ..base.number_text import number
 from ..base.results import Complexes, Floats
+from ..drive.loops.bode import Bode
 from ..drive.loops.loop_curves import LoopCurves, loop_curves
 from ..drive.loops.worst_margins import WorstMargins
 from ..model.train.controls import HERTZ
@@ -69,3 +70,16 @@ def _bode(found: LoopCurves) -> list[Panel]:
 
 def _decibels(values: Complexes) -> Floats:
     return np.asarray(20.0 * np.log10(np.maximum(np.abs(values), 1e-300)))
+
+
+@panels_of.register
+def bode_panels(bode: Bode) -> list[Panel]:
+    """Magnitude and phase of the speeds of motor and load over a torque; a held motor has none."""
+    ends, title = (float(bode.omega[0]), float(bode.omega[-1])), f"torque on the {bode.source}"
+    size, phase = bode_pair(title, Axis("speed per torque", "dB re 1 rad/(N*m*s)"), ends)
+    if np.any(bode.motor):
+        size.line(bode.omega, bode.decibels("motor"), BLUE, "motor speed")
+        phase.line(bode.omega, bode.degrees("motor"), BLUE, "motor speed")
+    size.line(bode.omega, bode.decibels("load"), ORANGE, "load speed", DASHES)
+    phase.line(bode.omega, bode.degrees("load"), ORANGE, "load speed", DASHES)
+    return [size, phase]

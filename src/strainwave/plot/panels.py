@@ -45,7 +45,7 @@ class Axis(NamedTuple):
         return f"{self.name} ({unit})" if self.name and unit else self.name or unit
 
     def lines(self, letters: int) -> list[str]:
-        """Name and unit in one line, or in two where they are longer than so many letters."""
+        """Name and unit in one line, or in two where they are longer than a count of letters."""
         text = str(self)
         if len(text) > letters >= len(self.name):
             return [self.name, f"({unit_text(self.unit)})"]

@@ -80,7 +80,7 @@ def _dense(x: Floats, y: Floats) -> tuple[Floats, Floats]:
 
 
 def ticks(low: float, high: float, count: int, unit: float = 0.0) -> tuple[list[float], list[str]]:
-    """Round numbers between two ends, about so many, or multiples of a unit, with their labels."""
+    """Round numbers between two ends, about `count`, or multiples of a unit, with their labels."""
     rough = (high - low) / count
     decade = 10.0 ** math.floor(math.log10(rough))
     step = decade * next(m for m in (1.0, 2.0, 2.5, 5.0, 10.0) if m * decade >= rough * (1.0 - 1e-9))
@@ -93,7 +93,7 @@ def ticks(low: float, high: float, count: int, unit: float = 0.0) -> tuple[list[
 
 
 def log_ticks(low: float, high: float, count: int = 8) -> tuple[list[float], list[str]]:
-    """Powers of ten between two ends, and 2 and 5 times them where there is room for so many, with their labels."""
+    """Powers of ten between two ends, and 2 and 5 times them where there is room for `count`, with their labels."""
     finer = ((10.0 ** (0.5 * count), (1.0,)), (10.0, (1.0, 2.0, 5.0)), (0.0, (1.0, 2.0, 3.0, 5.0, 7.0)))
     parts = next(parts for ratio, parts in finer if high > ratio * low)
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
@@ -151,6 +151,7 @@ def stacked(panels: Sequence[Panel], height: float, label: str, width: float = N
 
 
 def _panel(panel: Panel, x: float, y: float, width: float, height: float, named: bool) -> str:
+    """A panel with the corner (x, y): its axes, its curves inside them, then the marks and notes that may stand out."""
     w, h = width - LEFT - RIGHT, height - TOP - BOTTOM
     (left, right, xlog), (bottom, top, ylog) = panel.scales()
 
@@ -160,28 +161,11 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
     def up(values: ArrayLike) -> Floats:
         return np.asarray(h - _shares(values, bottom, top, ylog) * h)
 
-    xs, names = _shown_ticks(panel.x, left, right, xlog, max(4, round(w / 75.0)))
-    ys, heights = _shown_ticks(panel.y, bottom, top, ylog, max(8 if ylog else 4, round(h / 45.0)), panel.ystep)
-    px, py = across(xs).tolist(), up(ys).tolist()
-    grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)
-    svg = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})"><path d="{grid}" stroke="{GRID}"/>']
-    svg.append(f'<path d="M0 0V{h:.1f}H{w:.1f}" fill="none" stroke="{INK}"/>')
-    for v, name in zip(px, names, strict=True):  # the last one ends within the figure
-        svg.append(text_at(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle"))
-    svg += [text_at(-6.0, v + 4.0, name, "end") for v, name in zip(py, heights, strict=True)]
-    svg.append(text_at(0.0, -9.0, panel.title, "start"))
-    if named:
-        svg.append(text_at(w / 2.0, h + 35.0, str(panel.x), "middle"))
-    beside_ticks = -max(44.0, 12.0 + 7.4 * max(map(len, heights), default=0))
-    for i, text in enumerate(reversed(panel.y.lines(int((h + TOP + 24.0) / LETTER)))):
-        svg.append(text_at(beside_ticks - 15.0 * i, h / 2.0, text, "middle", turned=True))
+    svg = [f'<g transform="translate({x + LEFT:.1f} {y + TOP:.1f})">', *_axes(panel, across, up, (w, h), named)]
     # an inner svg clips what leaves the panel
     svg.append(f'<svg width="{w:.1f}" height="{h:.1f}" overflow="hidden">')
-    if panel.cells is not None:
-        svg += _cells(panel.cells, across, up)
-    for c in panel.curves:
-        if not c.marker:
-            svg.append(_line(c, across, up))
+    svg += [] if panel.cells is None else _cells(panel.cells, across, up)
+    svg += [_line(c, across, up) for c in panel.curves if not c.marker]
     svg += [_arrow(float(across(a.x)), float(up(a.start)), float(up(a.end))) for a in panel.arrows]
     svg.append("</svg>")
     for c in panel.curves:
@@ -190,6 +174,27 @@ def _panel(panel: Panel, x: float, y: float, width: float, height: float, named:
             svg += [_marker(u, v, c) for u, v in pixels if -1 < u < w + 1 and -1 < v < h + 1]
     svg += _notes(panel, across, up, (w, h))
     return "".join(svg) + "</g>"
+
+
+def _axes(panel: Panel, across: Scale, up: Scale, size: tuple[float, float], named: bool) -> Iterator[str]:
+    """Grid, axes, ticks, title and names; of the axis to the right where it is `named`."""
+    (left, right, xlog), (bottom, top, ylog) = panel.scales()
+    w, h = size
+    xs, names = _shown_ticks(panel.x, left, right, xlog, max(4, round(w / 75.0)))
+    ys, heights = _shown_ticks(panel.y, bottom, top, ylog, max(8 if ylog else 4, round(h / 45.0)), panel.ystep)
+    px, py = across(xs).tolist(), up(ys).tolist()
+    grid = "".join(f"M{v:.1f} 0V{h:.1f}" for v in px) + "".join(f"M0 {v:.1f}H{w:.1f}" for v in py)
+    yield f'<path d="{grid}" stroke="{GRID}"/><path d="M0 0V{h:.1f}H{w:.1f}" fill="none" stroke="{INK}"/>'
+    for v, name in zip(px, names, strict=True):  # the last one ends within the figure
+        yield text_at(min(v, w + RIGHT - 0.5 * LETTER * len(name)), h + 16.0, name, "middle")
+    for v, name in zip(py, heights, strict=True):
+        yield text_at(-6.0, v + 4.0, name, "end")
+    yield text_at(0.0, -9.0, panel.title, "start")
+    if named:
+        yield text_at(w / 2.0, h + 35.0, str(panel.x), "middle")
+    beside_ticks = -max(44.0, 12.0 + 7.4 * max(map(len, heights), default=0))
+    for i, text in enumerate(reversed(panel.y.lines(int((h + TOP + 24.0) / LETTER)))):
+        yield text_at(beside_ticks - 15.0 * i, h / 2.0, text, "middle", turned=True)
 
 
 def _shares(values: ArrayLike, low: float, high: float, log: bool) -> Floats:

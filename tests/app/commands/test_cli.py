@@ -242,7 +242,7 @@ def test_doctor_tells_of_a_home_that_is_not_readable_why_code_is_not_kept(tmp_pa
     def file(dir):
         raise PermissionError(errno.EACCES, "Permission denied", str(dir))
 
-    doctor = import_module("strainwave.app.commands.doctor")
+    doctor = import_module("strainwave.app.commands.installation.doctor")
     monkeypatch.setattr(doctor.cache, "cache_folder", lambda: tmp_path / ".cache" / "strainwave")
     monkeypatch.setattr(doctor.tempfile, "TemporaryFile", file)
     monkeypatch.setattr(os, "stat", stat)

@@ -13,7 +13,7 @@ from turntable import PROJECT
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands.compensation import compensate as module
-from strainwave.app.commands.compensation.tables import tables_of
+from strainwave.app.commands.compensation.order_tables import tables_of
 from strainwave.study.compensation.gains import amplitudes_of
 
 RPM, ARCSEC = math.pi / 30.0, math.pi / 648_000.0

@@ -23,11 +23,11 @@ WINDOWS = sys.platform == "win32"
 # A command that stops itself as a user does, when its progress was told so many times, or at a stage.
 STOPPED = """\
 import signal, sys
-from strainwave.app import console
+from strainwave.app.console import progress
 from strainwave.app.commands import cli
 
 count, after = 0, sys.argv.pop(1)
-show = console.Progress.show
+show = progress.Progress.show
 
 def told(self, stage, share):
     global count
@@ -37,7 +37,7 @@ def told(self, stage, share):
     if hit and count == (int(after) if after.isdecimal() else 1):
         signal.raise_signal(signal.SIGINT)
 
-console.Progress.show = told
+progress.Progress.show = told
 cli.main()
 """
 

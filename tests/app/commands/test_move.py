@@ -14,8 +14,8 @@ from small_drive import LINEAR, at_the_load
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.commands import move as move_command
-from strainwave.drive.asked import MotorLimits
-from strainwave.plot.studies import move_panels
+from strainwave.drive.demands.motor_limits import MotorLimits
+from strainwave.plot.moves import move_panels
 from strainwave.plot.svg import stacked
 
 PROJECT = at_the_load(LINEAR, 24, 38).replace("mode: held", "loop: {bandwidth: 20 Hz}, max_torque: 60 N*m")

@@ -14,7 +14,7 @@ from linear_drive import LINEAR
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.app import SHELLS
+from strainwave.app.commands.installation.completion import SHELLS
 from strainwave.app.commands.new import QUESTIONS, new
 from strainwave.base.units import ARCSEC
 from strainwave.files.fields.json_schema import project_schema

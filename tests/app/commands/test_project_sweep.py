@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from twelve_projects import PROJECTS
 
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.project_sweep import axis
+from strainwave.app.commands.sweeps.project_sweep import axis
 from strainwave.files.reading import read_project
 from strainwave.files.variants.replaced import replaced
 

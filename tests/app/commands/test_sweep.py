@@ -18,8 +18,8 @@ from small_drive import at_the_load
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.commands.project_sweep import summary
-from strainwave.app.commands.sweep import axis, in_equation, named, placed, typed_unit
+from strainwave.app.commands.sweeps.project_sweep import summary
+from strainwave.app.commands.sweeps.sweep import axis, in_equation, named, placed, typed_unit
 from strainwave.base.quantities import parameters
 from strainwave.files.reading import read_project
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from strainwave.app.report.sections.resonances import _even, envelope
+from strainwave.app.report.sections.single_speeds import _even, envelope
 from strainwave.study.speed_map.ramp import turns
 
 

@@ -8,7 +8,7 @@ from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.app.report.section import Part
-from strainwave.app.report.sections.advice import compensation
+from strainwave.app.report.sections.controllers import compensation
 from strainwave.files.reading import from_text
 
 PROJECT = """\

@@ -14,7 +14,7 @@ from strainwave.app.commands.analyze import report_of
 from strainwave.app.console import number, plain
 from strainwave.app.report.report import page
 from strainwave.app.report.section import rendered_part
-from strainwave.app.report.sections.derived import parametric_resonances
+from strainwave.app.report.sections.gear_torsion import parametric_resonances
 from strainwave.app.view import AngleUnit, View
 from strainwave.files.reading import read_project
 

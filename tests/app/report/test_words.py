@@ -9,15 +9,15 @@ from assumed_axis import axis
 
 import strainwave as sw
 from strainwave.app.report.section import cell, head
-from strainwave.app.report.sections.advice import speeds_to_avoid
 from strainwave.app.report.sections.basis import certificates
+from strainwave.app.report.sections.cautions import warnings
 from strainwave.app.report.sections.derived import quantities
-from strainwave.app.report.sections.opening import warnings
 from strainwave.app.report.sections.resonances import peak_verdict
+from strainwave.app.report.sections.speeds_to_avoid import speeds_to_avoid
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.units import ARCSEC, RPM, Speeds
-from strainwave.drive.asked import MotorLimits
-from strainwave.drive.drive_response import MotorUse, Usage, limit_findings
+from strainwave.drive.demands.motor_limits import MotorLimits
+from strainwave.drive.demands.usage import MotorUse, Usage, limit_findings
 from strainwave.study.analysis.analysis import Largest
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.verdict import Answer, Verdict

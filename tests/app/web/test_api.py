@@ -413,10 +413,10 @@ def test_the_verdict_under_all_loads_is_that_of_the_speed_map():
     light = LOOP | GRAVITY | {"load.drag.amplitude": "44 N*m"}
     for values in (light, light | {"limit.oscillation": "50 arcsec"}):
         project = project_of(State(gear="CSG-40-50", values=values))
-        under, found = views.under_loads(project), sw.speed_map(project)
+        under, found = views.allowed_under_every_load(project), sw.speed_map(project)
         np.testing.assert_allclose(under["allowed"], found.windows / RPM, rtol=1e-9)
         assert under["passes"] is under["whole"] is ("limit.oscillation" not in values)
-    assert views.under_loads(project_of(State(gear="CSG-40-50", values=LOOP))) is None
+    assert views.allowed_under_every_load(project_of(State(gear="CSG-40-50", values=LOOP))) is None
 
 
 def test_both_ends_of_every_slider_of_a_loop_are_accepted():

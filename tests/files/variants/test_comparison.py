@@ -13,12 +13,12 @@ from one_joint import JOINT
 
 import strainwave as sw
 from strainwave.app.commands.cli import cli
-from strainwave.app.report.report import comparison_page
+from strainwave.app.report.comparison import comparison_page
 from strainwave.base.facts import data, lines
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
 from strainwave.files.variants.comparison import compared
-from strainwave.plot.drive import comparison_panels
+from strainwave.plot.comparison import comparison_panels
 
 PLAIN = JOINT.replace("title: joint", "title: plain").replace("hysteresis:", "#").replace("limit:", "# ")
 

@@ -9,7 +9,8 @@ import pytest
 import strainwave as sw
 from strainwave.base.series import oscillation
 from strainwave.drive.drive_response import DriveResponse
-from strainwave.drive.jumps import HysteresisBand, Jump, jumps_of
+from strainwave.drive.hysteresis_bands import HysteresisBand, Jump
+from strainwave.drive.jumps import Sweep, jumps_of
 from strainwave.study.analysis.analyze import with_tops
 from strainwave.study.speed_map.avoid import speeds_to_avoid
 from strainwave.study.speed_map.bands import quasi_static
@@ -44,7 +45,8 @@ def followed(omega, peak, mean=0.0, jump_up=math.nan, jump_down=math.nan):
     up, down = ((drop,), (rise,)) if jump_up < jump_down else ((rise,), (drop,))
     both = jump_up, jump_down
     bands = (HysteresisBand(min(both), max(both), up, down),) if math.isfinite(jump_up) else ()
-    sweep = jumps_of("omega", path, path[::-1], up if bands else (), down if bands else (), True, True, "", bands)
+    run_up, run_down = Sweep(path, up if bands else (), True, []), Sweep(path[::-1], down if bands else (), True, [])
+    sweep = jumps_of("omega", run_up, run_down, "", bands)
     return DriveResponse(curve, sweep, torque=0.0 * peak, mean_torque=0.0 * peak)
 
 

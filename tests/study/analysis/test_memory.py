@@ -5,7 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.drive.response import exact_response, gear_torque
+from strainwave.drive.equation.gear_torque import gear_torque
+from strainwave.drive.response import exact_response
 
 pytestmark = pytest.mark.slow
 

@@ -11,7 +11,7 @@ from three_slopes import three_slopes
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC, RPM
-from strainwave.drive.asked import Need, sheet_findings
+from strainwave.drive.demands.motor_limits import Need, sheet_findings
 from strainwave.files.reading import from_text
 from strainwave.study.analysis.verdict import Answer
 

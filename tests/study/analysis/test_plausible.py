@@ -5,7 +5,7 @@ import math
 import pytest
 
 import strainwave as sw
-from strainwave.drive.drive_response import Usage
+from strainwave.drive.demands.usage import Usage
 from strainwave.study.analysis.analysis import gear_loop
 from strainwave.study.analysis.analyze import implausible
 

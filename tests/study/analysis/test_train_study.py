@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from strainwave import BoucWen, SolveError
-from strainwave.app.report.sections.whole_train import motor_in_words, parts, reduction
+from strainwave.app.report.sections.variants import motor_in_words
+from strainwave.app.report.sections.whole_train import parts, reduction
 from strainwave.app.view import AngleUnit, View
 from strainwave.base.results import Status
-from strainwave.drive.loop_margin import motor_name
+from strainwave.drive.motor_words import motor_name
 from strainwave.drive.response import exact_response
 from strainwave.drive.run import drive_run
 from strainwave.drive.train_curve import train_curve

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.drive.drive_response import Usage, limit_findings
+from strainwave.drive.demands.usage import Usage, limit_findings
 from strainwave.drive.response import exact_response
 from strainwave.model.gears.limits import gravest
 from strainwave.numerics.steady import settle

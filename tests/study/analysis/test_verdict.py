@@ -10,7 +10,7 @@ from article_equation import shot
 
 import strainwave as sw
 from strainwave.base.units import ARCSEC, RPM
-from strainwave.drive.drive_response import Usage
+from strainwave.drive.demands.usage import Usage
 from strainwave.model.gears.limits import Finding
 from strainwave.study.analysis.remedies import Allowance, Remedy
 from strainwave.study.analysis.verdict import MOST_STEPS, Answer, _steps, verdict_of

@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.app.commands.compensation.tables import stated
+from strainwave.app.commands.compensation.order_tables import written_tables
 from strainwave.files.reading import from_text
 from strainwave.study.compensation.bench import steady_bench_of
 from strainwave.study.compensation.gains import times_of, turns_of
@@ -123,7 +123,7 @@ def test_tables_of_controllers_count_on_the_output_and_leave_what_the_controller
         found = sw.compensate(TRAIN, name, speed=SPEED, sampling=SAMPLING, loop=LOOP, robust=False)
         assert found.stable
         assert found.after.rms < 0.05 * found.before.rms
-        tables = dict(stated(bench, found))
+        tables = dict(written_tables(bench, found))
         assert list(tables) == turns
         for table, rms in tables.values():
             assert (table.turn, table.pairs) == ("output", ((2, -2), (2, 0)))

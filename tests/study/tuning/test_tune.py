@@ -11,7 +11,7 @@ from scipy.signal import StateSpace, step
 
 import strainwave as sw
 from strainwave.drive.loops.linear_control import control_parts
-from strainwave.drive.margins import HALF_WIDTHS, MotorLoop
+from strainwave.drive.loops.margins import HALF_WIDTHS, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
 from strainwave.study.tuning.cost import Setting, Trial, TuningLimits

@@ -9,14 +9,7 @@ from scipy.integrate import solve_ivp
 import strainwave as sw
 from strainwave.compile import jit, numba_import
 from strainwave.compile.tree import classes, leaves
-from strainwave.theory.slow_flow.predictor.predictor import (
-    BEYOND,
-    INVALID,
-    JUMP,
-    OK,
-    OUT,
-    PredictorState,
-)
+from strainwave.theory.slow_flow.predictor.predictor import BEYOND, INVALID, JUMP, OK, OUT, PredictorState
 
 DUFFING = sw.Oscillator(1.0, 0.05, sw.Cubic(1.0, 0.05), sw.Harmonic(0.05, phase=0.4), 1.05)
 BIASED = DUFFING._replace(law=sw.Polynomial((0.0, 1.0, 0.1, 0.05)))

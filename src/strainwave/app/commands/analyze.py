@@ -15,7 +15,8 @@ from ...files.yaml_text import FileError
 from ...theory.resonance import PRIMARY
 from ...theory.slow_flow.flow import slow_flow
 from ..console import Progress, echo, in_options, staged, to_json, write_all
-from ..report.report import Report, verdicts_page, write
+from ..report.comparison import verdicts_page
+from ..report.report import Report, write
 from .options import file_type, json_option, output_option
 
 COMPARISON = "verdicts.html"

@@ -1,14 +1,9 @@
-"""`strainwave app`, `completion` and `skill`: the local web app, scripts of shells, and the text for assistants."""
+"""`strainwave app`: the local web app."""
 
 import threading
 import webbrowser
-from pathlib import Path
 
 import click
-from click.shell_completion import get_completion_class
-
-SHELLS = ("bash", "zsh", "fish")
-TEXT = Path(__file__).parents[1] / "skill.md"  # which AGENTS.md and llms.txt hold too
 
 
 @click.command()
@@ -36,25 +31,3 @@ def app(port: int, browser: bool) -> None:
 def _open(address: str) -> None:
     if not webbrowser.open(address):
         click.echo(f"no browser was found; open {address}", err=True)
-
-
-@click.command()
-@click.argument("shell", type=click.Choice(SHELLS))
-def completion(shell: str) -> None:
-    """Print the completion of SHELL.
-
-    It completes commands, options, gears and files.
-
-    bash: eval "$(strainwave completion bash)" in ~/.bashrc; zsh: the same in ~/.zshrc; fish: strainwave completion fish
-    > ~/.config/fish/completions/strainwave.fish.
-    """
-    kind = get_completion_class(shell)
-    root = click.get_current_context().find_root().command
-    assert kind is not None
-    click.echo(kind(root, {}, "strainwave", "_STRAINWAVE_COMPLETE").source())
-
-
-@click.command()
-def skill() -> None:
-    """Print which command answers which question."""
-    click.echo(TEXT.read_text(encoding="utf-8"), nl=False)

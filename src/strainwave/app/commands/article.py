@@ -34,12 +34,15 @@ def derive(project: Path | None, latex: bool, output: Path | None, as_json: bool
         heading = [title, *(f"  {line}" for line in lines(facts)), ""] if facts else []
         text, tex = "\n".join([*heading, str(steps)]), "\n".join([*(f"% {line}" for line in heading), steps.latex()])
         if output is not None:
-            page = derivation_page(steps, title, facts) if output.suffix == ".html" else ""
-            write_all(output.parent, {output.name: page or (tex if output.suffix == ".tex" else text)})
+            content = tex if output.suffix == ".tex" else text
+            page = derivation_page(steps, title, facts) if output.suffix == ".html" else content
+            write_all(output.parent, {output.name: page})
     if as_json:
         click.echo(to_json({"latex": tex, "text": text} | data(facts)))
+    elif output is not None:
+        click.echo(f"written: {output}")
     else:
-        click.echo(f"written: {output}" if output is not None else tex if latex else text)
+        click.echo(tex if latex else text)
 
 
 @click.command()

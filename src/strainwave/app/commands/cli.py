@@ -90,7 +90,7 @@ class Sentences(click.Group):
         except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):
             raise
         except KeyboardInterrupt as stop:
-            output = sys.modules.get("strainwave.app.console")
+            output = sys.modules.get("strainwave.app.console.output_files")
             kept = ", ".join(map(str, output.WRITTEN)) if output is not None else ""
             default = f"interrupted; written: {kept}" if kept else "interrupted; nothing was written: run it again"
             click.echo(f"strainwave: {str(stop) or default}", err=True)

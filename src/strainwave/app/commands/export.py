@@ -1,4 +1,4 @@
-"""`strainwave export` and `order-table`: a drive for another program, and order tables from one format to another."""
+"""`strainwave export`: a drive for Simulink, a controller or MuJoCo."""
 
 from pathlib import Path
 from typing import Any
@@ -7,10 +7,9 @@ import click
 
 from ...base.quantities import parse
 from ...files.export.export import export as exported
-from ...files.order_table import OrderTable, format_of
 from ...files.reading import read_project
 from ..console import echo, to_json
-from .options import file_type, json_option, output_option, project_argument, written_type
+from .options import json_option, output_option, project_argument, written_type
 
 
 @click.command()
@@ -28,25 +27,3 @@ def export(project: Path, form: Any, output: Path, step: str | None, as_json: bo
     notes = exported(drive, output, to=form, step=None if step is None else parse(step, "s")).notes
     summary = {"title": drive.title, "format": form, "file": str(output), "notes": list(notes)}
     echo(to_json(summary) if as_json else "\n".join([f"{drive.title}: {form} in {output}", *notes]))
-
-
-@click.command("order-table")
-@click.argument("source", metavar="IN", type=file_type)
-@click.argument("target", metavar="OUT", type=written_type)
-@click.option("--format", "form", help="Format of OUT: json, csv, c. Default: by its ending .json, .csv or .h.")
-@click.option("--points", type=int, help="Points a turn of csv and c. Default: 32 a period of the highest order.")
-@click.option("--prefix", default="order_table", help="Begin of all names in c.")
-@click.option("--speed", help='Speed of the table\'s shaft at which its delay becomes phase, as "300 rpm".')
-@json_option
-def order_table(
-    source: Path, target: Path, form: str | None, points: int | None, prefix: str, speed: str | None, as_json: bool
-) -> None:
-    """Write the order table IN as OUT: JSON, CSV or a C header."""
-    form = format_of(target, form)
-    table = OrderTable.read(source)
-    if speed is not None:
-        table = table.at_speed(parse(speed, "rad/s"))
-    table.write(target, form, points=points, prefix=prefix)
-    about = {"file": source.name, "written": str(target), "format": form, "orders": list(table.orders)}
-    text = f"{source.name}: {len(table.orders)} orders per turn of the {table.turn}, {table.sign} in {table.unit}"
-    echo(to_json(about) if as_json else f"{text}\n  written: {target}")

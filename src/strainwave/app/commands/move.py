@@ -6,20 +6,19 @@ from typing import Any
 import click
 
 from ...base.facts import Fact
-from ...drive.asked import MotorLimits
+from ...drive.demands.motor_limits import MotorLimits
 from ...drive.project import Project
 from ...files.fields.profile_text import WrongText, of_fields, profile_part
 from ...files.fields.schema import PAYLOAD
 from ...files.reading import read_project
+from ...plot.moves import move_panels
 from ...plot.panels import named
-from ...plot.studies import move_panels
 from ...plot.svg import stacked
 from ...study.move.move import move as moved
 from ...study.move.postures import move_postures
 from ...study.move.result import Move
 from ..console import Progress, columns, echo, reported, write_all
-from ..view import quantity, span
-from .options import dialect_options, json_option, output_option, project_argument
+from .options import dialect_options, json_option, output_option, project_argument, quantity, span
 
 CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
 

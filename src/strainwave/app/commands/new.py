@@ -1,9 +1,8 @@
-"""`strainwave new`, `schema` and `catalogue`: a commented project file by questions, its schema, and gears."""
+"""`strainwave new` and `schema`: a commented project file by questions, and the schema of such files."""
 
 import json
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from shlex import quote
 from typing import Any, NamedTuple
@@ -18,17 +17,14 @@ from ...files.fields.kinds import BANDWIDTH, Entry
 from ...files.fields.kinds import number as number_in
 from ...files.fields.schema import TITLE
 from ...files.fields.template import template
-from ...files.own_gears import read_gears
 from ...files.reading import from_text
 from ...files.reference import reference
-from ...model.gears.catalogue import gear, names, select
-from ...model.gears.gear import NUMBERS, SPECIAL, Gear
-from ...model.orders import TURNING_SPLINE, USUAL
-from ..console import echo, number, print_table, to_json
-from ..view import quantity
-from .options import file_type, json_option, output_option, together, written_type
+from ...model.gears.catalogue import gear, names
+from ...model.gears.gear import SPECIAL
+from ..console import echo, to_json
+from .options import names_as_typed, output_option, together, written_type
 
-MOST_SHOWN = 12  # gears
+MOST_SHOWN = 12  # gears in a complaint
 NEW_RPM = 3000.0  # rpm of a new file
 STOPPED = "interrupted; nothing was written"
 NONE = "none"
@@ -99,11 +95,8 @@ QUESTIONS = (
 
 
 KINDS = {"loop": BANDWIDTH, "accuracy": ACCURACY}
-
-
-def names_as_typed(_ctx: click.Context, _option: click.Parameter, typed: str) -> list[str]:
-    """Names of the catalogue that begin as typed."""
-    return [name for name in names() if name.startswith(typed.upper())]
+SI_UNITS = dict.fromkeys(("load_inertia", "motor_inertia"), "kg*m**2") | {"gravity": "N*m", "damping": ""}
+SI_UNITS |= dict.fromkeys(("speed_from", "speed_to"), "rad/s")  # rad of the others
 
 
 def _option(question: Question) -> Callable[[Any], Any]:
@@ -195,23 +188,26 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
         if name != "speed_to":
             return text
     text = _with_unit(text, question.unit)
+    _check(name, text, answers)
+    return text
+
+
+def _check(name: str, text: str, answers: dict[str, str]) -> None:
+    """Check an answer by its kind, the gear and the answers before it (ValueError with one sentence)."""
     if name == "kinematic_error" and answers["accuracy"]:
         raise ValueError(f"{text!r} and --accuracy both give the size of the error; give one of them")
     if name in KINDS:
         KINDS[name].read(text, Entry((), []))
         if text == SPECIAL and gear(answers["gear"]).special_accuracy is None:
             raise ValueError(f"the catalogue has no special accuracy of {answers['gear']}; write it in arcsec")
-    else:
-        unit = {"load_inertia": "kg*m**2", "motor_inertia": "kg*m**2", "gravity": "N*m", "damping": ""}.get(name, "rad")
-        unit = "rad/s" if name.startswith("speed") else unit
-        value = number_in(text, unit, "not negative" if name == "speed_from" else "positive")
-        least = gear(answers["gear"]).input_inertia if name == "motor_inertia" else None
-        if least is not None and value < (1.0 - 1e-6) * least:
-            of = f"the wave generator of {answers['gear']} alone, {1e4 * least:g} kg*cm^2"
-            raise ValueError(f"{text!r} is less than that of {of}; write that of motor and wave generator together")
-        if name == "speed_to" and value <= number_in(answers["speed_from"], "rad/s"):
-            raise ValueError(f"{text!r} is not above the lowest speed, {answers['speed_from']}; write a larger speed")
-    return text
+        return
+    value = number_in(text, SI_UNITS.get(name, "rad"), "not negative" if name == "speed_from" else "positive")
+    least = gear(answers["gear"]).input_inertia if name == "motor_inertia" else None
+    if least is not None and value < (1.0 - 1e-6) * least:
+        of = f"the wave generator of {answers['gear']} alone, {1e4 * least:g} kg*cm^2"
+        raise ValueError(f"{text!r} is less than that of {of}; write that of motor and wave generator together")
+    if name == "speed_to" and value <= number_in(answers["speed_from"], "rad/s"):
+        raise ValueError(f"{text!r} is not above the lowest speed, {answers['speed_from']}; write a larger speed")
 
 
 def _with_unit(text: str, unit: str) -> str:
@@ -294,80 +290,3 @@ def _fields(answers: dict[str, str]) -> dict[str, str]:
         "excitation.accuracy": _accuracy(answers),
         "limit.oscillation": answers["budget"],
     }
-
-
-@click.command()
-@click.argument("name", required=False, shell_complete=names_as_typed)
-@click.option("--series", help="Only this series, for example CSG.")
-@click.option("--size", type=int, help="Only this size.")
-@click.option("--ratio", type=int, help="Only this ratio.")
-@click.option("--torque", help='Smallest rated torque, for example "100 N*m".')
-@click.option("--stiffness", help='Smallest stiffness K1, for example "1e5 N*m/rad".')
-@click.option("--speed", help='Smallest limit of the input speed, for example "3000 rpm".')
-@click.option("--file", type=file_type, help="Gears of your own in YAML or CSV, in place of the catalogue.")
-@json_option
-def catalogue(
-    name: str | None, series: str | None, size: int | None, ratio: int | None, file: Path | None, as_json: bool,
-    **least: str | None,
-) -> None:  # fmt: skip
-    """List gears of the catalogue or of a file, or show one."""
-    library = None if file is None else read_gears(file)
-    if name is not None:
-        if library is not None and name not in library:
-            raise ValueError(f"{file} has no gear {name!r}; it has {', '.join(library)[:200]}")
-        _one(gear(name) if library is None else library[name], as_json)
-        return
-    units = {"torque": "N*m", "stiffness": "N*m/rad", "speed": "rad/s"}
-    bounds = {key: quantity(f"--{key}", text, units[key]) for key, text in least.items() if text is not None}
-    gears = select() if library is None else list(library.values())
-    chosen = select(gears, series=series, size=size, ratio=ratio, **bounds)
-    if not chosen:
-        listed = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
-        where = "the catalogue" if file is None else str(file)
-        raise ValueError(f"no gear of {where} meets all conditions; it has {len(gears)} gears of the series {listed}")
-    if as_json:
-        click.echo(to_json({"units": NUMBERS, "gears": [asdict(g) for g in chosen]}))
-        return
-    columns = ("gear", "K1", "K2", "K3", "T1", "T2", "rated", "rpm")  # 80 letters wide with the longest name
-    fields = ("K1", "K2", "K3", "T1", "T2", "rated_torque", "max_rpm")
-    rows = [(_marked(g), *(getattr(g, field) for field in fields)) for g in chosen]
-    caption = (
-        "K in N·m/rad, T and rated torque in N·m; largest speed with grease; – is not tabulated; * a doubtful number; "
-        "`strainwave catalogue NAME` shows the rest"
-    )
-    print_table("1 gear" if len(chosen) == 1 else f"{len(chosen)} gears", columns, rows, caption)
-
-
-def _marked(gear: Gear) -> str:
-    """Name of a gear, with its ratio where that is not its end, and a star where a number of its record is doubtful."""
-    star = " *" if any(getattr(gear, name) is not None for name, _ in gear.doubts) else ""
-    return gear.name + ("" if gear.name.endswith(f"-{gear.ratio}") else f", ratio {gear.ratio}") + star
-
-
-def _one(gear: Gear, as_json: bool) -> None:
-    if as_json:
-        click.echo(to_json({"units": NUMBERS, "gear": asdict(gear), "cubic_fit": _fit(gear)}))
-        return
-    for key, value in asdict(gear).items():
-        if key not in ("notes", "doubts", "source") and value is not None:
-            unit = NUMBERS.get(key, "")
-            angle = f"  ({value / ARCSEC:.4g} arcsec)" if unit == "rad" else ""
-            click.echo(f"{key:<22}{number(value, 6)} {unit}".rstrip() + angle)
-    arrangements = ((USUAL, "as printed"), (TURNING_SPLINE, "fixed: flexspline")) if gear.ratio > 1 else ()
-    for arrangement, how in arrangements:
-        ratio = int(arrangement.ratio(gear.ratio))
-        sense = "with" if ratio > 0 else "against"
-        click.echo(f"{'arrangement':<22}{arrangement}: ratio {abs(ratio)}, {sense} the motor ({how})")
-    if (fit := _fit(gear)) is not None:
-        click.echo(f"{'cubic fit':<22}K {number(fit['K'], 4)} N*m/rad, alpha {number(fit['alpha'], 4)} 1/rad**2, "
-                   f"rms error {100.0 * fit['relative_rms']:.2g} % up to {number(fit['reach'], 4)} rad")  # fmt: skip
-    unknown = [key for key in NUMBERS if getattr(gear, key) is None]
-    texts = [f"not tabulated: {', '.join(unknown) or 'nothing'}", f"source: {gear.source}"]
-    echo("\n".join([*texts, *(f"note: {note}" for note in gear.notes)]))
-
-
-def _fit(gear: Gear) -> dict[str, float] | None:
-    if not gear.has_law:
-        return None
-    fit = gear.fit(3)
-    return {"K": gear.cubic.K, "alpha": gear.cubic.alpha, "relative_rms": fit.relative, "reach": fit.reach}

@@ -62,6 +62,13 @@ def pairs_option(name: str, variable: str, metavar: str, help: str) -> Callable[
     return click.option(name, variable, multiple=True, callback=pairs, metavar=metavar, help=help)
 
 
+def names_as_typed(_ctx: click.Context, _option: click.Parameter, typed: str) -> list[str]:
+    """Names of the catalogue that begin as typed, for the completion of a shell."""
+    from ...model.gears.catalogue import names
+
+    return [name for name in names() if name.startswith(typed.upper())]
+
+
 def _listed(context: click.Context, _option: click.Parameter, text: str | None) -> None:
     """Keep a name for each column for `_columns`."""
     context.meta["columns"] = text and [None if name.strip() in ("-", "") else name.strip() for name in text.split(",")]
@@ -98,3 +105,27 @@ reading_options = together(  # of logs
     click.option("--trim", type=float, help="Seconds left out at the begin; 0 keeps all. Default: a transient."),
     dialect_options,
 )  # fmt: skip
+
+
+def quantity(option: str, text: str, unit: str, sign: str = "any") -> float:
+    """Read a quantity that an option of the command line gives, in a unit of SI, or refuse it (click.BadParameter).
+
+    `sign` is "any", "positive" or "not negative".
+    """
+    from ...files.fields.kinds import number as number_in
+
+    try:
+        return number_in(text, unit, sign)
+    except ValueError as error:
+        raise click.BadParameter(f"{option}: {error}") from None
+
+
+def span(
+    option: str, ends: list[str] | tuple[str, ...], unit: str, example: str, sign: str = "not negative"
+) -> tuple[float, float]:  # fmt: skip
+    """Read a range that an option gives by its two ends, or refuse it (click.BadParameter)."""
+    values = [quantity(option, end, unit, sign) for end in ends]
+    if len(values) != 2 or not values[0] < values[1]:
+        text = " to ".join(repr(end) for end in ends)
+        raise click.BadParameter(f"{option}: {text} is no range; write a smaller and a larger value, {example}")
+    return values[0], values[1]

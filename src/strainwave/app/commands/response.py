@@ -1,4 +1,4 @@
-"""`strainwave response`, `compare` and `exceedance`: the response of a drive, of several, and of its scatter."""
+"""`strainwave response`: the steady motions of a drive over its speeds, as text, JSON, CSV or figure."""
 
 import re
 from collections.abc import Sequence
@@ -8,14 +8,14 @@ from typing import Any
 import click
 import numpy as np
 
-from ...base.facts import Fact, data, lines
+from ...base.facts import Fact
 from ...base.number_text import number
 from ...base.sentences import told
 from ...base.units import ARCSEC, Speeds
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
 from ...drive.friction.standstill import standing
-from ...drive.loop_margin import motor_name
+from ...drive.motor_words import motor_name
 from ...drive.project import Project
 from ...files.notes import curve_remark, load_remark, move_note, remarks, unsaid
 from ...files.reading import read_project
@@ -24,13 +24,12 @@ from ...plot import axes
 from ...plot.drive import HEIGHT, drive_panels, reference
 from ...plot.panels import named
 from ...plot.svg import WIDTH, stacked
-from ..console import WHAT_X_IS, Progress, as_csv, echo, finished, reported, staged, to_json, write_all, write_csv
-from ..curves import CONVENTIONS, beat_facts, curve_data, drive_columns, ranged, sizes_said, torques_said
-from ..view import angle_unit, quantity, writer
-from .options import file_type, json_option, limit_option, output_option, project_argument, retune_option
+from ..console import Progress, echo, reported, staged, write_csv
+from ..curves import CONVENTIONS, WHAT_X_IS, beat_facts, curve_data, drive_columns, ranged, sizes_said, torques_said
+from ..view import angle_unit, writer
+from .options import json_option, output_option, project_argument
 
 FIGURES = (".svg", ".png")
-CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
 
 
 @click.command()
@@ -142,55 +141,3 @@ def _band(speeds: Speeds, band: Any) -> tuple[Fact, ...]:
     }  # fmt: skip
     rows = (Fact(f"{end}_speed", speeds.own(getattr(band, name)), words) for end, (name, words) in ends.items())
     return *rows, Fact("whole", band.whole, "in the range")
-
-
-@click.command()
-@click.argument("projects", type=file_type, nargs=-1, required=True)
-@output_option("Folder for comparison.html, .csv and .svg.", required=True)
-@json_option
-def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
-    """Put responses of projects side by side: table, figure."""
-    from ...files.variants.comparison import compare as compare_projects
-    from ..report.report import comparison_figure, comparison_page
-
-    drives = [read_project(path) for path in projects]
-    if len({drive.speeds.by_motor for drive in drives}) > 1:
-        raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
-    with Progress("comparison") as progress:
-        result, stop = finished(lambda: compare_projects(drives, progress=lambda t, s: progress.show(t, 0.95 * s)))
-        progress.show("writing", 0.95)
-        rows = data(result.facts())["drives"]
-        figure = comparison_figure(result, drives[0].speeds)
-        table = as_csv(list(rows[0]), [row.values() for row in rows])
-        write_all(output, {CSV: table, SVG: figure, HTML: comparison_page(result, figure)})
-    written = f"written: {', '.join(str(output / name) for name in (HTML, CSV, SVG))}"
-    text = "\n".join([*lines(result.facts()), written])
-    echo(to_json({"drives": rows, "remarks": result.remarks}) if as_json else text)
-    if stop is not None:
-        raise stop
-
-
-@click.command()
-@project_argument
-@click.option("--count", type=click.IntRange(32, 5000), default=200, help="Drives, each a curve.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="The same seed gives the same drives.")
-@limit_option
-@retune_option
-@json_option
-def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
-    """Say how probable it is that a drive exceeds its limit. The scatter of its numbers is that of the file."""
-    from ...files.variants.scatter import exceedance as exceeded
-
-    drive = read_project(project)
-    allowed = None if limit is None else quantity("--limit", limit, "rad", "positive")
-    with Progress(drive.title) as progress:
-        stage = f"{count} drives"
-        progress.show(stage, 0.0)
-        how: dict[str, Any] = {"count": count, "seed": seed, "limit": allowed, "retune": retune}
-        result, stop = finished(
-            lambda: exceeded(drive, **how, progress=lambda done, all_: progress.show(stage, done / all_))
-        )
-    fault = Fact("failures", (drive.loop_fault,) if drive.loop_fault else (), "FAIL: {}")
-    echo(reported(drive.title, (fault, *result.facts()), as_json))
-    if stop is not None:
-        raise stop

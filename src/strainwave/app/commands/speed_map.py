@@ -12,9 +12,9 @@ from ...plot.panels import named
 from ...plot.svg import stacked
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map as mapped
-from ..console import WHAT_X_IS, Progress, echo, ending, finished, reported, write_all
-from ..view import quantity, span
-from .options import json_option, limit_option, output_option, project_argument
+from ..console import Progress, echo, ending, finished, reported, write_all
+from ..curves import WHAT_X_IS
+from .options import json_option, limit_option, output_option, project_argument, quantity, span
 
 MOST_LOADS = 1000  # of a range
 NAMES = {  # of columns of cells.csv, where they are not those of the map

@@ -23,9 +23,9 @@ from ...theory.resonance import PRIMARY, SUBHARMONIC, SUPERHARMONIC
 from ...theory.slow_flow.flow import SlowFlow
 from ...theory.slow_flow.results import SlowResponse
 from ..console import as_csv, columns, number, slug
-from .report import plain_page
+from .page import plain_page
 from .section import html_table
-from .sections.resonances import overlaid
+from .sections.single_speeds import overlaid
 
 EVERY = 4  # sample of a motion in its file, 16 per cycle of the fastest component
 SETS = {

@@ -12,7 +12,7 @@ from ...drive.project import Project
 from ...theory.derivation.error_equation import Derivation
 from ...theory.derivation.steps import Steps
 from ...theory.slow_flow.setting import forcing_lines
-from .report import plain_page
+from .page import plain_page
 
 OF_RATIO = ("the motor's answer to the changing ratio", "the ripple of the motor's speed")
 CASES = (

@@ -1,55 +1,28 @@
-"""The report: results as plain data, CSV files of every curve, one self-contained HTML page, and a summary.
+"""The report of a drive: results.json, CSV files of its curves, two HTML pages, and a summary for a terminal."""
 
-The page of a comparison: one table and one figure of several drives, in a file that needs nothing else.
-"""
-
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import quote
 
-import numpy as np
-
-from ...base.archive import version
-from ...base.facts import table
-from ...base.results import Floats
 from ...base.terminal import Progress, silent
-from ...base.units import Speeds
 from ...compile.jit import light_as_python
 from ...drive.project import Project
 from ...files.reading import read_project
-from ...files.variants.comparison import ProjectComparison, compared
-from ...plot.drive import comparison_panels
-from ...plot.svg import stacked
-from ...study.analysis.verdict import Answer
-from ..console import WHAT_X_IS, number, slug, staged, to_json, write_csv
-from ..curves import curve_columns, drive_columns, speed_columns
+from ..console import staged, to_json
+from ..curves import WHAT_X_IS
 from ..view import View
-from .section import Part, figured, html_table, paragraph, rendered_part
+from .curve_files import write_curves
+from .page import plain_page
+from .section import Part, rendered_part
 from .sections import SECTIONS
 from .sections.whole_train import about_appendix
 
-# of a page of one wide table, after that of a report
-STYLE = """
-main { padding: 1.2rem; } h1 { margin-bottom: .6rem; } p { max-width: none; } main > figure { max-width: 30rem; }
-@page { size: A4 landscape; margin: 14mm; } @media print { main > figure { max-width: 135mm; } }
-"""
-ANSWERS = ("largest oscillation", "margin", "jumps", "torque", "motor", "smallest change", "without a change")
-NOTES = {
-    "oscillation": "Oscillation is the largest distance of the error from its mean, of all stable motions.",
-    "load": "Oscillation, speeds and torque are those under all torques of the load, gravity among them, as in "
-    "`strainwave analyze`; each curve is for the torque on the load that has the largest oscillation.",
-    "x": f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}.",
-    "rest": "Speeds are those of the motor or of the forcing. Natural frequency and damping ratio are those at rest, "
-    "in the motor mode of the file, without its loop.",
-}
-NOTE = " ".join(NOTES.values())
-
+ERRORS = f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}."
 REST = (
     "Assumptions, certificates, resonances, motions in time, hysteresis, derived numbers, the project file: "
-    f'<a href="appendix.html">appendix</a>. {NOTES["x"]}'
+    f'<a href="appendix.html">appendix</a>. {ERRORS}'
 )
 CONVENTIONS = (
     f"Conventions: {WHAT_X_IS} (the vendors' angular transmission error is −x); u = x − e is the torsion; largest |x| "
@@ -59,8 +32,6 @@ CONVENTIONS = (
     "Dormand–Prince 5(4) with located switches."
 )
 PAGES = {"appendix.html": True, "report.html": False}  # and whether the parts of the appendix stand there
-HERE = Path(__file__).parent
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:"  # pages load nothing
 
 
 class Report(NamedTuple):
@@ -151,89 +122,3 @@ def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
             body.append((f"<h2>{escape(named)}</h2>\n" if named else "") + html)
     foot = escape(CONVENTIONS.format(view.analysis.exact.method)) if appendix else REST
     return plain_page(f"{title} – {'appendix' if appendix else 'dynamic error'}", "".join(body), foot=foot)
-
-
-def comparison_figure(compared: ProjectComparison, speeds: Speeds) -> str:
-    """Draw the oscillation of several drives over the speed (SVG)."""
-    return stacked(comparison_panels(compared, speeds), 360.0, "oscillation of several drives over the speed")
-
-
-def comparison_page(compared: ProjectComparison, figure: str) -> str:
-    """Write the HTML page of `strainwave compare` and its figure (SVG), the smallest oscillation first."""
-    order = np.argsort(compared.oscillation).tolist()
-    heads, *cells = table([compared.row(i) for i in order])
-    named = [[f"{i + 1}: {title}", *row] for i, (title, *row) in zip(order, cells, strict=True)]  # as in the figure
-    passed = sum(verdict.answer is Answer.ALL_RIGHT for verdict in compared.verdicts)
-    first, *rows = zip(heads, *named, strict=True)
-    return _page(len(order), passed, html_table(first, rows), figure, NOTE)
-
-
-def verdicts_page(reports: dict[str, Report]) -> str:
-    """Write the HTML page of several reports: pass or fail of each drive and its smallest change, then the responses.
-
-    The reports stand in folders beside the page, named by the keys.
-    """
-    views = [report.view for report in reports.values()]
-    passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
-    found = compared([view.project for view in views], [view.analysis for view in views])
-    figure = comparison_figure(found, views[0].speeds)
-    note = f"{NOTES['oscillation']} {NOTES['x']} Each drive has its own report: follow its name."
-    rows, links = list[list[str]](), list[str]()
-    for i, (name, report) in enumerate(reports.items(), 1):
-        verdict, title = report.results["verdict"], escape(report.view.project.title)
-        rows.append([str(i), verdict["headline"], *(verdict["answers"].get(key, "–") for key in ANSWERS)])
-        links.append(f'{i}: <a href="{quote(name)}/report.html">{title}</a>')
-    table = f"<p>{', '.join(links)}</p>" + html_table(("drive", "pass or fail", *ANSWERS), rows)
-    return _page(len(reports), passed, table, figure, note)
-
-
-def _page(count: int, passed: int, table: str, figure: str, note: str) -> str:
-    title, passing = f"Comparison of {count} drives", f"{passed} of {count} drives pass at all their speeds."
-    return plain_page(title, paragraph(passing) + table + figured(figure) + paragraph(note, "note"), STYLE)
-
-
-def plain_page(title: str, body: str, style: str = "", foot: str = "") -> str:
-    """Write an HTML page of a body in the style of the report, that needs nothing else."""
-    begin, end = ("", foot) if foot else (f"<h1>{escape(title)}</h1>\n", f"strainwave {escape(version())}")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
-        f"<title>{escape(title)}</title>\n<style>{(HERE / 'page.css').read_text('utf-8')}{style}</style>\n"
-        f"</head>\n<body>\n<main>\n{begin}{body}<footer>{end}</footer>\n</main>\n</body>\n</html>\n"
-    )
-
-
-def write_curves(view: View, folder: Path) -> list[str]:
-    """Write the CSV files of the run-up, the response curves and the time responses; return their names."""
-    tables = {name: columns for name, columns in _tables(view) if len(columns[0][1])}
-    for name, columns in tables.items():
-        write_csv(folder / f"{name}.csv", columns)
-    return [f"{name}.csv" for name in tables]
-
-
-def _tables(view: View) -> Iterator[tuple[str, list[tuple[str, Floats]]]]:
-    """Names of the files without their ending, and their columns."""
-    analysis, speeds, exact = view.analysis, view.speeds, view.analysis.exact.curve
-    for name, motions in (("run-up", analysis.run_up.up), ("run-down", analysis.run_up.down)):
-        good = [m for m in motions if m.status]
-        sizes = {"peak_x_rad": [m.peak for m in good], "periodic": [m.closed for m in good]}
-        columns = speed_columns(speeds, np.array([m.omega for m in good]))
-        yield name, columns + [(key, np.array(values, float)) for key, values in sizes.items()]
-    of_equation = {"oscillation_of_x_rad": exact.oscillation, "peak_x_rad": exact.peak}
-    yield "exact-response", curve_columns(speeds, exact, of_equation)
-    for torque, response in analysis.curves:
-        under = "" if torque is None else f"-at-{number(torque, 5).replace('−', '-')}-Nm"
-        yield f"drive-response{under}", drive_columns(speeds, response)
-    for regime in analysis.regimes:
-        for i, branch in enumerate(regime.response.branches if regime.response else ()):
-            polar = ("amplitude_rad", branch.amplitude), ("phase_rad", branch.phase)
-            columns = [("omega_rad_per_s", branch.omega), *polar, ("stable", branch.stable.astype(float))]
-            yield f"response-{slug(regime.label)}{'' if i == 0 else f'-branch-{i + 1}'}", columns
-    for i, case in enumerate(analysis.cases, 1):
-        name, c = f"case-{i}-{slug(case.name)}", case.cycle
-        theory = [] if case.comparison is None else [("x_multiple_scales_rad", case.comparison.theory.x)]
-        yield f"{name}-from-rest", [("t_s", case.transient.t), ("x_integration_rad", case.transient.y[0]), *theory]
-        if c is not None:
-            steady = [("t_s", c.t), ("x_rad", c.x), ("v_rad_per_s", c.v), ("u_rad", c.u), ("torque_Nm", c.torque)]
-            yield f"{name}-steady", steady

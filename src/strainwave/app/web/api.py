@@ -48,7 +48,7 @@ ANSWERS = {
     "/api/project": Answer(requests.OfState, (Work("parameters", "about"),)),
     "/api/response": Answer(requests.ResponseRequest, (OF_STATE, RESPONSE), ("state", "whole")),
     "/api/sureness": Answer(requests.OfState, (OF_STATE, Work("views", "sureness"))),
-    "/api/loads": Answer(requests.OfState, (OF_STATE, Work("views", "under_loads"))),
+    "/api/loads": Answer(requests.OfState, (OF_STATE, Work("views", "allowed_under_every_load"))),
     "/api/motion": Answer(requests.MotionRequest, (OF_STATE, Work("views", "motion")), ("state", "speed")),
     "/api/goal": Answer(requests.GoalRequest, (OF_STATE, Work("goals", "goal")), ("state", "name")),
     "/api/move": Answer(requests.OfState, (OF_STATE, Work("views", "moved"))),

@@ -83,7 +83,7 @@ class MotionRequest(OfState):
 
 
 class Mapped(Body):
-    """What a speed map is asked for."""
+    """Body of a request for a speed map."""
 
     search: bool = True
     loads: Annotated[list[float], Field(max_length=MOST_LOADS)] = []
@@ -268,7 +268,7 @@ def parts_of(project: Project) -> dict[str, dict[str, str]]:
 
 
 def first_sources(project: Project, values: dict[str, str]) -> dict[str, str]:
-    """Changes that call the numbers of an added part assumed, as long as they are its first ones."""
+    """Changes that call the numbers of an added part assumed while they are its first ones."""
     first = {name: text for part in parts_of(project).values() for name, text in part.items()}
     numbers = [name for name, text in first.items() if values.get(name) == text and quantity(text)[0] is not None]
     return {f"sources.{name}": ASSUMED for name in numbers if not name.endswith(".order")}

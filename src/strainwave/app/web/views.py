@@ -1,7 +1,4 @@
-"""Views of a project for the page, as plain data in the units of the user: rpm of the motor, arcsec, N*m, s.
-
-The curve that follows a slider has fewer points.
-"""
+"""Views of a project for the page, as plain data in the units of the user: rpm of the motor, arcsec, N*m, s."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -13,7 +10,7 @@ from ...base.results import SolveError
 from ...base.sentences import Sentence, Speed, told
 from ...base.terminal import Progress
 from ...base.units import ARCSEC, RPM
-from ...drive.asked import MotorLimits
+from ...drive.demands.motor_limits import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.notes import curve_remark, load_remark, move_note, unsaid
@@ -24,7 +21,7 @@ from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
 from ..console import number, without_calls
-from ..curves import beat_facts, sizes_said, torques_said
+from ..curves import beat_facts, ranged, sizes_said, torques_said
 from ..view import AngleUnit, angle_unit, writer
 
 POINTS = 40  # about, of the curve that follows a slider
@@ -109,37 +106,35 @@ def _limits(project: Project, judged: Judged) -> dict[str, Any]:
 
 
 def sureness(project: Project) -> dict[str, Any]:
-    """Additions to the response after a pause.
-
-    The band of assumed numbers, and the curve of the held motor.
-    """
-    sure, scale, held = project.sureness, project.speeds.scale, None
-    if (curve := project.held_response(POINTS)) is not None:
-        held = {"speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC}
-    sentences, weak = sure.sentences(project.limit), [project.loop.weak] if project.loop and project.loop.weak else []
+    """Band of assumed numbers and curve of the held motor, which the page adds to the response after a pause."""
+    sure, scale, limit, curve = project.sureness, project.speeds.scale, project.limit, project.held_response(POINTS)
+    texts = [*sure.sentences(limit), *([project.loop.weak] if project.loop and project.loop.weak else [])]
+    within = limit is not None and sure.largest[1] <= limit and not (sure.load and project.has_memory)
     return {
-        "how_sure": [f"{text[:1].upper()}{text[1:]}" for text in (*sentences, *weak)],
-        "together": sure.together(project.limit) if sure.doubts else "",
-        "load": sure.load, "met": not sure.doubts
-        or (project.limit is not None and sure.largest[1] <= project.limit and not (sure.load and project.has_memory)),
-        "held": held, "speed": scale * sure.omega,
+        "how_sure": [f"{text[:1].upper()}{text[1:]}" for text in texts],
+        "together": sure.together(limit) if sure.doubts else "",
+        "load": sure.load, "met": within or not sure.doubts,
+        "held": None if curve is None else {
+            "speed": scale * curve.omega, "oscillation_arcsec": curve.oscillation / ARCSEC,
+        },
+        "speed": scale * sure.omega,
         "low_arcsec": sure.low / ARCSEC, "high_arcsec": sure.high / ARCSEC,
     }  # fmt: skip
 
 
-def under_loads(project: Project) -> dict[str, Any] | None:
-    """Speeds of the base angle, in their unit, that all torques of the load allow, by the speed map; None for one."""
-    if not project.other_loads[0] < project.other_loads[1]:
+def allowed_under_every_load(project: Project) -> dict[str, Any] | None:
+    """Speeds that every torque of the load allows, by the speed map; None where the load has one torque alone."""
+    if not ranged(project):
         return None
     try:
         chart = speed_map(project, threads=1)
     except (ValueError, SolveError) as error:
         return {"why": str(error), "passes": None}
-    ends = chart.speeds[[0, -1]]
-    full = len(chart.windows) == 1 and bool(np.allclose(chart.windows[0], ends, rtol=1e-9))
+    whole = len(chart.windows) == 1 and bool(np.allclose(chart.windows[0], chart.speeds[[0, -1]], rtol=1e-9))
+    unknown = whole and project.limit is None
     return {
-        "said": sentences([chart.allowed_said]), "allowed": chart.windows * project.speeds.scale, "whole": full,
-        "failures": chart.failures, "passes": None if project.limit is None and full else full and not chart.failures,
+        "said": sentences([chart.allowed_said]), "allowed": chart.windows * project.speeds.scale, "whole": whole,
+        "failures": chart.failures, "passes": None if unknown else whole and not chart.failures,
     }  # fmt: skip
 
 

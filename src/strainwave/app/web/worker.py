@@ -99,20 +99,19 @@ class Worker:
                     self.compiling = content
                     if progress is not None and content:
                         progress(content, 0.0)
-                    continue
-                if kind == "computed":
+                elif kind == "computed":
                     self.computed += content
-                    continue
-                if kind == "progress" and progress is not None:
+                elif kind == "progress" and progress is not None:
                     progress(*content)
-                    continue
-                self.idle, self.compiling = True, ""
-                if kind == "done":
-                    text, took = content
-                    return text, took
-                raise Refused(content) if kind == "refused" else Unexpected(content)
+                else:
+                    break
         except (asyncio.IncompleteReadError, OSError):
             raise Died from None
+        self.idle, self.compiling = True, ""
+        if kind == "done":
+            text, took = content
+            return text, took
+        raise Refused(content) if kind == "refused" else Unexpected(content)
 
     async def ended(self) -> None:
         """Wait for the end of the process."""

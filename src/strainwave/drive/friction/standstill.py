@@ -19,7 +19,7 @@ from ...model.train import AtRest, DriveTrain
 from ...model.train.controls import CascadeLoop, Held, core_of, off_reference
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from ..loop_margin import train_of
+from ..motor_words import train_of
 from ..operating_point import operating_state, repeats, with_mean_torques, with_more
 from ..run import holds_its_place
 from ..state_space import state_space

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base.results import Complexes, Floats
-from ..margins import HALF_WIDTHS, Margins, MotorLoop, loop_of
 from ..operating_point import mean_state
+from .margins import HALF_WIDTHS, Margins, MotorLoop, loop_of
 from .sampled_loop import SampledLoop, held
 from .worst_margins import WorstMargins
 

@@ -20,8 +20,8 @@ from ...model.controllers.closed_loop import Sampling
 from ...model.laws.dry import without_dry_friction
 from ...model.train import DriveTrain, PositionLoop, SpeedLoop
 from ...numerics.operating_point import loaded_state
-from ..margins import Margins, loop_of, margins
 from ..operating_point import mean_state
+from .margins import Margins, loop_of, margins
 
 LOADS = 9  # torques of a range, and of each part of it between two bends of the law
 STIFFNESS_DIGITS = 9  # digits of a stiffness
@@ -103,7 +103,7 @@ class WorstMargins:
 
     @property
     def fault(self) -> str:
-        """That the loop is unstable, and how fast what grows, in a sentence; empty of a stable one."""
+        """Sentence on an unstable loop, with the frequency and the growth of its motion; empty of a stable one."""
         if self.stable:
             return ""
         _, worst = self.worst
@@ -114,7 +114,7 @@ class WorstMargins:
 
     @property
     def weak(self) -> str:
-        """That the loop is close to instability, in one sentence; empty where it is not."""
+        """Sentence on a loop that is close to instability; empty where it is not."""
         if not self.stable:
             return ""
         phase, gain, down, _, rise = self.sizes.values()
@@ -146,7 +146,7 @@ class WorstMargins:
 
 
 def weakness(phase: float, gain: float, down: float, rise: float, where: str = "") -> str:
-    """That a loop is close to instability, by phase margin [deg], gain margin, reduction of the gain, sensitivity."""
+    """Sentence on a loop close to instability: phase margin [deg], gain margin, reduction of the gain, sensitivity."""
     signs = [f"peak sensitivity {number(rise, 3)} (at most {CLOSE_SENSITIVITY:g})"] * (rise > CLOSE_SENSITIVITY)
     signs += [f"phase margin {number(phase, 2)}° (at least {CLOSE_PHASE_DEG:g}°)"] * (phase < CLOSE_PHASE_DEG)
     signs += [f"gain margin {_decibels(gain)} dB (at least 6 dB)"] * (gain < CLOSE_GAIN)
@@ -186,7 +186,7 @@ def _torques(train: DriveTrain, low: float, high: float) -> list[float]:
 
 
 def _stiffness(train: DriveTrain, torque: float) -> tuple[float, ...]:
-    """Tangent stiffnesses of gear and couplings under a torque [N*m] of the load, to so many digits."""
+    """Tangent stiffnesses of gear and couplings under a torque [N*m] of the load, rounded."""
     stiffnesses = []
     for law in (train.law, *train.load.couplings()):
         try:
@@ -206,7 +206,7 @@ def worst_margins(project: Any) -> WorstMargins | None:
 
 
 def loop_fault(project: Any) -> str:
-    """That the motor's loop of a project is unstable under a load, in a sentence; empty where it is not, or none is."""
+    """Sentence on a project's loop that is unstable under a load; empty where it is stable or there is none."""
     train, sampling = project.train, project.sampling
     if train is None or (sampling is None and isinstance(train.motor.control, PASSIVE_LOOPS)):
         return ""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...base.quantities import checked, shown
-from ...drive.asked import Curve, curve_fault
+from ...drive.demands.motor_limits import Curve, curve_fault
 from ...drive.postures import Posture
 from ...study.move.profiles import AngleProfile
 from ..logs.names import named

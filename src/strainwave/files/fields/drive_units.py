@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from ...drive.asked import DriveUnit
+from ...drive.sources import DriveUnit
 from .kinds import Quantity
 from .rows import Group, field, no_frequency
 

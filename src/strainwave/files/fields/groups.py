@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from ...base.quantities import checked
-from ...drive.asked import MotorLimits, curve_fault
+from ...drive.demands.motor_limits import MotorLimits, curve_fault
 from ...model.controllers.closed_loop import Sampling
 from ...model.excitation import Line
 from ...model.orders import order_pair

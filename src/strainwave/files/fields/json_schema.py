@@ -1,6 +1,6 @@
 """JSON Schema of a project file, for editors."""
 
-from ...drive.asked import Payload
+from ...drive.demands.payload import Payload
 from ...model.oscillator import Ripple
 from .entries import Loop, filter_types
 from .kinds import Schema

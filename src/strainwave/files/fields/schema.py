@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from ...base.quantities import checked
-from ...drive.asked import Feedforward, MotorLimits, Payload, Task
+from ...drive.demands.motor_limits import MotorLimits
+from ...drive.demands.move_task import Feedforward, Task
+from ...drive.demands.payload import Payload
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...model.laws import LoadFriction, Parallel, Play

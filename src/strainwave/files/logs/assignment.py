@@ -1,8 +1,11 @@
-"""Assignment of the columns of a file to channels, and their values in SI."""
+"""Assignment of the columns of a file to channels, as chosen or recognised, and their values in SI."""
 
+import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +15,8 @@ from .table import Column, Roles, index_of, refuse, unit_of
 
 Columns = Mapping[str, str | int] | Sequence[str | None]
 Units = Mapping[str, str | float]
+ENDING = ".columns.json"  # of the file with a choice of columns, beside the log
+ARGUMENTS: dict[str, Any] = {"columns": (list, dict), "units": dict, "rate": (int, float), "joint": str}  # of read_log
 
 
 def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[str]) -> Roles:
@@ -130,3 +135,30 @@ def in_si(path: Path, columns: Roles, units: Units, notes: list[str]) -> tuple[R
     if assumed:
         notes.append(f"no unit is given for {', '.join(assumed)}: units= says what else they are")
     return result, si
+
+
+def keep_choice(log: Path, choice: Mapping[str, Any]) -> str:
+    """Write a choice beside a log; the name of its file, or "" where the folder cannot be written."""
+    path = log.with_name(log.name + ENDING)
+    with suppress(OSError):
+        path.write_text(json.dumps(choice, indent=1) + "\n", encoding="utf-8")
+        return path.name
+    return ""
+
+
+def kept_choice(log: Path) -> dict[str, Any]:
+    """Arguments of read_log that are kept beside a log; none without such a file.
+
+    Raises
+    ------
+    FileError
+        If the file holds no choice.
+    """
+    path = log.with_name(log.name + ENDING)
+    if not path.exists():
+        return {}
+    with suppress(OSError, ValueError):
+        choice = json.loads(path.read_text(encoding="utf-8"))
+        if isinstance(choice, dict) and all(isinstance(choice[name], ARGUMENTS.get(name, ())) for name in choice):
+            return choice
+    raise refuse(path, f"is no choice of {', '.join(ARGUMENTS)}; delete it, or give them anew")

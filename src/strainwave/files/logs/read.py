@@ -9,9 +9,8 @@ import numpy as np
 
 from ...base.quantities import number
 from ...study.identification.log import Log
-from .assignment import Columns, Units, chosen, in_si
+from .assignment import ENDING, Columns, Units, chosen, in_si, kept_choice
 from .binary_files import BINARY, Read
-from .choice import ENDING, kept_choice
 from .conditioning import aligned, averaged, regular, trimmed, unwrapped
 from .doubts import doubts
 from .joints import joined_stamps, joints_named, of_joint, only_joint

@@ -15,8 +15,9 @@ from ...base.results import Floats
 from ...base.sentences import listed
 from ...base.terminal import Progress, on_screen, silent
 from ...base.units import ARCSEC, RPM
-from ...drive.asked import MotorLimits, Source
+from ...drive.demands.motor_limits import MotorLimits
 from ...drive.project import Project
+from ...drive.sources import Source
 from ...model.excitation import Harmonic, KinematicError, Line
 from ...model.gears.catalogue import gear as gear_of
 from ...model.laws import BoucWen, Coulomb, LoadFriction, Parallel, PiecewiseLinear, Viscous

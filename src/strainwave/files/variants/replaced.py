@@ -15,8 +15,8 @@ from typing import Any, TypeVar
 
 from ...base import quantities
 from ...base.quantities import is_model, shown
-from ...drive.asked import Source
 from ...drive.project import Project
+from ...drive.sources import Source
 from ...model.laws.springs import PiecewiseLinear
 from ..fields.entries import Loop
 from ..fields.groups import YOURS

@@ -1,8 +1,6 @@
-"""Loops that keep the motor on its reference: a sampled PD loop and a cascade.
+"""Sampled loops that keep the motor on its reference, a PD loop and a cascade, and what stands around their torque.
 
-Disturbance observer: what turns the motor beside its own torque is estimated and taken away.
-
-Notch filter in the torque of a loop.
+Around it stand a disturbance observer, which takes away what turns the motor beside its own torque, and filters.
 """
 
 from math import pi, tan
@@ -205,9 +203,10 @@ class Notch(NamedTuple):
 
 
 def sampled_filter(loop: Any, shape: tuple[float, float, float, float], period: float) -> Notch:
-    """The torque of a loop behind the filter (h s^2 + b s + w^2)/(s^2 + a s + w^2), `shape` (w, a, b, h), sampled.
+    """The torque of a loop behind a filter of second order, sampled every `period` [s].
 
-    The bilinear transform, with its gain and phase kept at w; see `notch`.
+    The filter is (h s^2 + b s + w^2)/(s^2 + a s + w^2), its `shape` (w, a, b, h) with w [rad/s]. By the bilinear
+    transform s is c (z - 1)/(z + 1), with the c that keeps gain and phase at w; see `notch`.
     """
     w, a, b, h = shape
     if not w * period < pi:
@@ -216,11 +215,9 @@ def sampled_filter(loop: Any, shape: tuple[float, float, float, float], period: 
             f"{pi / period:g} rad/s: sample faster, or lower it"
         )
     c = w / tan(0.5 * w * period)
-    d0 = c * c + a * c + w * w
-    return Notch(
-        loop, (h * c * c + b * c + w * w) / d0, 2.0 * (w * w - h * c * c) / d0, (h * c * c - b * c + w * w) / d0,
-        2.0 * (w * w - c * c) / d0, (c * c - a * c + w * w) / d0,
-    )  # fmt: skip
+    above = h * c * c + b * c + w * w, 2.0 * (w * w - h * c * c), h * c * c - b * c + w * w
+    first, *below = c * c + a * c + w * w, 2.0 * (w * w - c * c), c * c - a * c + w * w
+    return Notch(loop, *(coefficient / first for coefficient in (*above, *below)))
 
 
 def notch(loop: Any, frequency: float, period: float, *, width: float = 0.5, depth: float = 0.0) -> Notch:

@@ -138,12 +138,21 @@ def _gears() -> dict[str, Gear]:
 
 
 def _holds(tabulated: str, ratio: int) -> bool:
-    """True for the tabulated ratio, or for one of at least that after ">="."""
+    """True if a row holds for a ratio: it names that ratio, or a least one after ">="."""
     return ratio >= int(tabulated[2:]) if tabulated.startswith(">=") else ratio == int(tabulated)
 
 
 def _completed(g: Gear) -> Gear:
     """Return the gear with its stiffness, ratcheting and buckling torque, accuracy and doubts, where tabulated."""
+    g = _with_accuracies(_with_torques(_with_stiffness(g)))
+    for row in _rows("catalogue_notes.csv"):
+        if (g.series, str(g.size), str(g.ratio)) == (row["series"], row["size"], row["ratio"]):
+            g = _with(g, {}, "", row["note"], *row["numbers"].split("/"))
+    return g
+
+
+def _with_stiffness(g: Gear) -> Gear:
+    """The gear with its stiffness in three pieces."""
     for row in _rows("catalogue_stiffness.csv"):
         if g.series in row["family"].split("/") and str(g.size) == row["size"] and _holds(row["ratio"], g.ratio):
             numbers = {k: float(row[f"{k}_Nm_per_rad"]) for k in ("K1", "K2", "K3")}
@@ -151,24 +160,34 @@ def _completed(g: Gear) -> Gear:
             source = STIFFNESS_SOURCE.get(row["family"], row["note"])
             doubt = row["note"] if row["family"] in STIFFNESS_SOURCE else ""
             g = _with(g, numbers, f"stiffness: {source}", doubt, "T1")
+    return g
+
+
+def _with_torques(g: Gear) -> Gear:
+    """The gear with its ratcheting and buckling torque."""
     for row in _rows("catalogue_ratcheting.csv"):
         if (g.series, str(g.size)) == (row["series"], row["size"]):
-            torque = row.get(f"ratcheting_ratio_{g.ratio}_Nm") or None
-            numbers = {"buckling_torque": float(row["buckling_Nm"])}
-            numbers |= {} if torque is None else {"ratcheting_torque": float(torque)}
+            torques = {
+                "buckling_torque": row["buckling_Nm"],
+                "ratcheting_torque": row.get(f"ratcheting_ratio_{g.ratio}_Nm"),
+            }
+            numbers = {name: float(torque) for name, torque in torques.items() if torque}
             g = _with(g, numbers, f"ratcheting and buckling: {row['source']}")
+    return g
+
+
+def _with_accuracies(g: Gear) -> Gear:
+    """The gear with the angles of its accuracy, and one sentence for each source of them."""
     sources: dict[str, list[str]] = {}
     for row in _rows("catalogue_accuracy.csv"):
         fits = g.series in row["families"].split("/") and str(g.size) in row["sizes"].split("/")
         if fits and _holds(row["ratio"], g.ratio):
-            angle = float(row["value"]) * ARCMIN if row["unit"] == "arcmin" else float(row["value"] + row["unit"][1:-4])
+            value = float(row["value"])
+            angle = value * ARCMIN if row["unit"] == "arcmin" else value / 1e4  # the other unit is 1e-4 rad
             g = _with(g, {row["quantity"]: angle}, "")
             sources.setdefault(row["source"], []).append(row["quantity"].replace("_", " "))
     for source, quantities in sources.items():
         g = _with(g, {}, f"{', '.join(quantities)}: {source}")
-    for row in _rows("catalogue_notes.csv"):
-        if (g.series, str(g.size), str(g.ratio)) == (row["series"], row["size"], row["ratio"]):
-            g = _with(g, {}, "", row["note"], *row["numbers"].split("/"))
     return g
 
 
@@ -187,12 +206,31 @@ def _usual_rpm(kin: str, size: str) -> float:
 
 
 def _kin(row: Row) -> str:
+    """Family of a row, whose series have the same input speeds."""
     return "SHG/HFUS" if row["series"] in ("SHG", "HFUS") else "CSG/HFUC"
+
+
+RATED = {  # numbers of a record, and their columns among the ratings
+    "rated_torque": "T_rated_2000rpm_Nm", "average_torque": "T_average_Nm",
+    "repeated_peak_torque": "T_repeated_peak_Nm", "momentary_torque": "T_momentary_Nm",
+    "max_rpm": "n_in_max_rpm", "average_rpm": "n_in_avg_rpm",
+}  # fmt: skip
+OF_RT1 = {  # the same of the series RT1, each with the size of 1 in SI over that of the column
+    "K1": ("K1_Nm_per_rad", 1.0), "K3": ("K3_Nm_per_rad", 1.0), "rated_torque": ("T_rated_Nm", 1.0),
+    "efficiency": ("efficiency_percent", 100.0), "running_torque": ("running_torque_2000rpm_mNm", 1000.0),
+    "starting_torque": ("starting_torque_mNm", 1000.0), "back_driving_torque": ("back_driving_torque_Nm", 1.0),
+    "pitch_radius": ("pitch_radius_mm", 1000.0),
+}  # fmt: skip
+
+
+def _labels(row: Row) -> dict[str, Any]:
+    """Name, series, size and ratio of a row."""
+    series, size, ratio = row["series"], row["size"], row["ratio"]
+    return {"name": f"{series}-{size}-{ratio}", "series": series, "size": int(size), "ratio": int(ratio)}
 
 
 def _rated(row: Row) -> Gear:
     """Record of a row of the ratings."""
-    name = f"{row['series']}-{row['size']}-{row['ratio']}"
     mass, doubt = _mass(row["mass_kg"])
     usual_rpm, doubted = _usual_rpm(_kin(row), row["size"]), ""
     if float(row["n_in_avg_rpm"]) < usual_rpm:
@@ -200,21 +238,9 @@ def _rated(row: Row) -> Gear:
             f"the average input speed of {row['n_in_avg_rpm']} rpm looks mistyped in the source, other ratios "
             f"of this size say {usual_rpm:.0f} rpm; check the maker's datasheet"
         )
-    gear = Gear(
-        name=name,
-        series=row["series"],
-        size=int(row["size"]),
-        ratio=int(row["ratio"]),
-        rated_torque=float(row["T_rated_2000rpm_Nm"]),
-        average_torque=float(row["T_average_Nm"]),
-        repeated_peak_torque=float(row["T_repeated_peak_Nm"]),
-        momentary_torque=float(row["T_momentary_Nm"]),
-        max_rpm=float(row["n_in_max_rpm"]),
-        average_rpm=float(row["n_in_avg_rpm"]),
-        input_inertia=float(row["J_in_1e-4_kgm2"] + "e-4"),
-        mass=mass,
-        source=f"ratings: {row['source']}",
-    )
+    numbers: dict[str, Any] = {name: float(row[column]) for name, column in RATED.items()}
+    inertia, source = float(row["J_in_1e-4_kgm2"] + "e-4"), f"ratings: {row['source']}"
+    gear = Gear(**_labels(row), **numbers, input_inertia=inertia, mass=mass, source=source)
     return _with(_with(gear, {}, "", doubt, "mass"), {}, "", doubted, "average_rpm")
 
 
@@ -249,23 +275,10 @@ def _csf(inertias: dict[tuple[str, int | None], float | None]) -> list[Gear]:
 
 def _rt1(row: Row) -> Gear:
     """Record of a Schaeffler RT1-H-CS."""
-    name = f"{row['series']}-{row['size']}-{row['ratio']}"
-    return Gear(
-        name=name,
-        series=row["series"],
-        size=int(row["size"]),
-        ratio=int(row["ratio"]),
-        K1=float(row["K1_Nm_per_rad"]),
-        K3=float(row["K3_Nm_per_rad"]),
-        rated_torque=float(row["T_rated_Nm"]),
-        efficiency=float(row["efficiency_percent"]) / 100.0,
-        running_torque=float(row["running_torque_2000rpm_mNm"]) / 1000.0,
-        starting_torque=float(row["starting_torque_mNm"]) / 1000.0,
-        back_driving_torque=float(row["back_driving_torque_Nm"]),
-        pitch_radius=float(row["pitch_radius_mm"]) / 1000.0,
-        source=row["source"],
-        notes=(
-            f"{name}: K2, T1 and T2, input speeds, inertia and further torque limits are not tabulated; K1 and K3 are "
-            f"those of CSG-{row['size']}-{row['ratio']}; the efficiency is given within 3 percentage points.",
-        ),
+    labels = _labels(row)
+    numbers: dict[str, Any] = {name: float(row[column]) / size for name, (column, size) in OF_RT1.items()}
+    note = (
+        f"{labels['name']}: K2, T1 and T2, input speeds, inertia and further torque limits are not tabulated; K1 and "
+        f"K3 are those of CSG-{row['size']}-{row['ratio']}; the efficiency is given within 3 percentage points."
     )
+    return Gear(**labels, **numbers, source=row["source"], notes=(note,))

@@ -147,6 +147,11 @@ def parted(law: Any) -> float:
     return max(3.0 * part.v_s if isinstance(part, Stribeck) else 0.0 for part in _parts(law))
 
 
+def comes_to_rest(law: Any, v: float, turning: float) -> bool:
+    """True if a shaft is at rest at a speed v [rad/s] while its motor turns: one that slides as v changes sign."""
+    return law.sign * v <= 0.0 if isinstance(law, Dry) else abs(v) <= REST * (1.0 + abs(turning))
+
+
 def sign_at(law: Any, v: float, pull: float, rests: bool) -> float:
     """Sign of a slip at a speed [rad/s], or from rest under a pull [N*m], where it has none within the break-away."""
     if rests and abs(pull) <= breakaway(law):

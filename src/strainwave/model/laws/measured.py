@@ -164,7 +164,7 @@ def tabulated(points: Sequence[Sequence[float]], *, odd: bool = False) -> Tabula
     _check_points(pairs)
     steps = [b[0] - a[0] for a, b in pairwise(pairs)]
     secants = [(b[1] - a[1]) / h for (a, b), h in zip(pairwise(pairs), steps, strict=True)]
-    inner = [_mean_slope(*both) for both in zip(pairwise(steps), pairwise(secants), strict=True)]
+    inner = [_inner_slope(*steps[i - 1 : i + 1], *secants[i - 1 : i + 1]) for i in range(1, len(steps))]
     first, last = _end_slope(steps, secants), _end_slope(steps[::-1], secants[::-1])
     slopes = (first, *inner, last)
     law: Tabulated = checked(Tabulated(tuple(Knot(x, T, K) for (x, T), K in zip(pairs, slopes, strict=True))))
@@ -204,9 +204,8 @@ def _check_points(pairs: Sequence[tuple[float, float]]) -> None:
         raise ValueError(f"the torque is {pairs[0][1]:g} N*m at every point; a law needs one that rises")
 
 
-def _mean_slope(steps: tuple[float, float], secants: tuple[float, float]) -> float:
-    """Weighted harmonic mean of two secants, 0 where one of them is."""
-    (h0, h1), (left, right) = steps, secants
+def _inner_slope(h0: float, h1: float, left: float, right: float) -> float:
+    """Slope [N*m/rad] at a knot between steps h0 and h1 [rad] and their secants: the mean that keeps it monotone."""
     if left == 0.0 or right == 0.0:
         return 0.0
     w0, w1 = h0 + 2.0 * h1, 2.0 * h0 + h1

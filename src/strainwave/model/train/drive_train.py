@@ -1,4 +1,4 @@
-"""The drive train: motor, gear and load as they are, of which both error equations are reductions.
+"""The drive train: motor, gear and load, of which both error equations are reductions.
 
 J_m theta_m'' = T_m + control - drag - (1/N - e'(theta_m)) T - T_f/N and J_l theta_l'' = T_l - drag + T, with the
 gear's torque T = B u' + T(u), u = x - e(theta_m), x = theta_m/N - theta_l: Lagrange's equations of `theory.derivation`,
@@ -15,7 +15,7 @@ from ...base.protocols import Control, joint_orders, need
 from ...base.quantities import SMALLEST, AngularSpeed, Damping, Ratio, Reals, States
 from ...compile.jit import chosen, kernel
 from ..excitation import NoError
-from ..laws.dry import REST, Dry, dry, guards_of, moved, refuse_dry, sign_at, stuck
+from ..laws.dry import Dry, comes_to_rest, dry, guards_of, moved, refuse_dry, sign_at, stuck
 from ..laws.friction import NO_FRICTION
 from .controls import controlled, motor_states, off_reference
 from .linear_part import linear_part
@@ -139,21 +139,23 @@ class DriveTrain(NamedTuple):
 
     def slipping(self, phase: float, y: States) -> tuple["DriveTrain", States]:
         """The train as its shafts slide or stick from a state on, and that state, those at rest exactly so."""
-        drags = self.motor.drag if self.motor.held else dry(self.motor.drag), dry(self.load.end().drag)
-        if not any(isinstance(drag, Dry) for drag in drags):
+        motor = self.motor.drag if self.motor.held else dry(self.motor.drag)
+        load = dry(self.load.end().drag)
+        if not (isinstance(motor, Dry) or isinstance(load, Dry)):
             return self, y
-        at_rest = self.with_motor(drag=stuck(drags[0])).with_load(drag=stuck(drags[1]))
-        state, signed, turning = list(y), list(drags), self.omega * self.reference.slope(phase)
-        for i, (drag, (v, pull)) in enumerate(zip(drags, at_rest.pulls(phase, y), strict=True)):
-            if isinstance(drag, Dry):
-                present = (self.motor.drag, self.load.end().drag)[i]
-                rests = present.sign * v <= 0.0 if isinstance(present, Dry) else abs(v) <= REST * (1.0 + abs(turning))
-                signed[i] = Dry(drag.drag, sign_at(drag, v, pull, rests))
-                if rests and i == 0:
-                    state[3], state[1] = state[3] - v, state[1] - v / self.N
-                elif rests:
-                    state[(0, *self.twists())[-1] + 1] += v
-        return self.with_motor(drag=signed[0]).with_load(drag=signed[1]), tuple(state)
+        of_motor, of_load = self.with_motor(drag=stuck(motor)).with_load(drag=stuck(load)).pulls(phase, y)
+        state, turning = list(y), self.omega * self.reference.slope(phase)
+        if isinstance(motor, Dry):
+            rests, (v, pull) = comes_to_rest(self.motor.drag, of_motor[0], turning), of_motor
+            motor = Dry(motor.drag, sign_at(motor, v, pull, rests))
+            if rests:
+                state[3], state[1] = state[3] - v, state[1] - v / self.N
+        if isinstance(load, Dry):
+            rests, (v, pull) = comes_to_rest(self.load.end().drag, of_load[0], turning), of_load
+            load = Dry(load.drag, sign_at(load, v, pull, rests))
+            if rests:
+                state[(0, *self.twists())[-1] + 1] += v
+        return self.with_motor(drag=motor).with_load(drag=load), tuple(state)
 
     def with_motor(self, **changes: Any) -> "DriveTrain":
         """The same with other fields of its motor."""

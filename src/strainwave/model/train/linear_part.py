@@ -8,7 +8,7 @@ kinematic error follows it.
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -97,51 +97,71 @@ def linear_part(train: Any, at_load: bool = False) -> TrainPart | None:
     return part if at_load or part.loose < 0 or np.any(part.integral) or _in_balance(part) else None
 
 
-def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses: list[Any]) -> TrainPart:
-    chain, end, held, N = train.load.chain(), train.load.end(), train.motor.held, train.N
-    motor_count, on_load = 0 if held else 1 + states_of(train.motor.control), hasattr(train.motor.control, "at_load")
-    n = 1 + len(chain) + motor_count
-    soft = [i for i, k in enumerate(stiffnesses) if k is None]
-    places = {i: 1 + j for j, i in enumerate(soft)}  # of each coupling's twist among the coordinates
-    motor_at = 1 + len(soft)
-    hard = [i for i, k in enumerate(stiffnesses) if k is not None]
-    places |= {i: motor_at + motor_count + j for j, i in enumerate(hard)}
-    unit = np.eye(n)
+class Coordinates(NamedTuple):
+    """Places of the coordinates of a train: x first, twists that laws see, the motor and its control, other twists.
+
+    `motor` is the place of the motor's deviation, behind which the states of its control stand: `motor_count` in all,
+    0 of a motor that is held. `twists` are the places of the couplings' twists, from the gear on.
+    """
+
+    size: int
+    motor: int
+    motor_count: int
+    twists: tuple[int, ...]
+
+    @classmethod
+    def of(cls, train: Any, stiffnesses: list[float | None]) -> "Coordinates":
+        """Coordinates of a train whose couplings have these stiffnesses, None where a law sees the twist."""
+        soft = [i for i, k in enumerate(stiffnesses) if k is None]
+        motor, motor_count = 1 + len(soft), 0 if train.motor.held else 1 + states_of(train.motor.control)
+        hard = [i for i, k in enumerate(stiffnesses) if k is not None]
+        places = [*range(1, motor), *range(motor + motor_count, motor + motor_count + len(hard))]
+        of_coupling = dict(zip([*soft, *hard], places, strict=True))
+        twists = tuple(of_coupling[i] for i in range(len(stiffnesses)))
+        return cls(motor + motor_count + len(hard), motor, motor_count, twists)
+
+
+def _assembled(train: Any, at_load: bool, control: Any, drags: Any, stiffnesses: list[float | None]) -> TrainPart:
+    """Matrices of a train on its coordinates, shaft by shaft from the gear on; then the motor with its control."""
+    at = Coordinates.of(train, stiffnesses)
+    chain, end, held, N, n = train.load.chain(), train.load.end(), train.motor.held, train.N, at.size
+    unit, motor_at = np.eye(n), at.motor
     motor = np.zeros(n) if held else unit[motor_at]
     M, C, K = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
     speed, per_speed = float(isinstance(train.reference, Steady)), np.zeros(n)
     angle = motor / N - unit[0]  # of the shaft behind the gear
-    for i, (J, B, _) in enumerate(chain):
-        twist = unit[places[i]]
+    for (J, B, _), stiffness, place in zip(chain, stiffnesses, at.twists, strict=True):
+        twist = unit[place]
         M += J * np.outer(angle, angle)
         C += B * np.outer(twist, twist)
-        K += (stiffnesses[i] or 0.0) * np.outer(twist, twist)
+        K += (stiffness or 0.0) * np.outer(twist, twist)
         angle = angle - twist
     M += end.J * np.outer(angle, angle)
     C += drags[1] * np.outer(angle, angle)
     per_speed -= drags[1] * speed / N * angle
+    integral, zero_mean, loose = np.zeros(n), motor, -1
     if not held:
         M[motor_at, motor_at] += train.motor.J + inertia_of(train.motor.control)
         C[motor_at, motor_at] += drags[0]
         per_speed -= drags[0] * speed * motor
-        indices = np.arange(motor_at, motor_at + motor_count)
+        indices = np.arange(motor_at, motor_at + at.motor_count)
         C[np.ix_(indices, indices)] += control[1]
-        position = motor - N * (unit[0] + sum(unit[places[i]] for i in places)) if on_load else motor
+        on_load = hasattr(train.motor.control, "at_load")
+        position = motor - N * (unit[0] + sum(unit[place] for place in at.twists)) if on_load else motor
         K[indices] += np.outer(control[0][:, 0], position) + control[0][:, 1:] @ unit[indices[1:]]
-    values, rates = _states(
-        n, held, motor_count, [places[i] for i in range(len(chain))], motor_at, N, train.motor.free, at_load
-    )
-    integral = np.zeros(n)
-    if not held:
         integral[indices] = _means(control[0])
-    integrates = np.any(integral)
-    loose = motor_at if integrates or not (held or np.any(K[motor_at]) or np.any(K[:, motor_at])) else -1
-    zero_mean = position if integrates and on_load else motor
-    laws = (train.law, *(chain[i][2] for i in soft))
-    follows = not held and not isinstance(train.error, NoError)
-    disturbed = train if loose < 0 or integrates else train._replace(motor=_weakly_held(train.motor, train.omega))
+        if np.any(integral):
+            loose, zero_mean = motor_at, position
+        elif not (np.any(K[motor_at]) or np.any(K[:, motor_at])):
+            loose = motor_at
+    weak = loose >= 0 and not np.any(integral)
+    values, rates = _states(at, train, at_load)
     return TrainPart(
-        train, M, C, K, per_speed, laws, follows, loose, zero_mean, integral, values, rates, disturbed, motor, angle
+        train, inertia=M, damping=C, stiffness=K, per_speed=per_speed,
+        laws=(train.law, *(law for (_, _, law), k in zip(chain, stiffnesses, strict=True) if k is None)),
+        follows=not held and not isinstance(train.error, NoError), loose=loose, zero_mean=zero_mean, integral=integral,
+        values=values, rates=rates, motor=motor, load=angle,
+        disturbed=train._replace(motor=_weakly_held(train.motor, train.omega)) if weak else train,
     )  # fmt: skip
 
 
@@ -165,22 +185,19 @@ def _means(stiffness: Floats) -> Floats:
     return means
 
 
-def _states(
-    n: int, held: bool, motor_count: int, twists: list[int], motor_at: int, N: float, free: bool, at_load: bool
-) -> tuple[Floats, Floats]:  # fmt: skip
+def _states(at: Coordinates, train: Any, at_load: bool) -> tuple[Floats, Floats]:
     """Tables (states, n) of the states in the order of the train's: those that are no rates, and the rates."""
-    unit, zero = np.eye(n), np.zeros(n)
-    first = unit[0] + (sum(unit[i] for i in twists) if at_load else 0.0)
-    if at_load and not (held or free):
-        first = first - unit[motor_at] / N
-    motor = [] if held else [unit[motor_at]]
+    unit, zero = np.eye(at.size), np.zeros(at.size)
+    first = unit[0] + (sum(unit[place] for place in at.twists) if at_load else 0.0)
+    if at_load and not (train.motor.held or train.motor.free):
+        first = first - unit[at.motor] / train.N
     values, rates = [first, zero], [zero, first]
-    for row in motor:
-        values, rates = [*values, row, zero], [*rates, zero, row]
-    for i in range(1, motor_count):
-        values, rates = [*values, unit[motor_at + i]], [*rates, zero]
-    for i in twists:
-        values, rates = [*values, unit[i], zero], [*rates, zero, unit[i]]
+    if not train.motor.held:
+        values, rates = [*values, unit[at.motor], zero], [*rates, zero, unit[at.motor]]
+    for place in range(at.motor + 1, at.motor + at.motor_count):
+        values, rates = [*values, unit[place]], [*rates, zero]
+    for place in at.twists:
+        values, rates = [*values, unit[place], zero], [*rates, zero, unit[place]]
     return np.array(values), np.array(rates)
 
 

@@ -15,10 +15,11 @@ from ...base.quantities import parameters
 from ...base.records import Labelled, Result
 from ...base.results import Branch, SolveError, Status
 from ...base.sentences import Sentence, Speed
-from ...drive.drive_response import DriveResponse, MotorUse, Usage
-from ...drive.jumps import HysteresisBand
+from ...drive.demands.usage import MotorUse, Usage
+from ...drive.drive_response import DriveResponse
+from ...drive.equation.gear_torque import UNDAMPED, loses_energy
+from ...drive.hysteresis_bands import HysteresisBand
 from ...drive.project import Project
-from ...drive.response import UNDAMPED, loses_energy
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator, VaryingOscillator
 from ...numerics.operating_point import SPEED

@@ -18,7 +18,8 @@ from ...base.results import SolveError
 from ...base.sentences import Angle, Sentence, Speed
 from ...base.terminal import silent
 from ...base.units import Speeds
-from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings, most_asked, most_used
+from ...drive.demands.usage import MotorUse, Usage, largest_motor_use, largest_usage, limit_findings
+from ...drive.drive_response import DriveResponse
 from ...drive.friction.standstill import standing
 from ...drive.project import Project
 from ...drive.response import exact_response
@@ -192,7 +193,7 @@ def analyze(
     motors = {} if project.motor_named else project.motors()
     other_motors = tuple(motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87)))
     progress("hysteresis and varying stiffness", 0.88)
-    largest = most_used(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
+    largest = largest_usage(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
     loop, no_loop = loop_of(system.law, largest.peak_torque, project.rated_torque)
     parametric, not_searched = parametric_of(system, limits)
     followed = project.train or project.whole if exact.curve.beat else None if curve is None else train
@@ -372,7 +373,7 @@ def _asked_of_motor(
     """Demands of the steady motions under every load, and of the run-up, on the motor."""
     steady = [use and use._replace(load=case.torque) for case in by_load for use in (case.drive.motor,)]
     ramp = None if study is None or study.ramp is None else study.ramp.motor()
-    return most_asked([*(steady or [drive.motor]), ramp])
+    return largest_motor_use([*(steady or [drive.motor]), ramp])
 
 
 def _proof(system: Any, point: OperatingPoint) -> StabilityProof:

@@ -21,8 +21,8 @@ from ...base.series import largest_of_samples
 from ...base.terminal import on_screen, silent
 from ...base.units import RPM
 from ...drive.drive_response import DriveResponse
+from ...drive.equation.gear_torque import loses_energy, settling_time
 from ...drive.project import Project
-from ...drive.response import loses_energy, settling_time
 from ...drive.run import drive_run, waiting
 from ...drive.train_curve import at_load, refuse_free, torque_in
 from ...model.train.drive_train import DriveTrain

@@ -13,7 +13,7 @@ from ...base.protocols import Law, System, lines_of, terms_of
 from ...base.quantities import parameters, replace
 from ...base.results import SolveError
 from ...base.units import ARCSEC
-from ...drive.loop_margin import fastest_growth
+from ...drive.loops.instability import fastest_growth
 from ...drive.operating_point import mean_torque, with_more
 from ...drive.project import Project
 from ...drive.steady import top_of

@@ -10,8 +10,9 @@ import numpy as np
 
 from ...base.results import Floats, SolveError, Trajectory, largest_between
 from ...base.series import largest_of_samples
-from ...drive.drive_response import DriveResponse, Usage, most_used
-from ...drive.response import damping_of, gear_torque, heat, loses_energy, no_multiple_scales, settling_time
+from ...drive.demands.usage import Usage, largest_usage
+from ...drive.drive_response import DriveResponse
+from ...drive.equation.gear_torque import damping_of, gear_torque, heat, loses_energy, no_multiple_scales, settling_time
 from ...model.gears.limits import cubic_mean
 from ...numerics.integration.record import uninterrupted
 from ...numerics.integration.simulate import simulate
@@ -260,4 +261,4 @@ def usage(system: Any, exact: DriveResponse, motions: Iterable[SteadyMotion]) ->
         omega = float(motion.omega)
         torque = cycle_of(system._replace(omega=omega), motion).torque
         every.append(Usage(float(largest_of_samples(torque[None])[0]), omega, cubic_mean(torque), omega))
-    return most_used(*every)
+    return largest_usage(*every)

@@ -15,10 +15,10 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
 from ...base.terminal import silent
 from ...drive.drive_response import DriveResponse
+from ...drive.equation.reductions import Reductions, compare_with_train
 from ...drive.friction.standstill import Standstill
-from ...drive.loop_margin import Bode, bode
+from ...drive.loops.bode import Bode, bode
 from ...drive.operating_point import operating_state
-from ...drive.reductions import Reductions, compare_with_train
 from ...drive.steady import drive_curve
 from ...model.excitation import mean_torque
 from ...model.gears.gear import Gear

@@ -16,8 +16,9 @@ from typing import NamedTuple
 
 from ...base.results import SolveError
 from ...base.sentences import Angle, Sentence, Speed, listed
-from ...drive.asked import Need
-from ...drive.drive_response import DriveResponse, MotorUse, Usage, limit_findings
+from ...drive.demands.motor_limits import Need
+from ...drive.demands.usage import MotorUse, Usage, limit_findings
+from ...drive.drive_response import DriveResponse
 from ...drive.postures import titled
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
@@ -174,7 +175,7 @@ class Judged(NamedTuple):
 def judged(project: Project, response: DriveResponse) -> Judged:
     """Judge the motions of a curve, under the mean torque of the load, by the rules of `analyze`."""
     N, mean, loads, speeds = project.drive.N, project.mean_load_torque, project.other_loads, project.speeds
-    usage, motor = response.asked(mean, project.load_torques, N)
+    usage, motor = response.demands(mean, project.load_torques, N)
     need = response.need(tuple((mean - load) / N for load in (mean, *loads)))
     fastest, resting = speeds.given[-1] if speeds.by_motor else None, max(map(abs, project.load_torques)) / N
     findings = limit_findings(project.gear, usage, fastest, project.motor_limits, motor, (need,), resting)

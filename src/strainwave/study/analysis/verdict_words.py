@@ -7,7 +7,7 @@ from ...base.facts import Fact
 from ...base.number_text import number, percent
 from ...base.sentences import Angle, Sentence, Speed, listed
 from ...base.units import ARCSEC, RPM, Speeds
-from ...drive.asked import BRAKE, RMS, MotorLimits
+from ...drive.demands.motor_limits import BRAKE, RMS, MotorLimits
 from ...model.gears.limits import Finding, gravest
 from ..speed_map.avoid import out_of_reach
 from . import words

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from ...base.number_text import number
 from ...base.sentences import Angle, Sentence, Speed, listed
 from ...base.units import RPM
-from ...drive.asked import BRAKE, PEAK, RMS
+from ...drive.demands.motor_limits import BRAKE, PEAK, RMS
 from ...drive.train_curve import unfollowed
 from ...model.gears.limits import RATED, Finding, gravest
 

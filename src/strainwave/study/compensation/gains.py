@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.protocols import lacking, lines_of, terms_of
 from ...base.results import SolveError
-from ...drive.response import UNDAMPED
+from ...drive.equation.gear_torque import UNDAMPED
 from ...drive.train_curve import in_turns
 from ...model.controllers.adaptive import CELLS, AdaptiveCancellation, Repetitive
 from ...model.excitation import Harmonics, KinematicError, shortest

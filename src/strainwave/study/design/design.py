@@ -16,7 +16,7 @@ from ...base.results import Interrupted, SolveError
 from ...base.sentences import listed
 from ...base.terminal import Progress, silent
 from ...base.units import ARCSEC, RPM
-from ...drive.loop_margin import unstable
+from ...drive.loops.instability import instability
 from ...drive.train_curve import POINTS, Crest, largest_crest
 from ...model.drive import Drive
 from ...model.excitation import Harmonic
@@ -165,7 +165,7 @@ class _Search:
             return True
         for load in {min(spec.load_inertias), max(spec.load_inertias)}:
             train = self._train(option, option.cases[0]._replace(load=load, torque=0.0))
-            if fault := unstable(train, option.J_m + spec.tuned(load) / ratio**2):
+            if fault := instability(train, option.J_m + spec.tuned(load) / ratio**2):
                 rotor = f"with a rotor of {option.rotor:.3g} kg*m^2 and a load of {load:g} kg*m^2"
                 check = Check(LOOP, math.inf, f"The loop of {option.gear.name} {rotor} {fault}.")
                 self.misses.setdefault(option.gear.name, check)

@@ -17,7 +17,9 @@ from ...base.protocols import lines_of
 from ...base.quantities import checked, interval, number
 from ...base.results import Floats, Integers, SolveError
 from ...base.units import ARCSEC, RPM
-from ...drive.asked import PEAK, Feedforward, MotorLimits, Payload, Task
+from ...drive.demands.motor_limits import PEAK, MotorLimits
+from ...drive.demands.move_task import Feedforward, Task
+from ...drive.demands.payload import Payload
 from ...drive.friction.standstill import standing
 from ...drive.project import Project
 from ...drive.run import INPUTS, waiting

@@ -15,9 +15,10 @@ from ...base.protocols import Law, lacking, terms_of
 from ...base.quantities import checked, floated
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
-from ...drive import asked
-from ...drive.asked import PEAK, RMS, MotorLimits
-from ...drive.loop_margin import train_of
+from ...drive.demands import motor_limits
+from ...drive.demands.motor_limits import PEAK, RMS, MotorLimits, Need
+from ...drive.demands.payload import Payload
+from ...drive.motor_words import train_of
 from ...drive.operating_point import mean_torque, repeats
 from ...drive.run import holds_its_place
 from ...model.gears.gear import Gear
@@ -114,14 +115,16 @@ def move_findings(train: DriveTrain, path: Path, limits: MotorLimits, motion: Mo
     remedies = computed + of_torque, computed + of_speed
     holding = float(np.max(np.abs(demand_of(train, path, math.inf).motor)))
     peak = None if limits.peak_torque else motion.peak_torque
-    yield from asked.motor_findings(limits, peak, motion.peak_speed, holding, remedies)
+    yield from motor_limits.motor_findings(limits, peak, motion.peak_speed, holding, remedies)
     if limits.peak_torque:
         size = np.abs(motion.torque)
-        need = asked.Need(np.abs(motion.speed), size, size, np.zeros(len(size) - 1, bool))
-        yield asked.torque_finding(limits, PEAK, [need], computed + of_torque)
+        need = Need(np.abs(motion.speed), size, size, np.zeros(len(size) - 1, bool))
+        yield motor_limits.torque_finding(limits, PEAK, [need], computed + of_torque)
     if limits.lasts:
         yield _lasting(train, path, limits, motion)
-    yield from asked.sheet_findings(limits, [], motion.mean_speed, float(np.max(np.abs(demand.resting))) / train.N)
+    yield from motor_limits.sheet_findings(
+        limits, [], motion.mean_speed, float(np.max(np.abs(demand.resting))) / train.N
+    )
 
 
 def _lasting(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion) -> Finding:
@@ -142,7 +145,7 @@ def _lasting(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion)
         pause = _up((relative - path.duration) / (1.0 - held * held))
         remedy = f"let it rest at the end for {pause} s more in every cycle, or {remedy}"
     fact = f"The rms torque of the motor over the profile is {motion.rms_torque:.4g} N*m, its continuous torque {{}}"
-    return asked.short_finding(RMS, motion.rms_torque, bound, fact, remedy)
+    return motor_limits.short_finding(RMS, motion.rms_torque, bound, fact, remedy)
 
 
 def _too_large(demand: Demand, limits: MotorLimits) -> bool:
@@ -202,7 +205,7 @@ class Mover:
         return any(states_of(law) for law in laws) or any(map(breakaway, drags))
 
 
-def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payload: asked.Payload | None) -> Mover:
+def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payload: Payload | None) -> Mover:
     """The train of a project, or a train itself, with a payload.
 
     Raises

@@ -17,8 +17,8 @@ from ...base.number_text import number
 from ...base.quantities import AngularAcceleration, AngularSpeed, checked, interval, numbers, shown
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats, SolveError
+from ...drive.equation.gear_torque import damping_of, loses_energy
 from ...drive.project import Project
-from ...drive.response import damping_of, loses_energy
 from ...drive.run import waiting
 from ...drive.state_space import state_space
 from ...model.excitation import mean_torque

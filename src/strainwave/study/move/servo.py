@@ -9,7 +9,8 @@ from ...base.protocols import Law, lacking
 from ...base.quantities import LARGEST, AngularSpeed, Inertia, Rate, Ratio, Torque
 from ...compile.elementwise import larger, select, smaller
 from ...compile.jit import chosen
-from ...drive.asked import PEAK, Feedforward, MotorLimits
+from ...drive.demands.motor_limits import PEAK, MotorLimits
+from ...drive.demands.move_task import Feedforward
 from ...model.laws.dry import settled
 from ...model.train.controls import FREE, CascadeLoop, Lagged, core_of, inertia_of, motor_states, states_inside
 from ...model.train.drive_train import DriveTrain, seen_deviation

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from ...base.results import Floats
 from ...base.series import largest_of_samples, sizes_of_samples
-from ...drive.drive_response import MotorUse, Usage
+from ...drive.demands.usage import MotorUse, Usage
+from ...drive.equation.gear_torque import damping_of
 from ...drive.operating_point import with_mean_torques
 from ...drive.project import Project
-from ...drive.response import damping_of
 from ...drive.run import DriveRun, drive_run
 from ...drive.steady import leaves_angle_out
 from ...model.gears.gear import Gear

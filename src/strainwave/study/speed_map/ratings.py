@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...base.units import RPM
-from ...drive.asked import BRAKE, PEAK, Need
-from ...drive.drive_response import MotorUse, Usage, limit_findings
+from ...drive.demands.motor_limits import BRAKE, PEAK, Need
+from ...drive.demands.usage import MotorUse, Usage, limit_findings
 from ...drive.project import Project
 from ...model.gears.limits import Finding, check_limits, gravest
 from .intervals import Span

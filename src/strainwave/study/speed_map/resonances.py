@@ -14,7 +14,7 @@ import numpy as np
 from ...base.law import is_spring
 from ...base.protocols import lines_of
 from ...base.results import Floats, SolveError
-from ...drive.response import no_multiple_scales
+from ...drive.equation.gear_torque import no_multiple_scales
 from ...model.excitation import KinematicError, NoError, mean_torque
 from ...numerics.operating_point import loaded_state
 from ...theory.resonance import Resonance

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...base.quantities import number
 from ...base.results import Floats
-from ...drive.asked import PEAK, RMS, MotorLimits, Need
+from ...drive.demands.motor_limits import PEAK, RMS, MotorLimits, Need
 from .bands import AMPLIFIED, Motions
 from .intervals import Span, clipped, complement, gaps
 from .motions import MEAN, MOTOR, OMEGA, OSCILLATION, TORQUE, UnderLoad

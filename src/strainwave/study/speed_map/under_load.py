@@ -18,9 +18,9 @@ from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
 from ...base.units import RPM
 from ...drive.drive_response import DriveResponse
+from ...drive.equation.left_out import left_out
 from ...drive.jumps import doubled_spans
 from ...drive.project import Project
-from ...drive.reductions import left_out
 from ...drive.state_space import state_space
 from ...drive.steady import equation_curve, train_motions
 from ...drive.train_curve import NO_MOTION, at_load, has_curve, refuse_free, without_gravity

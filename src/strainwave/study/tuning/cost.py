@@ -12,7 +12,7 @@ import numpy as np
 
 from ...base.quantities import numbers
 from ...base.results import Floats, SolveError
-from ...drive.asked import PEAK, RMS, MotorLimits
+from ...drive.demands.motor_limits import PEAK, RMS, MotorLimits
 from ...drive.loops.linear_control import control_parts
 from ...drive.project import Project
 from ...drive.steady import drive_curve, top_of

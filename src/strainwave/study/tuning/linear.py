@@ -11,8 +11,8 @@ import numpy as np
 
 from ...base.results import Complexes, Floats
 from ...drive.loops.linear_control import LinearControl, around_poles, control_parts, control_response
+from ...drive.loops.margins import MotorLoop, peak_sensitivity
 from ...drive.loops.sampled_loop import SampledLoop, SampledPlant, without_outside
-from ...drive.margins import MotorLoop, peak_sensitivity
 from ...drive.operating_point import mean_state
 from ...model.controllers.closed_loop import Sampling
 from ...model.train.drive_train import DriveTrain

@@ -10,9 +10,9 @@ import numpy as np
 from ...base.facts import Fact
 from ...base.number_text import number, percent, unit_text
 from ...base.records import Labelled, Result
-from ...drive.asked import DriveUnit
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
+from ...drive.sources import DriveUnit
 from ...model.train.controls import HERTZ
 from ...model.train.filters import apart
 from .cost import CLIFF, GOALS, TuningLimits, TuningPoint, having

@@ -13,7 +13,7 @@ from ...base.quantities import number as checked_number
 from ...base.results import Floats, SolveError
 from ...base.sentences import listed
 from ...base.terminal import silent
-from ...drive.asked import MotorLimits
+from ...drive.demands.motor_limits import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.operating_point import refuse_overload
 from ...drive.project import Project

@@ -1,1 +1,1 @@
-"""`strainwave compensate` and its output."""
+"""`strainwave compensate`, `tune` and `order-table`: controllers that cancel the error, gains, and order tables."""

@@ -1,6 +1,6 @@
 """`strainwave compensate`: controllers that cancel a project's error, in closed loop beside the plain loop."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +16,15 @@ from ....plot import compensation as figures
 from ....plot.panels import Panel, named
 from ....plot.svg import stacked
 from ....study.compensation.bench import Bench, bench_of, steady_bench_of
-from ....study.compensation.compensate import benches_of, compensation_bench, resonance_speed
+from ....study.compensation.compensate import PLAIN, benches_of, compensation_bench, resonance_speed
 from ....study.compensation.compensate import compensate as compensated
 from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import CompensationBench
 from ...console import Progress, as_csv, echo, in_options, to_json, write_all
-from ...view import quantity
-from ..options import file_type, json_option, output_option, project_argument
+from ..options import file_type, json_option, output_option, project_argument, quantity
 from . import tables
-from .tables import Alone, Run, best_at, stated, worst
+from .order_tables import TableAlone, written_tables
+from .tables import Run, best_at, worst
 
 ALL = "all"
 SHARES = (0.3, 0.9, 1.0, 1.1, 3.0)  # of the speed at which the largest order meets the resonance of the held motor
@@ -60,7 +60,10 @@ def compensate(
     names, left_out = names_of(next(iter(benches.values())), controllers or (ALL,))
     with Progress(drive.title) as progress:
         setup = {"plant": train, "load_angles": angles}
-        run, stop = _run(drive, benches, setup, names, grid, left_out, units, seed, progress.show)
+        run, stop = _run(
+            drive, benches, setup=setup, names=names, speeds=grid, left_out=left_out, units=units, seed=seed,
+            progress=progress.show,
+        )  # fmt: skip
         if run is not None and output is not None:
             progress.show("writing", 0.97)
             run = run if stop else run._replace(tables=_tables(run))
@@ -89,7 +92,7 @@ def names_of(bench: Bench, controllers: Sequence[str]) -> tuple[list[str], tuple
     for name in controllers:
         if name != ALL and name not in COMPENSATORS:
             raise ValueError(f"there is no controller {name!r}; there are {', '.join(COMPENSATORS)}, and {ALL}")
-    names = list(COMPENSATORS if ALL in controllers else dict.fromkeys(["loop", *controllers]))
+    names = list(COMPENSATORS if ALL in controllers else dict.fromkeys([PLAIN, *controllers]))
     blind = [name for name in names if COMPENSATORS[name].load_encoder] if not bench.sampling.load_encoder else []
     if blind and ALL not in controllers:
         raise ValueError(
@@ -115,7 +118,7 @@ def plant_of(project: Project, plant: Path | None, softer: str | None) -> DriveT
 
 
 def _run(
-    project: Project, benches: dict[float, Bench], setup: dict[str, Any], names: Sequence[str], grid: Floats,
+    project: Project, benches: dict[float, Bench], *, setup: dict[str, Any], names: Sequence[str], speeds: Floats,
     left_out: tuple[str, ...], units: int, seed: int, progress: Callable[[str, float], None],
 ) -> tuple[Run | None, bool]:  # fmt: skip
     """The run and whether the user stopped it; no run where no controller was finished."""
@@ -123,14 +126,8 @@ def _run(
     remarks = list(left_out)
     run = None
     try:
-        for i, name in enumerate(names):
-            progress(name, 0.8 * i / len(names))
-            try:
-                rows.append(compensation_bench(project, [name], speeds=grid, **setup))
-            except ValueError as error:
-                if not rows:
-                    raise
-                remarks.append(f"Left out: {name}, as {error}.")
+        for row in _of_controllers(project, names, speeds, setup, remarks, progress):
+            rows.append(row)
         run = _joined(project, benches, rows, remarks)
         same = setup["plant"] is None
         for case in run.best if units or same else ():
@@ -142,21 +139,38 @@ def _run(
     return run, False
 
 
+def _of_controllers(
+    project: Project, names: Sequence[str], speeds: Floats, setup: dict[str, Any], remarks: list[str],
+    progress: Callable[[str, float], None],
+) -> Iterator[CompensationBench]:  # fmt: skip
+    """Each controller at all speeds; one beside the plain loop that refuses the drive becomes a remark."""
+    for i, name in enumerate(names):
+        progress(name, 0.8 * i / len(names))
+        try:
+            yield compensation_bench(project, [name], speeds=speeds, **setup)
+        except ValueError as error:
+            if i == 0:
+                raise
+            remarks.append(f"Left out: {name}, as {error}.")
+
+
 def _joined(
     project: Project, benches: dict[float, Bench], rows: Sequence[CompensationBench], remarks: Sequence[str]
 ) -> Run:
+    """One bench of all controllers, and the best of them with and without an encoder on the load."""
     results = tuple(row for case in rows for row in case.results)
     bench = CompensationBench(rows[0].speeds, tuple(row[0].name for row in results), results)
     best = (best_at(bench, worst(bench), load_encoder=seeing) for seeing in (True, False))
     return Run(project, benches, bench, tuple(remarks), tuple(case for case in best if case is not None))
 
 
-def _tables(run: Run) -> tuple[tuple[str, Alone], ...]:
+def _tables(run: Run) -> tuple[tuple[str, TableAlone], ...]:
     """Tables of the best controller that can be written as tables, where the plain loop has the largest error."""
     i = worst(run.results)
-    column = sorted((row[i] for row in run.results.results), key=lambda case: case.after.rms)
-    usable = (case for case in column if case.stable and not case.excluded)
-    return next((written for case in usable if (written := stated(run.benches[case.load_angle], case))), ())
+    for case in sorted((row[i] for row in run.results.results), key=lambda case: case.after.rms):
+        if case.stable and not case.excluded and (tables_of := written_tables(run.benches[case.load_angle], case)):
+            return tables_of
+    return ()
 
 
 def _write(title: str, run: Run, output: Path, *, figured: bool) -> None:
@@ -169,18 +183,21 @@ def _write(title: str, run: Run, output: Path, *, figured: bool) -> None:
 
 
 def _figures(title: str, run: Run) -> dict[str, str]:
-    drawn: dict[str, tuple[list[Panel], float, str]] = {
-        name: (figures.speed_panels(run.results, load_encoder=seeing), 300.0, "residual error over the speed")
-        for name, seeing in (("speeds", False), ("speeds-load-encoder", True))
-    }
+    """Figures as SVG by the names of their files; one that shows nothing is left out."""
+    drawn = dict[str, str]()
+
+    def draw(name: str, panels: list[Panel], height: float, label: str) -> None:
+        if panels and (svg := stacked(named(panels, title), height, label)):
+            drawn[name] = svg
+
+    for name, seeing in (("speeds", False), ("speeds-load-encoder", True)):
+        draw(name, figures.speed_panels(run.results, load_encoder=seeing), 300.0, "residual error over the speed")
     if run.best:
         speed, bench = run.best[0].speed, run.benches[run.best[0].load_angle]
-        before = figures.motion(bench, "loop", speed, f"plain loop, {bench.speeds.said(speed)}")
+        before = figures.motion(bench, PLAIN, speed, f"plain loop, {bench.speeds.said(speed)}")
         after = [figures.motion(bench, case.name, speed, case.name) for case in run.best]
-        drawn["error"] = figures.error_panels(before, after), 240.0, "pointing error before and after"
-        drawn["orders"] = figures.order_panels(run.best), 240.0, "amplitudes by order before and after"
-    if any(case.units for case in run.details):
-        units = figures.units_panels({case.name: case.units for case in run.details if case.units is not None})
-        drawn["units"] = units, 240.0, "residual errors of many units"
-    texts = {name: stacked(named(one[0], title), *one[1:]) for name, one in drawn.items() if one[0]}
-    return {name: text for name, text in texts.items() if text}
+        draw("error", figures.error_panels(before, after), 240.0, "pointing error before and after")
+        draw("orders", figures.order_panels(run.best), 240.0, "amplitudes by order before and after")
+    if units := {case.name: case.units for case in run.details if case.units is not None}:
+        draw("units", figures.units_panels(units), 240.0, "residual errors of many units")
+    return drawn

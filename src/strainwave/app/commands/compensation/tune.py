@@ -16,8 +16,7 @@ from ....study.tuning.cost import GOALS
 from ....study.tuning.result import TunedLoop
 from ....study.tuning.tune import tune as tuned
 from ...console import Progress, columns, echo, reported, write_all
-from ...view import quantity
-from ..options import json_option, output_option, project_argument
+from ..options import json_option, output_option, project_argument, quantity
 
 CSV, SVG, JSON, YAML, NOTCHED = "tune.csv", "tune.svg", "tune.json", "tuned.yaml", "tuned-with-notch.yaml"
 

@@ -21,8 +21,8 @@ from ....study.identification.bode.measured_bode import Estimator, Quantity
 from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop as loop_fitted
 from ...console import echo, reported, to_json, write_all
-from ...view import quantity as value_of
 from ..options import dialect_options, file_type, json_option, output_option, pairs_option, project_argument
+from ..options import quantity as value_of
 
 
 @click.command()

@@ -10,7 +10,7 @@ import numpy as np
 from ....base.facts import Fact, data, lines
 from ....base.number_text import unit_text
 from ....base.results import Floats
-from ....files.logs.choice import ARGUMENTS, keep_choice
+from ....files.logs.assignment import ARGUMENTS, keep_choice
 from ....files.logs.read import read_log as log_of
 from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked

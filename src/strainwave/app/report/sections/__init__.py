@@ -2,13 +2,19 @@
 
 from typing import Any
 
-from .advice import compensation, postures, remedies, speeds_to_avoid
 from .basis import provenance, stability, trust
-from .derived import derived_quantities, hysteresis, parametric_resonances
-from .opening import cautions, opening
+from .cautions import cautions
+from .controllers import compensation
+from .derived import derived_quantities
+from .gear_torsion import hysteresis, parametric_resonances
+from .opening import opening
+from .remedies import remedies
 from .resonances import resonances
-from .speed_range import beat_of_turns, single_speeds, speed_range
-from .whole_train import motors, run_up_of_train, whole_train
+from .single_speeds import single_speeds
+from .speed_range import beat_of_turns, speed_range
+from .speeds_to_avoid import speeds_to_avoid
+from .variants import motors, postures
+from .whole_train import run_up_of_train, whole_train
 
 SECTIONS: tuple[Any, ...] = (
     opening, cautions, motors, speeds_to_avoid, postures, remedies, speed_range, beat_of_turns, whole_train,

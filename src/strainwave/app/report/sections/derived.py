@@ -1,21 +1,16 @@
-"""The derived quantities of a drive: name, symbol, value, unit, remark.
-
-The torsion of the gear itself: its hysteresis loop, and the resonances of a stiffness that varies.
-"""
+"""The derived quantities of a drive: name, symbol, value, unit, remark."""
 
 import math
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from ....base.law import spring_stiffness
 from ....base.protocols import terms_of
 from ....base.sentences import Angle
 from ....drive.train_curve import in_turns
-from ....plot.panels import BLACK, BLUE, Axis, Panel
-from ....plot.svg import figure
 from ....study.speed_map.resonances import equation_orders
-from ....theory.parametric import ParametricResonance
 from ...console import number, percent
-from ...view import View, sizes
+from ...view import View
 from ..section import Part, Table
 from .opening import YIELDS
 from .whole_train import mode_data
@@ -27,17 +22,6 @@ LIMITS = (
     ("Largest input speed", "max_rpm", "rpm", "catalogue, with grease"),
     ("Average input speed", "average_rpm", "rpm", "catalogue, with grease"),
 )
-
-
-HILL = (
-    "Speeds at which the stiffness varies 2/n times as fast as the drive vibrates, for small motions about the "
-    "operating point (Hill's equation): they grow where their growth is positive."
-)
-LOOPS = (
-    "Left: the datasheet's measurement at full load; its hysteresis loss is the width at zero torque. Right: lost "
-    "motion. Below: the loop of the case with the largest error; its area is lost in each cycle."
-)
-MEETS_NONE = "The varying stiffness meets no multiple of half the natural frequency in the speed range."
 
 
 def derived_quantities(view: View) -> Part:
@@ -67,40 +51,43 @@ class Quantity(NamedTuple):
 
 def quantities(view: View) -> list[Quantity]:
     """List the derived quantities of the drive, for both motor modes where they differ."""
-    drive, point = view.project.drive, view.analysis.point
-    motor, spring = view.project.motor, float(spring_stiffness(drive.law, point.x))
+    point = view.analysis.point
+    spring = float(spring_stiffness(view.project.drive.law, point.x))
     yields = spring < point.stiffness * YIELDS
     bias = "at x₀ = " + Angle(point.x) + " under the mean torque" if point.mean_torque else "no mean torque"
     bias += "; of small vibrations, before the hysteresis yields" if yields else ""
     rows = [Quantity("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", bias)]
     if yields:
         rows.append(Quantity("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "after it has yielded"))
-    usage = "used in this report" if view.analysis.train is None else "used in the error equation"
-    for mode, inertia in (("free", drive.J), ("held", drive.J_l)):
-        mark = usage if mode == motor else "for comparison"
-        symbol = "J" if mode == "free" else "J_l"
-        omega_0 = math.sqrt(max(point.stiffness, 0.0) / inertia)
-        of_spring = math.sqrt(max(spring, 0.0) / inertia)
-        rows.append(Quantity(f"Inertia, motor {mode}", symbol, inertia, "kg·m²", mark))
-        rows.append(Quantity(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark))
-        if of_spring > 0.0:
-            zeta = drive.B / (2.0 * inertia * of_spring)
-            remark = "; of the damping B and the spring, hysteresis damps too" if yields else ""
-            note = mark + remark + _at_rest(view, spring, zeta)
-            rows.append(Quantity(f"Damping ratio, motor {mode}", "ζ", zeta, "", note))
-        if omega_0 > 0.0:
-            if yields:
-                mark += "; of small vibrations, before the hysteresis yields"
-            rows.append(Quantity(f"Natural frequency, motor {mode}", "ω₀", omega_0, "rad/s", mark))
-            rows.append(Quantity("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark))
-            rows += _resonance_speeds(view, omega_0, mark)
-            if yields:
-                name, note = f"Natural frequency of the spring alone, motor {mode}", "after it has yielded"
-                rows.append(Quantity(name, "", of_spring, "rad/s", note))
-        else:
-            why = "no stiffness at the operating point"
-            rows.append(Quantity(f"Natural frequency, motor {mode}", "ω₀", None, "rad/s", why))
+    for mode in ("free", "held"):
+        rows += _of_mode(view, mode, spring, yields)
     return [*rows, *_damping_quantities(damping(view)), *_static(view)]
+
+
+def _of_mode(view: View, mode: str, spring: float, yields: bool) -> Iterator[Quantity]:
+    """Inertia, damping and natural frequency with the motor free or held, on a `spring` whose hysteresis may yield."""
+    drive, stiffness = view.project.drive, view.analysis.point.stiffness
+    symbol, inertia = ("J", drive.J) if mode == "free" else ("J_l", drive.J_l)
+    usage = "used in this report" if view.analysis.train is None else "used in the error equation"
+    mark = usage if mode == view.project.motor else "for comparison"
+    omega_0, of_spring = math.sqrt(max(stiffness, 0.0) / inertia), math.sqrt(max(spring, 0.0) / inertia)
+    yield Quantity(f"Inertia, motor {mode}", symbol, inertia, "kg·m²", mark)
+    yield Quantity(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark)
+    if of_spring > 0.0:
+        zeta = drive.B / (2.0 * inertia * of_spring)
+        remark = "; of the damping B and the spring, hysteresis damps too" if yields else ""
+        yield Quantity(f"Damping ratio, motor {mode}", "ζ", zeta, "", mark + remark + _at_rest(view, spring, zeta))
+    name = f"Natural frequency, motor {mode}"
+    if not omega_0 > 0.0:
+        yield Quantity(name, "ω₀", None, "rad/s", "no stiffness at the operating point")
+        return
+    mark += "; of small vibrations, before the hysteresis yields" if yields else ""
+    yield Quantity(name, "ω₀", omega_0, "rad/s", mark)
+    yield Quantity("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark)
+    yield from _resonance_speeds(view, omega_0, mark)
+    if yields:
+        alone = f"Natural frequency of the spring alone, motor {mode}"
+        yield Quantity(alone, "", of_spring, "rad/s", "after it has yielded")
 
 
 def damping(view: View) -> dict[str, Any]:
@@ -170,55 +157,3 @@ def _static(view: View) -> list[Quantity]:
         limits = ((f"{name} of the {gear.name}", getattr(gear, of), unit, note) for name, of, unit, note in LIMITS)
         rows += [Quantity(name, "", value, unit, note) for name, value, unit, note in limits]
     return rows
-
-
-def parametric_resonances(view: View) -> Part:
-    """Speeds at which a varying stiffness makes small motions grow: a row for each in the range."""
-    rows, varies = [_row(view, r) for r in view.analysis.parametric], view.project.stiffness is not None
-    columns = "cause omega_rad_per_s unstable growth_per_s low_rad_per_s high_rad_per_s damping_ratio damping_needed"
-    data = {"parametric_resonances": rows, "stiffness_varies": varies}
-    sentence = HILL if rows else MEETS_NONE * varies
-    return Part("Parametric resonances", data, [sentence], [Table(rows, columns)])
-
-
-def _row(view: View, r: ParametricResonance) -> dict[str, Any]:
-    return {
-        **view.speed_data(r.omega),
-        "cause": r.cause.replace("omega_0", "ω₀"),
-        "growth_per_s": r.growth,
-        "unstable": r.unstable,
-        "low_rad_per_s": r.low,
-        "high_rad_per_s": r.high,
-        "low_rpm": view.speeds.rpm(r.low),
-        "high_rpm": view.speeds.rpm(r.high),
-        "damping_ratio": r.damping_ratio,
-        "damping_needed": r.damping_needed,
-    }
-
-
-def hysteresis(view: View) -> Part:
-    """The datasheet's measurements on the law, and the loop of the case with the largest error; None without a loop."""
-    loop, torsion, torque = view.analysis.loop, view.angle.axis("torsion"), Axis("torque", "N*m")
-    if loop is None:
-        return Part(data={"hysteresis": None})
-    data = {
-        "full_load_Nm": loop.torque,
-        "full_load_is_rated": loop.rated,
-        **sizes(loop.full.loss, "hysteresis_loss"),
-        "torsion_from_end_to_end_rad": loop.full.span,
-        "dissipated_J_per_cycle": loop.full.energy,
-        **sizes(loop.small.span, "lost_motion"),
-    }
-    rows: list[list[Panel]] = [[]]
-    small = "the same up to 4 % of that torque"
-    for title, side in (("input locked, slowly 0, +T, −T, +T", loop.full), (small, loop.small)):
-        rows[0].append(Panel(title, torsion, torque))
-        rows[0][-1].line(side.torsion, side.torque, BLUE)
-    if cycles := [case.cycle for case in view.analysis.cases if case.cycle is not None]:
-        cycle = max(cycles, key=lambda c: c.peak)
-        below = Panel("steady motion, largest |x| of the cases, damping included", torsion, torque)
-        below.line(cycle.u, cycle.torque, BLACK, width=1.3)
-        rows.append([below])
-    rated = "the rated torque" if loop.rated else "the largest torque of the steady motions"
-    drawn = figure(rows, 260.0, "hysteresis loop"), f"Full load is {rated}. {LOOPS}"
-    return Part("Hysteresis of the gear", {"hysteresis": data}, tables=[Table([data])], figures=[drawn], appendix=True)

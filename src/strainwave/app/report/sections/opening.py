@@ -1,4 +1,4 @@
-"""Opening of the report: the drive and the verdict; and warnings to read before using the numbers."""
+"""Opening of the report: the drive and its verdict."""
 
 import math
 from html import escape
@@ -7,21 +7,18 @@ from typing import Any
 from ....base.archive import version
 from ....base.facts import data as told_once
 from ....base.law import spring_stiffness
-from ....base.sentences import Sentence, Speed
+from ....base.sentences import Speed
 from ....base.units import RPM
-from ....drive.asked import MotorLimits
-from ....files.notes import unsaid
-from ....model.drive import HDC_40_050, HDC_40_050_WARNING
-from ....model.gears.limits import gravest
+from ....drive.demands.motor_limits import MotorLimits
 from ....plot.svg import stacked
-from ....study.analysis.analysis import Analysis, Largest
+from ....study.analysis.analysis import Largest
 from ....study.analysis.words import how_sure
 from ...curves import CONVENTIONS
 from ...view import View, sizes
-from ..remedies import after_change, can_be_ordered
 from ..section import Part, html_table, paragraph
+from .remedies import after_change, can_be_ordered
 from .speed_range import drive_figure
-from .whole_train import parts, train_warning
+from .whole_train import parts
 
 YIELDS = 1.0 - 1e-9  # the spring alone is softer than the law by more than rounding
 MARKS = "Dashed grey lines: resonances, numbered as in the appendix."
@@ -163,47 +160,3 @@ def _largest_torque(view: View) -> dict[str, Any]:
     of_gear = {f"{name}_Nm": getattr(view.project.gear, name, None) for name in names}
     carried = {"torque_Nm": used.peak_torque, "load_torque_Nm": loads[0] if loads else None}
     return view.speed_data(used.at_peak) | carried | of_gear
-
-
-def cautions(view: View) -> Part:
-    """Warnings of the analysis, exceeded limits of the gear, and doubts about the file."""
-    sentences = warnings(view)
-    more = f" ({len(sentences) - 1} more in the report)" * (len(sentences) > 1)
-    lines = ["warning: " + sentences[0] + more] if sentences else []
-    return Part(data={"warnings": sentences}, sentences=sentences, lines=lines, kind="warn")
-
-
-def warnings(view: View) -> list[str]:
-    """Sentences to read before using the numbers, the gravest first."""
-    project, analysis = view.project, view.analysis
-    sentences = [*train_warning(view), *_overload(analysis)]
-    article = (HDC_40_050.law, HDC_40_050.J_m, HDC_40_050.J_l)
-    if (project.drive.law, project.drive.J_m, project.drive.J_l) == article:
-        sentences.append(HDC_40_050_WARNING)
-    sentences += [project.loop.weak] if project.loop and project.loop.weak else []
-    sentences += analysis.warnings
-    sweep = analysis.drive.sweep
-    for band in () if sweep is None else sweep.bands:
-        text = (
-            "Run-up and run-down differ between {}: two stable motions exist there, and which one the drive is on "
-            "depends on its history; pass through that band quickly or keep out of it."
-        )
-        remark = "" if band.whole else " A jump between them lies outside the speed range; take a wider one to see it."
-        sentences.append(Sentence(text, Speed(band.low, band.high, digits=5)) + remark)
-    for jump in () if sweep is None else sweep.alone:
-        text = (
-            "The response jumps at {}, and in the other direction its stable motions end before that speed: the curve "
-            "does not show what follows there; integrate to see it."
-        )
-        sentences.append(Sentence(text, Speed(jump.value, digits=5)))
-    return [*sentences, *unsaid(project.notes, sentences)]
-
-
-def _overload(analysis: Analysis) -> list[str]:
-    """Sentences on exceeded limits of the gear's datasheet."""
-    used, sentences = analysis.usage, list[str]()
-    for finding in sorted(gravest(analysis.limits), key=lambda f: f.value != used.peak_torque):  # that one breaks gears
-        speed = {used.peak_torque: used.at_peak, used.average_torque: used.at_average}.get(finding.value)
-        begin = "" if speed is None else "At " + Speed(speed, digits=5) + ": "
-        sentences.append(begin + finding.sentence.replace("N*m", "N·m"))
-    return sentences

@@ -1,26 +1,20 @@
-"""The resonances: where the computed curve is largest and jumps, and multiple scales against it.
-
-Figures of single resonances and of single speeds in time: the computed motion, multiple scales and integration.
-"""
+"""The resonances: where the computed curve is largest and jumps, and multiple scales against it."""
 
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ....base.results import Floats
 from ....base.sentences import Angle, Sentence, Speed, listed
 from ....drive.drive_response import DriveResponse
-from ....plot.drive import draw_exact, draw_folds, fine, simulated
-from ....plot.panels import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE, TIME, Axis, Panel, of_speeds
+from ....plot.drive import draw_exact, draw_folds, simulated
+from ....plot.panels import DOT_DASH, GREY, ORANGE, Panel, of_speeds
+from ....plot.smooth_curve import fine
 from ....plot.svg import figure
 from ....study.analysis.analysis import Analysis
-from ....study.analysis.in_time import DriveMotion
-from ....study.analysis.time_case import Cycle, TimeCase
 from ....study.speed_map.resonances import Regime, equation_orders
 from ....theory.slow_flow.results import Certificate
 from ...console import number, percent
-from ...view import AngleUnit, View, sizes
+from ...view import View, sizes
 from ..section import Part, Table
 
 NO_STIFFNESS = (
@@ -172,104 +166,6 @@ def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
 
 
 HEIGHT = 330.0
-BINS, MOST_CYCLES = 350, 40
-Motion = tuple[Floats, Floats]
-MILLISECONDS = Axis("time", "ms", 1e-3)
-
-
-def time_figure(case: TimeCase, angle: AngleUnit, drive: DriveMotion | None = None) -> str:
-    """One speed in time as SVG: from rest, the steady motion, its phase portrait, and the transmitted torque.
-
-    Beside those of the error equation the steady motion and the torque of the whole drive, where it is given.
-    """
-    start = _from_rest(case, angle)
-    label = f"time response, {case.name}"
-    if case.cycle is None:
-        return figure([[start]], 260.0, label)
-    times = 2 if case.steady.period == 1 else 1
-    steady, orbit = _steady(case, case.cycle, times, angle), _orbit(case, case.cycle, times, angle)
-    if drive is not None:
-        count = 1 + times * case.steady.period * drive.per_turn
-        name = f"whole drive, {drive.name}"
-        steady.line(drive.t[:count], drive.error[:count], BLACK, name, DOT_DASH)
-        orbit[-1].line(drive.t[:count], drive.torque[:count], BLACK, "whole drive", DOT_DASH)
-    return figure([[start, steady], orbit], 228.0, label)
-
-
-def _from_rest(case: TimeCase, angle: AngleUnit) -> Panel:
-    """The start: both solutions as lines, or the band between their extremes where cycles would not show."""
-    run = case.transient
-    title = f"from rest, largest |x| {angle.text(case.peak_from_rest)}"
-    panel = Panel(title, TIME if run.t[-1] > 0.5 else MILLISECONDS, angle.axis("x"))
-    theory = None if case.comparison is None else case.comparison.theory
-    turns = max(12, int(run.t[-1] * case.omega / (2.0 * np.pi)))
-    overlaid(panel, (run.t, run.y[0]), None if theory is None else (theory.t, theory.x), turns)
-    return panel
-
-
-def overlaid(panel: Panel, exact: Motion, theory: Motion | None, turns: int) -> None:
-    """Add a motion (t [s], x [rad]) by integration and by multiple scales: as lines.
-
-    Where cycles would not show, the band between the extremes of so many turns, and the lines of both.
-    """
-    crossings = np.count_nonzero(np.diff(np.sign(exact[1] - np.mean(exact[1]))))
-    if crossings < 2 * MOST_CYCLES:
-        panel.line(*exact, BLUE, "integration", width=1.2)
-        if theory is not None:
-            panel.line(*theory, ORANGE, "multiple scales", DASHES, 1.3)
-        return
-    low, high, t = envelope(*exact, _even(len(exact[0]), turns))
-    panel.band(t, low, high, BLUE, "integration (band of its cycles)")
-    if theory is not None:
-        low, high, t = envelope(*theory, _even(len(theory[0]), turns))
-        panel.line(t, high, ORANGE, "multiple scales", DASHES, 1.3)
-        panel.line(t, low, ORANGE, "multiple scales", DASHES, 1.3)
-
-
-def _even(count: int, pieces: int) -> NDArray[np.int64]:
-    """First numbers of equal pieces of a row, at most `BINS`, none of them empty."""
-    return np.linspace(0, count, min(BINS, pieces, count), endpoint=False).astype(np.int64)
-
-
-def _steady(case: TimeCase, cycle: Cycle, times: int, angle: AngleUnit) -> Panel:
-    panel = Panel("steady motion", MILLISECONDS, angle.axis("x"))
-    t = _repeated_time(cycle, times)
-    panel.line(t, np.tile(cycle.x, times), BLUE, "integration")
-    if case.steady_theory is not None:
-        panel.line(t, np.tile(case.steady_theory, times), ORANGE, "multiple scales", DASHES, 1.3)
-    return panel
-
-
-def _orbit(case: TimeCase, cycle: Cycle, times: int, angle: AngleUnit) -> list[Panel]:
-    """Phase portrait and transmitted torque."""
-    rate = Axis("x'", "rad/s") if np.max(np.abs(cycle.v)) > 1.0 else Axis("x'", "mrad/s", 1e-3)
-    portrait = Panel("phase portrait of the steady motion", angle.axis("x"), rate)
-    portrait.line(cycle.x, cycle.v, BLUE, "integration")
-    samples = (len(cycle.x) - 1) // case.steady.period
-    portrait.points(cycle.x[:-1:samples], cycle.v[:-1:samples], BLACK, "once per turn of the base angle", "o", ORANGE)
-    title = f"steady torque through the gear, largest {number(cycle.peak_torque)} N·m"
-    torque = Panel(title, MILLISECONDS, Axis("torque", "N*m"))
-    torque.line(_repeated_time(cycle, times), np.tile(cycle.torque, times), BLUE, "integration")
-    mean = cycle.mean_torque if abs(cycle.mean_torque) > 1e-6 * cycle.peak_torque else 0.0
-    torque.level(mean, BLACK, f"mean torque {number(mean)} N·m", DOT_DASH, 1.0)
-    return [portrait, torque]
-
-
-def _repeated_time(cycle: Cycle, times: int) -> Floats:
-    """Times of the cycle shown so many times."""
-    return np.concatenate([cycle.t + i * cycle.t[-1] for i in range(times)])
-
-
-def envelope(t: Floats, x: Floats, starts: NDArray[np.int64]) -> tuple[Floats, Floats, Floats]:
-    """Lowest and highest value and middle of each piece that begins with a sample of `starts`; of both ends the end.
-
-    Of more than `BINS` pieces neighbours are taken together.
-    """
-    starts = starts[:: -(-len(starts) // BINS)]
-    low, high = np.minimum.reduceat(x, starts), np.maximum.reduceat(x, starts)
-    middles = np.add.reduceat(t, starts) / np.diff([*starts, len(t)])
-    middles[0], middles[-1] = t[0], t[-1]
-    return low, high, middles
 
 
 def figure_of(view: View, regime: Regime) -> str:

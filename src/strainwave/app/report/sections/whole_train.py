@@ -1,4 +1,4 @@
-"""The whole drive train beside its error equation: gains, modes, Bode plot and other motors; its run-up."""
+"""The whole drive train beside its error equation: gains, modes, Bode plot, and its run-up."""
 
 from typing import Any
 
@@ -6,10 +6,10 @@ import numpy as np
 
 from ....base.number_text import unit_text
 from ....base.quantities import parameters
-from ....base.sentences import Angle, Sentence, Speed, listed
+from ....base.sentences import Angle, Sentence, Speed
 from ....base.units import RPM
 from ....drive.drive_response import DriveResponse
-from ....drive.loop_margin import motor_name
+from ....drive.motor_words import motor_name
 from ....drive.run import INPUTS
 from ....drive.train_curve import follows_its_angle
 from ....model.excitation import NoError
@@ -18,7 +18,7 @@ from ....model.train.shafts import NO_DRAG
 from ....plot.loop import loop_rows
 from ....plot.panels import BLACK, BLUE, DASHES, MOTOR, ORANGE, Panel
 from ....plot.svg import figure
-from ....study.analysis.train_study import TrainStudy, spread
+from ....study.analysis.train_study import TrainStudy
 from ....study.analysis.words import under_load
 from ....study.speed_map.ramp import Ramp, turns
 from ....study.speed_map.resonances import equation_orders
@@ -26,10 +26,10 @@ from ...console import number
 from ...curves import curve_data
 from ...view import View, sizes
 from ..section import Part, Table
-from .resonances import envelope, jump_speeds
+from .resonances import jump_speeds
+from .single_speeds import envelope
+from .variants import motor_in_words
 
-MOTOR_RATIO = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
-LITTLE = "the choice changes little"
 MARGINS = " A label of 6 dB: the gain may rise by 6 dB until the loop is unstable; of −6 dB: it may fall by 6 dB."
 STEPS = " The reference steps in its speed; the torque turns the angles, at the load's side."
 RESPONSE = "Linear response of the speeds to a torque on the"
@@ -152,12 +152,6 @@ def parts(view: View) -> str:
     return ", ".join([motor, *([behind] if couplings else []), *friction])
 
 
-def motor_in_words(name: str) -> str:
-    """The motor of a `motor_name`: ideally held, free, in a loop, or with a control of the user's own."""
-    ideal = {"held": "a motor that is ideally held", "free": "a free motor"}
-    return ideal.get(name, f"a motor in a {name}" if "loop" in name else f"a motor with the control {name}")
-
-
 def _curve_data(view: View, curve: DriveResponse) -> dict[str, Any]:
     top, facts = curve.largest(), curve_data(view.speeds, curve)
     return {key: facts[key] for key in ("harmonics", "left_out_relative", "complete", "rough", "message")} | {
@@ -230,17 +224,6 @@ def _times(ratio: float, same: str, of: str) -> str:
     return same if (times := number(ratio, 3)) == "1" else f"{times} times{of}"
 
 
-def train_warning(view: View) -> list[str]:
-    """Say that speeds are those of the error equation; a free motor has a sentence of its own."""
-    study = view.analysis.train
-    if study is None or study.left_out is not None or reduction(view) is not None:
-        return []
-    return [
-        "Resonances, single speeds, speeds to avoid and the proof of stability are about the error equation with an "
-        "ideally held motor and a rigid load: the whole drive train has a run-up alone."
-    ]
-
-
 def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> tuple[str, Sentence]:
     run = ramp.run
     keep = run.trajectory.t >= ramp.begin
@@ -257,31 +240,3 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> tuple[str, Sentenc
             path = response.sweep.run_up
             panel.line(response.curve.omega[path], response.curve.peak[path], colour, name, dash, 1.3)
     return figure([[panel]], 300.0, "run-up of the drive train"), _run_sentence(ramp)
-
-
-def motors(view: View) -> Part:
-    """The drive with a motor ideally held, free, and in a position loop, side by side, and the field to write.
-
-    Largest oscillation, its speed and the jumps with each motor; empty where the file names its motor.
-    """
-    rows = [
-        {
-            "motor": case.name,
-            **sizes(None if case.drive is None else case.oscillation, "oscillation"),
-            **view.speed_data(case.omega),
-            "jumps": case.jumps,
-            "remark": "no steady curve" if case.drive is None else "",
-        }
-        for case in view.analysis.motors
-    ]
-    ratio, texts = spread(view.analysis.motors) if rows else None, list[str]()
-    if cases := [case for case in view.analysis.motors if case.drive is not None]:
-        motions = [Sentence("{} at {} with ", Angle(case.oscillation), Speed(case.omega, digits=4)) for case in cases]
-        oscillations = listed(one + motor_in_words(case.name) for one, case in zip(motions, cases, strict=True))
-        decides = f"the choice changes it {number(ratio, 2)} times" if ratio and ratio > MOTOR_RATIO else LITTLE
-        texts = [
-            "The file names no motor: this report is about one that is ideally held. The error oscillates with "
-            + oscillations
-            + f"; {decides}. Write the loop of the drive, for example 'loop: {{bandwidth: 30 Hz, damping: 0.7}}'."
-        ]
-    return Part("What the motor changes", {"motors": rows, "motor_ratio": ratio}, texts, [Table(rows)], lines=texts)

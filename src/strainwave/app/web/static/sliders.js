@@ -2,10 +2,11 @@
 import { ask, button, byId, element, signed } from "/static/plots.js";
 import { state } from "/static/state.js";
 
-const STEPS = 1000;
+const STEPS = 1000; // positions of a slider
 const short = (value, digits = 4) => Number(value.toPrecision(digits)).toString();
 const ends = (p, value) => (p.log ? [p.low, p.high] : [Math.min(p.low, value), Math.max(p.high, value)]);
 
+// Position of a value on its slider, and the value at a position; both by ratios where the slider is logarithmic.
 const place = (p, value) => {
   const [low, high] = ends(p, value);
   const share = p.log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
@@ -22,6 +23,7 @@ export function written(p, text) {
   const plain = text.trim().replace(/^([-+−]?\d*),(\d{1,2}|\d{4,})(?!\d)/, "$1.$2");
   return /^[-+−]?[\d.,]*(e[-+]?\d+)?$/i.test(plain) ? `${plain} ${p.unit}`.trim() : plain;
 }
+// A text without the unit of its field.
 const ownUnit = (p, text) => (p.unit && text.endsWith(" " + p.unit) ? text.slice(0, -p.unit.length - 1) : text);
 
 let rows = new Map();
@@ -64,9 +66,9 @@ export function build({ parameters, parts, sources }, slid, typed) {
   if (focused) byId(focused)?.focus();
 }
 
-function row(p, slid, typed) {
-  const id = "value-" + p.name;
-  const named = p.shown_unit ? `${p.label} [${p.shown_unit}]` : p.label;
+// The elements of one number: label with the source of the value, field, unit, slider with its ends and the mark of a goal.
+function elementsOf(p) {
+  const id = "value-" + p.name, named = p.shown_unit ? `${p.label} [${p.shown_unit}]` : p.label;
   const field = element("input", { type: "text", id, inputMode: "text", spellcheck: false });
   const slider = element("input", { type: "range", min: 0, max: STEPS, step: 1, id: id + "-slider" });
   for (const one of [field, slider]) one.setAttribute("aria-label", named);
@@ -79,12 +81,18 @@ function row(p, slid, typed) {
   const help = element("span", { id: id + "-help", hidden: true, textContent: p.help });
   const wrong = element("span", { id: id + "-wrong", className: "wrong" });
   const [low, high] = [element("span", { className: "end" }), element("span", { className: "end" })];
-  const meets = element("button", { type: "button", className: "goal", hidden: true, textContent: "▲" });
-  const range = element("div", { className: "range" }, low, element("div", { className: "track" }, slider, meets), high);
+  const goalMark = element("button", { type: "button", className: "goal", hidden: true, textContent: "▲" });
+  const range = element("div", { className: "range" }, low, element("div", { className: "track" }, slider, goalMark), high);
   const box = element("div", { className: "value" }, label, field, unit, range, wrong, help);
   field.setAttribute("aria-describedby", `${badge.id} ${help.id} ${wrong.id}`);
+  return { named, field, slider, badge, unit, wrong, low, high, goalMark, box };
+}
+
+// One number with its slider: `show` takes what the server says of it, `goal` marks the value that meets the limit.
+function row(p, slid, typed) {
+  const { named, field, slider, badge, unit, wrong, low, high, goalMark, box } = elementsOf(p);
   let now = p.value, source = "";
-  const tell = (value) => {
+  const showValue = (value) => {
     now = value;
     badge.textContent = state.values["sources." + p.name] ?? (value !== p.value ? "yours" : source || (p.added ? "yours" : "")); // first numbers of a part are assumed
     box.classList.toggle("changed", value !== p.value || Boolean(p.added));
@@ -92,36 +100,29 @@ function row(p, slid, typed) {
     [low.textContent, high.textContent] = ends(p, value).map((end) => signed(short(end, 3)));
     slider.setAttribute("aria-valuetext", `${short(value)} ${p.shown_unit}`);
   };
-  const mark = (sentence) => {
+  const showFault = (sentence) => {
     field.setAttribute("aria-invalid", String(Boolean(sentence)));
     wrong.textContent = sentence;
     if (sentence) box.closest("details")?.setAttribute("open", "");
   };
-  const put = (value, text) => {
+  const change = (text) => {
+    const value = Number(text);
     field.value = text;
     unit.textContent = p.shown_unit;
     delete state.values["sources." + p.name];
     if (value === p.value && !p.added) delete state.values[p.name];
     else state.values[p.name] = `${text} ${p.unit}`.trim();
-    mark("");
-    tell(value);
+    showFault("");
+    showValue(value);
     slid();
   };
-  slider.addEventListener("input", () => {
-    const text = short(valueAt(p, Number(slider.value)));
-    put(Number(text), text);
-  });
-  const goal = (value) => {
-    meets.hidden = value === null;
-    if (value === null) return;
-    meets.title = `${short(value)} ${p.shown_unit} meets the limit`;
-    meets.setAttribute("aria-label", `Take ${named}: ${meets.title}`);
-    meets.dataset.value = short(value);
-    meets.style.left = `calc(8px + ${place(p, value) / STEPS} * (100% - 16px))`;
+  const changeWithSlider = (text) => {
+    slider.value = place(p, Number(text));
+    change(text);
   };
-  meets.addEventListener("click", () => {
-    slider.value = place(p, Number(meets.dataset.value));
-    put(Number(meets.dataset.value), meets.dataset.value);
+  slider.addEventListener("input", () => change(short(valueAt(p, Number(slider.value)))));
+  goalMark.addEventListener("click", () => {
+    changeWithSlider(goalMark.dataset.value);
     slider.focus(); // the mark goes
   });
   field.addEventListener("input", () => {
@@ -130,20 +131,27 @@ function row(p, slid, typed) {
     typed();
   });
   field.addEventListener("keydown", (event) => {
-    const way = { ArrowUp: 1, ArrowDown: -1 }[event.key];
-    if (!way || now === null) return;
+    const direction = { ArrowUp: 1, ArrowDown: -1 }[event.key];
+    if (!direction || now === null) return;
     event.preventDefault();
-    const next = short(now + way * (event.shiftKey ? 0.1 : 0.01) * (Math.abs(now) || p.high), 6);
-    slider.value = place(p, Number(next));
-    put(Number(next), next);
+    const step = (event.shiftKey ? 0.1 : 0.01) * (Math.abs(now) || p.high);
+    changeWithSlider(short(now + direction * step, 6));
   });
+  const goal = (value) => {
+    goalMark.hidden = value === null;
+    if (value === null) return;
+    goalMark.title = `${short(value)} ${p.shown_unit} meets the limit`;
+    goalMark.setAttribute("aria-label", `Take ${named}: ${goalMark.title}`);
+    goalMark.dataset.value = short(value);
+    goalMark.style.left = `calc(8px + ${place(p, value) / STEPS} * (100% - 16px))`;
+  };
   const show = (found, word) => {
     Object.assign(p, found);
     source = word;
     const text = state.values[p.name] ?? `${short(p.value, 6)} ${p.unit}`.trim(), own = ownUnit(p, text);
     if (written(p, field.value) !== text) field.value = own;
-    mark(p.wrong);
-    tell(p.now);
+    showFault(p.wrong);
+    showValue(p.now);
     if (p.now !== null) slider.value = place(p, p.now);
     unit.textContent = p.now !== null && p.unit && own === text ? `= ${short(p.now)} ${p.shown_unit}` : p.shown_unit;
   };

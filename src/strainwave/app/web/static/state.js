@@ -1,7 +1,7 @@
 // The state of the page: gear or project text, changed values, view. The address holds all of it.
+import { noteChange, settle } from "/static/history.js";
 
 export const FIRST = "CSG-40-50";
-const PAUSE = 700; // ms without a change, after which the next change is one of its own for Back and Undo
 export const state = { gear: FIRST, project: null, values: {}, view: "response", options: {} };
 
 export let about = null; // what the server says of the drive: its numbers and its speeds
@@ -24,23 +24,7 @@ async function unpacked(text) {
   return new TextDecoder().decode(bytes);
 }
 
-const past = [], future = [];
-export let session = []; // actions since the drive was opened: changed values, view and its options
-let opened = "";
-
-function note() {
-  const { gear, project, values, view, options } = state, from = String(project ?? gear);
-  if (opened !== from) session = [];
-  opened = from;
-  const last = session.at(-1), action = { values: { ...values }, view, options: { ...options } };
-  if (last && last.view === view && (!pausing || JSON.stringify(last.values) === JSON.stringify(values))) session.pop();
-  session.push(action);
-}
-
-let drive = null, pausing = true, timer = 0;
-const driveNow = () => JSON.stringify({ gear: state.gear, project: state.project, values: state.values });
-
-// Write the state into the address: a new entry of the history after a pause, else the one that the change began.
+// Write the state into the address: a new entry of the browser's history after a pause, else the one that the change began.
 export async function remember() {
   const query = new URLSearchParams();
   if (state.project === null) query.set("gear", state.gear);
@@ -48,43 +32,16 @@ export async function remember() {
   query.set("view", state.view);
   for (const [name, value] of Object.entries(state.values)) query.set("v." + name, value);
   for (const [name, value] of Object.entries(state.options)) query.set("o." + name, value);
-  const hash = "#" + query, now = driveNow(), began = pausing && drive !== null;
-  note();
-  if (now !== drive && began) {
-    past.push(drive);
-    future.length = 0;
-  }
-  if (hash !== location.hash || now !== drive) pausing = false;
-  if (hash !== location.hash) history[began ? "pushState" : "replaceState"](null, "", hash);
-  drive = now;
-  clearTimeout(timer);
-  timer = setTimeout(pause, PAUSE);
+  const hash = "#" + query, moved = hash !== location.hash, begins = noteChange(state, moved);
+  if (moved) history[begins ? "pushState" : "replaceState"](null, "", hash);
 }
-
-function pause() {
-  pausing = true;
-  document.dispatchEvent(new Event("pause"));
-}
-
-export const undoable = () => [past.length > 0, future.length > 0];
-
-// Take the drive before the last change, or after the one that was undone; whether there is one.
-export function step([from, to]) {
-  if (!from.length) return false;
-  to.push(drive);
-  drive = from.pop();
-  Object.assign(state, JSON.parse(drive));
-  pausing = true;
-  return true;
-}
-export const BACK = [past, future], FORTH = [future, past];
 
 // Read the state from the address; a sentence where it is damaged.
 export async function recall() {
   const query = new URLSearchParams(location.hash.slice(1));
   Object.assign(state, { gear: query.get("gear") ?? FIRST, project: null, values: {}, options: {} });
   state.view = query.get("view") ?? "response";
-  pausing = true;
+  settle();
   try {
     if (query.has("project")) state.project = await unpacked(query.get("project"));
   } catch {

@@ -1,10 +1,11 @@
 // The views: what each asks of the server, and the pictures of what it answers.
 import { call, download } from "/static/api.js";
+import { session } from "/static/history.js";
 import { run } from "/static/jobs.js";
 import { log } from "/static/log.js";
 import { compensation, mapOptions, speedMap, tuning } from "/static/maps.js";
 import { answer, ask, between, BLUE, button, byId, COLOURS, crosshair, draw, element, epoch, GREEN, link, numbers, ORANGE, parts, pictures, PINK, RED, round, sentences, signed, sure, tabled } from "/static/plots.js";
-import { about, asked, remember, session, state, stem } from "/static/state.js";
+import { about, asked, remember, state, stem } from "/static/state.js";
 
 const band = (low, high, colour) => ({ type: "rect", xref: "x", yref: "paper", x0: low, x1: high, y0: 0, y1: 1, fillcolor: colour, opacity: 0.13, line: { width: 0 }, layer: "below" });
 

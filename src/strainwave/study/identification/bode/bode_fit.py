@@ -15,8 +15,8 @@ from ....base.facts import Fact
 from ....base.quantities import number, shown
 from ....base.records import Labelled
 from ....base.results import Complexes, Floats
-from ....drive.loop_margin import motor_name, train_of
-from ....drive.margins import MotorLoop
+from ....drive.loops.margins import MotorLoop
+from ....drive.motor_words import motor_name, train_of
 from ....drive.state_space import StateSpace, state_space
 from ....model.laws.springs import Linear
 from ....model.train.controls import FREE, HERTZ

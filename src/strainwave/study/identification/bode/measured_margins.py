@@ -14,8 +14,8 @@ from scipy.interpolate import CubicSpline
 from ....base.facts import Fact
 from ....base.number_text import number
 from ....base.results import Complexes, Floats
+from ....drive.loops.margins import Margins
 from ....drive.loops.worst_margins import weakness
-from ....drive.margins import Margins
 from ....model.train.controls import HERTZ
 
 Logarithm = Callable[[Floats], Complexes]

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import click
 
-from ... import __version__
-from ...base.facts import Fact, data, lines
-from ...compile import cache, jit
-from ...compile.numba_import import target_cpu
-from ..console import echo, to_json
-from .options import json_option
+from .... import __version__
+from ....base.facts import Fact, data, lines
+from ....compile import cache, jit
+from ....compile.numba_import import target_cpu
+from ...console import echo, to_json
+from ..options import json_option
 
 CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "ruamel.yaml", "click", "rich", "platformdirs")
 OFF = "off (STRAINWAVE_JIT=0 or NUMBA_DISABLE_JIT=1)"

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.protocols import with_parts
-from ..base.quantities import checked
-from ..base.records import Result
-from ..base.results import Complexes, Floats
-from ..base.terminal import on_screen
-from ..model.controllers.closed_loop import Sampling
-from ..model.train.controls import FREE, Held
-from ..model.train.drive_train import DriveTrain
-from ..numerics.roots import bracketed_root
-from .loops.linear_control import LinearControl, around_poles, control_response, linear_control
-from .loops.sampled_loop import SampledLoop, sampled_loop
-from .state_space import StateSpace, state_space
+from ...base.protocols import with_parts
+from ...base.quantities import checked
+from ...base.records import Result
+from ...base.results import Complexes, Floats
+from ...base.terminal import on_screen
+from ...model.controllers.closed_loop import Sampling
+from ...model.train.controls import FREE, Held
+from ...model.train.drive_train import DriveTrain
+from ...numerics.roots import bracketed_root
+from ..state_space import StateSpace, state_space
+from .linear_control import LinearControl, around_poles, control_response, linear_control
+from .sampled_loop import SampledLoop, sampled_loop
 
 POINTS, POLE_SPAN = 4000, 1e3  # frequencies, and how far below and above the slowest and fastest pole
 HALF_WIDTHS = np.tan(np.linspace(-1.5, 1.5, 201))  # places around a resonance, in half widths
@@ -215,7 +215,10 @@ def margins(
     poles = loop.growing
     slowest = complex(poles[int(np.argmax(poles.real))])
     peak = peak_sensitivity(loop, grid, values) if loop.stable else inf
-    return Margins(gains, phase_margins, phases, factors, loop.stable, peak, slowest, getattr(loop, "period", 0.0))
+    return Margins(
+        gains, phase_margins, phases, factors, stable=loop.stable, peak_sensitivity=peak, slowest=slowest,
+        period=getattr(loop, "period", 0.0),
+    )  # fmt: skip
 
 
 def loop_of(

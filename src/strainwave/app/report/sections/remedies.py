@@ -2,12 +2,13 @@
 
 from typing import Any
 
-from ...base.sentences import Sentence, Speed
-from ...study.analysis.load_cases import worst_of
-from ...study.analysis.remedies import CANCELLED, NO_EFFECT, Remedy
-from ...study.speed_map.avoid import Avoid
-from ..console import number
-from ..view import View, sizes
+from ....base.sentences import Sentence, Speed
+from ....study.analysis.load_cases import worst_of
+from ....study.analysis.remedies import CANCELLED, NO_EFFECT, Remedy
+from ....study.speed_map.avoid import Avoid
+from ...console import number
+from ...view import View, sizes
+from ..section import Part, Table
 
 MOST_EFFECTS = 6  # remedies of the sentence; the table has all
 
@@ -88,3 +89,27 @@ def _effect(remedy: Remedy, speed: float) -> str:
 def bare_speed(*omega: float, ways: tuple[int, ...] = ()) -> Speed:
     """Speeds without their unit, for ends of bands."""
     return Speed(*omega, digits=4, between=" to ", bare=True, ways=ways)
+
+
+BARS = (
+    "Each number is changed by 10 % (30 % where 10 % does little), one at a time, in the better direction, and the "
+    "drive computed again. With another gear the load keeps its speeds."
+)
+FEED_FORWARD = (
+    "A feed-forward that cancels a line of the kinematic error exactly needs the phase of that line, which no "
+    "datasheet gives. What a real controller leaves: strainwave compensate."
+)
+
+
+def remedies(view: View) -> Part:
+    """Changes that make the error smaller, the most helpful first; its numbers are those of `speeds_to_avoid`."""
+    avoid, changes = view.analysis.avoid, view.analysis.remedies
+    if avoid is None:
+        return Part()
+    rows = [row for row in remedies_data(view, avoid)["remedies"] if row["helps"]]
+    limit = "" if view.project.limit is None else " above_limit"
+    columns = f"what change from to unit relative_oscillation oscillation_rad at_rad_per_s{limit}"
+    cancelled = FEED_FORWARD * any(one.share == CANCELLED for one in changes)
+    tried = [f"Not tried: {sentence}." for sentence in view.analysis.not_tried]
+    notes = [BARS * bool(rows), cancelled, no_help(changes), *tried]
+    return Part("What would help", tables=[Table(rows, columns)], notes=notes)

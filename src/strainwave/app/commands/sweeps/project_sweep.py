@@ -10,17 +10,17 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from ...base.number_text import unit_text
-from ...base.quantities import convert
-from ...base.results import Floats
-from ...base.units import Speeds
-from ...drive.project import Project
-from ...drive.train_curve import refuse_free
-from ...files.notes import load_remark, unsaid
-from ...files.variants.names import keys_of, quantity
-from ...files.variants.replaced import replaced
-from ...files.yaml_text import read
-from ..console import Progress, echo, number, to_json
+from ....base.number_text import unit_text
+from ....base.quantities import convert
+from ....base.results import Floats
+from ....base.units import Speeds
+from ....drive.project import Project
+from ....drive.train_curve import refuse_free
+from ....files.notes import load_remark, unsaid
+from ....files.variants.names import keys_of, quantity
+from ....files.variants.replaced import replaced
+from ....files.yaml_text import read
+from ...console import Progress, echo, number, to_json
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +48,7 @@ def swept(
             replaced(project, {name: texts[0]})
         except ValueError as error:
             raise click.BadParameter(f"{name} = {texts[0]}: {error}") from None
-    from ...files.variants.project_sweep import sweep_project  # xarray and zarr, seconds that a refusal need not take
+    from ....files.variants.project_sweep import sweep_project  # xarray and zarr, seconds that a refusal need not take
 
     with connect() as connected:
         data = sweep_project(

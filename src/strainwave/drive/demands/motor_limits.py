@@ -1,44 +1,22 @@
-"""Demands on a drive beside its speeds: the limits of its motor, a move, the payload."""
+"""Limits of a motor, and the torque and speed that motions need against them."""
 
 import math
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from ..base.quantities import Angle, AngularSpeed, Inertia, Ratio, Torque, checked, choice, number, shown
-from ..base.results import Floats
-from ..base.units import RPM
-from ..model.excitation import Harmonic, Harmonics
-from ..model.gears.limits import RATED, Finding
-from ..model.laws.hysteresis import Parallel
-from ..model.train import AngleTorque, DriveTrain
-from ..model.train.shafts import NO_DRAG
+from ...base.quantities import AngularSpeed, Torque, number, shown
+from ...base.results import Floats
+from ...base.units import RPM
+from ...model.gears.limits import RATED, Finding
 
-Mass = Annotated[float, "kg"]
-Length = Annotated[float, "m"]
-
-Acceleration = Annotated[float, "m/s**2"]
 TorqueConstant = Annotated[float, "N*m/A"]
-
-WEIGHT = 9.80665  # m/s^2, standard gravity
-
-
 STRONGER, SLOWER = "take a stronger motor, another ratio or less load", "drive slower, or take a smaller ratio"
 PEAK, RMS, BRAKE = "motor torque", "motor rms torque", "motor brake torque"
-
 Curve = tuple[tuple[float, float], ...]  # speeds [rad/s], from 0 on and ascending, each with a torque [N*m]
 CURVES = ("peak_torque", "continuous_torque")
-
-
-class Source(NamedTuple):
-    """Origin of a number of a file: "catalogue", "assumed", "yours" or "measured"; `why` is of what it lacks."""
-
-    name: str
-    value: str
-    word: str = "yours"
-    why: str = ""
 
 
 class MotorLimits(NamedTuple):
@@ -72,7 +50,7 @@ class MotorLimits(NamedTuple):
             raise ValueError(f"MotorLimits.continuous_torque {fault}")
 
     def crossing(self) -> str:
-        """That the continuous torque is above the peak torque at a speed, as the end of a sentence; empty where not."""
+        """End of a sentence on a continuous torque above the peak torque at a speed; empty where it is below."""
         if not (self.peak_torque and self.continuous_torque):
             return ""
         speeds = np.array([speed for speed, _ in (*self.peak_torque, *self.continuous_torque)])
@@ -233,97 +211,3 @@ def sheet_findings(
     if resting is not None and math.isfinite(limits.brake):
         fact = f"The load at rest takes {resting:.4g} N*m of the brake, friction left out, and it holds {{}}"
         yield short_finding(BRAKE, resting, limits.brake, fact, "take a stronger brake")
-
-
-class Payload(NamedTuple):
-    """A mass at a radius from the axis of the load, with an inertia about its own centre.
-
-    It adds mass radius^2 + inertia to the load's inertia and the torque mass gravity radius sin(angle + phase) against
-    its motion, with the angle of the load: phase 0 is a mass that hangs down where this angle is 0, 90 degrees one that
-    is level there. A vertical axis has gravity 0, an inclined one its part across the axis.
-    """
-
-    mass: Mass
-    radius: Length
-    inertia: Inertia = 0.0
-    phase: Angle = 0.0
-    gravity: Acceleration = WEIGHT
-
-    def on(self, train: DriveTrain) -> DriveTrain:
-        """The train with this payload on its load."""
-        mass, radius, inertia, phase, gravity = checked(self)
-        end = train.load.end()
-        pull, J, drag = mass * gravity * radius, end.J + mass * radius * radius + inertia, end.drag
-        if pull:
-            law = AngleTorque(pull, 1, phase)
-            drag = law if drag == NO_DRAG and type(drag) is type(NO_DRAG) else Parallel(law, drag)
-        loaded: DriveTrain = checked(train.with_load(J=J, drag=drag))
-        return loaded
-
-    def check(self) -> None:
-        """Refuse a negative mass, radius, inertia or gravity (ValueError)."""
-        for name in ("mass", "radius", "inertia", "gravity"):
-            if not getattr(self, name) >= 0.0:
-                raise ValueError(f"Payload.{name} is {getattr(self, name):g}; it must be zero or more")
-
-
-class Feedforward(NamedTuple):
-    """Feedforward of a move, as shares of what the motor's model needs: 1 is exact.
-
-    `acceleration` is the torque of all inertias, rigid; `gravity` that which a constant torque and the angles of the
-    shafts take at rest; `friction` what their drags add at the speed of the reference, of a law with memory the part
-    that depends on the speed alone; `speed` is the share of the reference's speed in that which the speed loop follows.
-
-    The torque joins that of the loop `at` its "reference", before torque filters and the lag of the current loop, or
-    behind them, at the "motor".
-    """
-
-    acceleration: Ratio = 0.0
-    gravity: Ratio = 0.0
-    friction: Ratio = 0.0
-    speed: Ratio = 1.0
-    at: Literal["reference", "motor"] = "reference"
-
-    def check(self) -> None:
-        """Refuse negative shares, and another place (ValueError)."""
-        choice("Feedforward.at", self.at, "reference", "motor")
-        for name, value in zip(self._fields[:-1], self[:-1], strict=True):
-            if not value >= 0.0:
-                raise ValueError(f"Feedforward.{name} is {value:g}; it must be zero or more, 1 is exact")
-
-
-class DriveUnit(NamedTuple):
-    """Unit of a drive's own parameter: the gain of the loop that it sets, its size, and the unit of that."""
-
-    gain: str
-    size: float
-    unit: str
-
-
-class Task(NamedTuple):
-    """Move of a project file: parts of the profile, angle at the begin [rad], payload, window [rad].
-
-    `files` has for every part the name of its file, empty where it is in the project file itself; `feedforward` is what
-    the motor is given beside its loop.
-    """
-
-    profile: tuple[Any, ...] = ()
-    start: float | None = None
-    payload: Payload | None = None
-    window: float | None = None
-    files: tuple[str, ...] = ()
-    feedforward: Feedforward | None = None
-
-
-def mean_of(torque: Harmonics | None) -> float:
-    """Mean [N*m] of a torque; 0 of none."""
-    return 0.0 if torque is None else sum(term.mean for term in torque.terms)
-
-
-def with_mean(torque: Harmonics | None, mean: float) -> Harmonics | None:
-    """A torque with another mean [N*m], in its first line as of a file; None where neither mean nor lines are left."""
-    mean = number("torque [N*m]", mean)
-    first, *others = torque.terms if torque else (Harmonic(0.0),)
-    if not (mean or first.amplitude or others):
-        return None
-    return Harmonics((first._replace(mean=mean), *(term._replace(mean=0.0) for term in others)))

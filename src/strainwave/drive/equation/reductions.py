@@ -5,14 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.protocols import lines_of, orders_of
-from ..base.results import Floats, Orbit
-from ..base.sentences import Sentence, Speed
-from ..model.laws.friction import NO_FRICTION
-from ..model.oscillator import Oscillator
-from ..model.train import AngleTorque, DriveTrain, SteadyTrain
-from ..model.train.shafts import NO_DRAG
-from ..numerics.balanced_orbit import find_orbit
+from ...base.protocols import orders_of
+from ...base.results import Floats, Orbit
+from ...base.sentences import Sentence, Speed
+from ...model.oscillator import Oscillator
+from ...model.train import DriveTrain, SteadyTrain
+from ...numerics.balanced_orbit import find_orbit
 
 SAMPLES = 512  # of a cycle, for its largest values
 BRANCH_DIFFERENCE = 0.5  # relative difference beyond which the two are taken for motions on different branches
@@ -104,35 +102,6 @@ def _angles(train: DriveTrain) -> Floats:
     """Angles (n,) of a turn of the motor, `SAMPLES` of each cycle of the highest order."""
     count = SAMPLES * math.ceil(max((1, *orders_of(train), *orders_of(train.error))))
     return 2.0 * np.pi * np.arange(count) / count
-
-
-LOOP_PART = "the motor's loop"
-
-
-def left_out(train: DriveTrain) -> tuple[str, ...]:
-    """Parts of a train that its error equation does not hold and that change the dynamic error, in words.
-
-    That equation has a motor ideally held or free, the gear, and a rigid load. The drag of a motor that is ideally held
-    changes nothing: the motor keeps its speed whatever opposes it. What a free motor does with the kinematic error is
-    the approximation that `compare_with_train` measures, no part that is missing.
-    """
-    motor, load = train.motor, train.load.end()
-    held, couplings = motor.held, len(train.load.couplings())
-    parts = (
-        (not held and not motor.free, LOOP_PART),
-        (not held and motor.drag != NO_DRAG, "the motor's drag"),
-        (not held and train.friction != NO_FRICTION, "the friction of the meshing"),
-        (load.drag != NO_DRAG, "the gravity of the load" if isinstance(load.drag, AngleTorque) else "the load's drag"),
-        (couplings > 0, "the coupling" if couplings == 1 else f"the {couplings} couplings"),
-    )
-    return tuple(words for present, words in parts if present)
-
-
-def beyond_equation(train: DriveTrain) -> bool:
-    """True if a train has anything that its error equation has not; for a held motor also what loads that alone."""
-    motor = train.motor
-    more = motor.drag != NO_DRAG or train.friction != NO_FRICTION or (motor.free and bool(lines_of(train.error)))
-    return more or bool(left_out(train))
 
 
 def _followed(system: Oscillator, before: Orbit | None) -> Orbit | None:

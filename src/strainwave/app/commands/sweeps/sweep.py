@@ -18,18 +18,19 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from ...base.number_text import unit_text
-from ...base.protocols import state_count
-from ...base.quantities import Parameter, convert, parameters, parse, shown
-from ...base.results import Floats
-from ...drive.project import Project
-from ...files.notes import remarks
-from ...files.reading import read_project
-from ...files.variants.names import quantity as parted
-from ...files.variants.replaced import tuning
-from ..console import WHAT_X_IS, Progress, echo, number, to_json
+from ....base.number_text import unit_text
+from ....base.protocols import state_count
+from ....base.quantities import Parameter, convert, parameters, parse, shown
+from ....base.results import Floats
+from ....drive.project import Project
+from ....files.notes import remarks
+from ....files.reading import read_project
+from ....files.variants.names import quantity as parted
+from ....files.variants.replaced import tuning
+from ...console import Progress, echo, number, to_json
+from ...curves import WHAT_X_IS
+from ..options import json_option, output_option, project_argument, retune_option
 from . import project_sweep
-from .options import json_option, output_option, project_argument, retune_option
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,8 +82,8 @@ def sweep(
     axes = dict(axis(text, free) for text in grids)
     units = dict(typed_unit(text, free) for text in grids)
     kept = tuple(map(named, measures))
-    from ...sample.ensemble_measure import EnsembleMeasure
-    from ...sample.sweeping import sweep as swept
+    from ....sample.ensemble_measure import EnsembleMeasure
+    from ....sample.sweeping import sweep as swept
 
     measure = EnsembleMeasure((0.0,) * state_count(system), periods, kept, settle)
     with logged(drive.title) as progress, client(cluster) as connected:
@@ -208,7 +209,7 @@ def quantity(text: str, unit: str) -> float:
 
 def named(text: str) -> Any:
     """Return the measure of a name: peak, rms, mean, extremes or amplitude:K."""
-    from ...numerics.ensemble import measures
+    from ....numerics.ensemble import measures
 
     name, _, order = text.partition(":")
     if name == "amplitude" and order.isdecimal() and int(order) > 0:

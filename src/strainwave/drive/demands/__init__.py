@@ -1,0 +1,1 @@
+"""Demands on a drive beside its speeds, and those of its motions on gear and motor."""
