@@ -24,7 +24,7 @@ from strainwave.drive.loops.margins import loop_of
 from strainwave.drive.loops.worst_margins import loaded_trains
 from strainwave.drive.operating_point import mean_state
 from strainwave.study.compensation.bench import bench_of
-from strainwave.study.tuning.linear import OpenLoop
+from strainwave.study.tuning.open_loop import OpenLoop
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[1] / "tests")]
 

@@ -17,8 +17,8 @@ import numpy as np
 from scipy.integrate import simpson
 
 import strainwave as sw
+from strainwave.drive.two_turns import two_turn_motion
 from strainwave.model.train.train_forms import AtLoad, own_state
-from strainwave.study import two_turn_motion
 
 PLACES, NEAR = 512, 3  # samples of a turn, and those to both sides of a crest
 

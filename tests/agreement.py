@@ -20,7 +20,7 @@ from matplotlib import pyplot as plt
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.console import without_calls
+from strainwave.app.console.library_words import without_calls
 from strainwave.app.web import exports, views
 from strainwave.app.web.state import ScriptRequest, State, project_of
 from strainwave.base.units import ARCSEC, RPM

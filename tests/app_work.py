@@ -6,7 +6,7 @@ import signal
 import tempfile
 import time
 
-from strainwave.compile.cache import watched
+from strainwave.numerics.addressed import watched
 
 
 def endless(progress):

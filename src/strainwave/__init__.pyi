@@ -58,7 +58,7 @@ from .numerics.integration.methods import Dopri5 as Dopri5
 from .numerics.integration.methods import Rk4 as Rk4
 from .numerics.integration.methods import Dop8 as Dop8
 from .drive.run import drive_run as drive_run
-from .study.analysis.in_time import drive_motion as drive_motion
+from .study.analysis.time_domain.drive_motion import drive_motion as drive_motion
 from .numerics.ensemble.ensemble import ensemble as ensemble
 from .numerics.ensemble.measures import Peak as Peak
 from .numerics.ensemble.measures import Rms as Rms
@@ -121,7 +121,7 @@ from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
 from .study.identification.identify import identify as identify
 from .files.variants.identify_log import identify_log as identify_log
-from .study.gear.hysteresis import hysteresis_loop as hysteresis_loop
+from .study.gear.hysteresis_loop import hysteresis_loop as hysteresis_loop
 
 # Many drives
 from .sample.sweeping import sweep as sweep

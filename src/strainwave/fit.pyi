@@ -3,7 +3,8 @@
 from .files.fields.csv_files import read_profile as read_profile
 from .files.logs.scan_file import read_scan as read_scan
 from .files.variants.identify_log import identify_log as identify_log
-from .study.gear.hysteresis import fit_hysteresis as fit_hysteresis
+from .study.gear.hysteresis_fit import fit_hysteresis as fit_hysteresis
+from .study.identification.arrangement import arrangement as arrangement
 from .study.identification.bode.bode_fit import fit_bode as fit_bode
 from .study.identification.bode.measured_bode import bode_of_records as bode_of_records
 from .study.identification.bode.measured_bode import measured_bode as measured_bode
@@ -17,6 +18,5 @@ from .study.identification.law_fit import compare_laws as compare_laws
 from .study.identification.loops.loop_fit import fit_loop as fit_loop
 from .study.identification.orders.error_scan import error_scan as error_scan
 from .study.identification.orders.order_scan import order_scan as order_scan
-from .study.identification.orders.places import arrangement as arrangement
 
 __all__: list[str]

@@ -15,7 +15,7 @@ from strainwave.app.web import views
 from strainwave.app.web.state import first_text
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
-from strainwave.model.gears import accuracy_spectrum
+from strainwave.model.error_spectrum import accuracy_spectrum
 from strainwave.model.gears.catalogue import gear
 from strainwave.study.analysis.verdict import Answer
 

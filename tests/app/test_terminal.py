@@ -5,7 +5,8 @@ import sys
 
 import pytest
 
-from strainwave.app.console import echo, fitted
+from strainwave.app.console import fitted
+from strainwave.app.console.terminal import echo
 
 PROSE = "  note: " + "a lag of up to 30 arcsec after a reversal, and its damping, " * 6 + "are left out"
 TABLE = "  gains    " + "  ".join(f"{i:>12}" for i in range(9))

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 import strainwave as sw
 from strainwave.drive.loops.loop_curves import loop_curves
 from strainwave.drive.loops.worst_margins import Loaded, WorstMargins
-from strainwave.model.train import SpeedLoop
+from strainwave.model.train.controls import SpeedLoop
 from strainwave.plot.loop import motor_loop_panels
 
 # K_v 40 1/s, K_p 0.3 N*m*s/rad, T_n 16 ms; 0.5 ms of lag, 2 kHz with a delay of 0.7 periods

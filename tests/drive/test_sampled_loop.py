@@ -17,7 +17,7 @@ from strainwave.drive.loops.margins import loop_of
 from strainwave.drive.loops.worst_margins import loaded_trains
 from strainwave.drive.operating_point import mean_state
 from strainwave.study.compensation.bench import bench_of
-from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
+from strainwave.study.tuning.open_loop import UNSTABLE, OpenLoop
 
 # cascade K_v 60, K_p 0.5, T_n 8 ms at 1 kHz with 1 ms of delay: |eigenvalue| 1.153, gain margin 0.74 at 933 rad/s
 LATE = Axis(4.5e-4, 1.3, 100, 1e5, 20.0, 0.0, None, 60.0, 0.5, 8e-3, None, 0.0, None, "motor", 1e-3, 1e-3)

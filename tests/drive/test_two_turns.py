@@ -18,12 +18,11 @@ from strainwave.app.commands.response import facts
 from strainwave.app.commands.speed_map import write
 from strainwave.drive.steady import is_beating
 from strainwave.drive.train_curve import with_rounded_corners
-from strainwave.drive.two_turns import beat_said, largest_beat
+from strainwave.drive.two_turns import beat_said, largest_beat, two_turn_motion, two_turn_response
 from strainwave.files.reading import from_text
 from strainwave.files.variants.project_sweep import sweep_project
 from strainwave.numerics.curves import torus_follow as follow
 from strainwave.numerics.curves import torus_growth as growth
-from strainwave.study import two_turn_motion, two_turn_response
 
 N, K, J, ALPHA = 8.0, 2e4, 1.3, 2e5
 B = 0.08 * np.sqrt(K * J)

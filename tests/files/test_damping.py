@@ -8,8 +8,8 @@ import pytest
 from strainwave.drive.equation.gear_torque import settling_time
 from strainwave.files.reading import from_text
 from strainwave.numerics.steady import settled
-from strainwave.study.analysis.analysis import gear_loop
-from strainwave.study.speed_map.resonances import operating_point
+from strainwave.study.gear.hysteresis_loop import gear_loop
+from strainwave.study.speed_map.error_equation import operating_point
 
 K, J, ZETA, ERROR = 4e4, 1.0, 0.02, 1e-4  # omega_0 = 200 rad/s, met by order 2 at 100 rad/s
 FRICTION = 0.8  # N*m: as much loss at resonance as a damping ratio of 0.005

@@ -4,9 +4,10 @@ import re
 from typing import Any
 
 from ..base.quantities import checked
-from ..model.train import Filtered, LoadEncoder, MixedEncoders, PositionIntegral, controls
+from ..model.train import controls
 from ..model.train.controls import HERTZ
 from ..model.train.drive_train import DriveTrain
+from ..model.train.filters import Filtered, LoadEncoder, MixedEncoders, PositionIntegral
 
 
 def motor_name(control: Any, inertia: float) -> str:

@@ -12,7 +12,9 @@ from ..base.sentences import Sentence, Speed
 from ..model.excitation import Harmonic, NoError
 from ..model.laws.dry import sliding
 from ..model.laws.springs import Polynomial
-from ..model.train import DriveTrain, Held, Steady
+from ..model.train.controls import Held
+from ..model.train.drive_train import DriveTrain
+from ..model.train.motion import Steady
 from ..numerics.balance.rates import jacobians_at, rates_at
 from ..numerics.operating_point import loaded_state
 

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..base.quantities import Inertia, Torque, TorsionalStiffness, array_of, checked, number
-from ..model.train import DriveTrain, Elastic
+from ..model.train.drive_train import DriveTrain
+from ..model.train.shafts import Elastic
 from .demands.payload import WEIGHT, Length, Mass
 from .project import Project
 

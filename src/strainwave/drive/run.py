@@ -15,8 +15,9 @@ from ..base.terminal import on_screen
 from ..model.excitation import Harmonic
 from ..model.gears.gear import Gear
 from ..model.gears.limits import Finding, check_limits
-from ..model.train import DriveTrain, Motor
 from ..model.train.controls import FREE, core_of
+from ..model.train.drive_train import DriveTrain
+from ..model.train.shafts import Motor
 from ..model.train.train_forms import Metered
 from ..numerics.integration.methods import Dopri5, Method
 from ..numerics.integration.peaks import watched_ends

@@ -6,7 +6,7 @@ from typing import Any
 from ..base.protocols import lacking
 from ..base.quantities import positive_count
 from ..base.results import SolveError
-from ..model.train import DriveTrain
+from ..model.train.drive_train import DriveTrain
 from .drive_response import DriveResponse
 from .response import POINTS, exact_response
 from .train_curve import POINTS as OF_TRAIN

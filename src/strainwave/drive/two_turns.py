@@ -23,8 +23,9 @@ from ..base.units import ARCSEC
 from ..model.excitation import NoError
 from ..model.gears.limits import cubic_means
 from ..model.orders import order_pair
-from ..model.train import DriveTrain, Steady
+from ..model.train.drive_train import DriveTrain
 from ..model.train.linear_part import linear_part
+from ..model.train.motion import Steady
 from ..model.train.train_forms import AtLoad, own_state, turning
 from ..numerics.continuation.trace import Trace, ending
 from ..numerics.curves import torus_motion as motion

@@ -8,8 +8,8 @@ from ..drive.equation.reductions import error_slope
 from ..drive.project import Project
 from ..model.excitation import mean_torque
 from ..model.gears.gear import HEAVY, NUMBERS, Gear
-from ..model.laws import Parallel
 from ..model.laws.friction import NO_FRICTION
+from ..model.laws.hysteresis import Parallel
 from ..model.orders import without_teeth
 from ..model.train.controls import PositionLoop, SpeedLoop, core_of
 from ..model.train.shafts import NO_DRAG

@@ -22,7 +22,7 @@ from ..model.oscillator import NoVariation
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
-from ..study.tuning.cost import having
+from ..study.tuning.cost import with_control
 from .fields import groups, schema
 from .fields.drive_units import DriveUnitsSpec
 from .fields.postures import PostureSpec
@@ -126,7 +126,7 @@ def _reads_as(project: Project, text: str) -> bool:
     loops = [(one.whole and one.whole.motor.control) or () for one in (project, reread)]
     gains, other_gains = map(leaves, loops)
     if gains != other_gains and len(gains) == len(other_gains) and all(map(math.isclose, gains, other_gains)):
-        reread = having(reread, loops[0])
+        reread = with_control(reread, loops[0])
     return replace(reread, text=project.text, notes=project.notes, gear=project.gear) == project
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ..base.results import Floats
 from ..study.compensation.bench import Bench
 from ..study.compensation.designs import COMPENSATORS
-from ..study.compensation.gains import own_rate, times_of
+from ..study.compensation.gains import learning_rate, times_of
 from ..study.compensation.monitoring import Monitored
 from ..study.compensation.prediction import PredictionTable
 from ..study.compensation.result import Compensation, CompensationBench, Units
@@ -34,8 +34,8 @@ class Motion(NamedTuple):
 def motion(bench: Bench, controller: str, speed: float, name: str) -> Motion:
     """The last turns under a controller, by its name in `COMPENSATORS`, at a motor speed [rad/s]."""
     bench = bench.at_speed(speed)
-    built = COMPENSATORS[controller].on(bench, speed)
-    settle, _ = times_of(bench, speed, own_rate(bench, speed, built))
+    built = COMPENSATORS[controller].controller_on(bench, speed)
+    settle, _ = times_of(bench, speed, learning_rate(bench, speed, built))
     turn, turns = 2.0 * np.pi / abs(speed), max(TURNS, ceil(bench.repeat))
     run = bench.run(built, speed, settle + turns * turn)
     late = run.time >= run.time[-1] - turns * turn

@@ -20,10 +20,10 @@ from .smooth_curve import fine
 
 if TYPE_CHECKING:  # a curve alone is drawn without them
     from ..study.analysis.analysis import Analysis
-    from ..study.analysis.in_time import RunUp
     from ..study.analysis.load_cases import AtTorque
+    from ..study.analysis.regimes import Regime
+    from ..study.analysis.time_domain.run_up_check import RunUp
     from ..study.speed_map.avoid import Avoid
-    from ..study.speed_map.resonances import Regime
 
 SHADE, SURE = "#d9d9d9", "#c6dcec"  # speeds to avoid, and what assumed numbers leave open
 HEIGHT = 290.0  # of a panel [px]

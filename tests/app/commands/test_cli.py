@@ -18,7 +18,7 @@ from twelve_projects import PROJECTS
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.console import staged
+from strainwave.app.console.output_files import staged
 from strainwave.base.facts import data
 
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 import strainwave as sw
 from strainwave.app.commands import cli as command
-from strainwave.app.console import in_options
+from strainwave.app.console.library_words import in_options
 from strainwave.drive.train_curve import NO_MOTION
 from strainwave.drive.two_turns import NONE_STABLE, REMEDY, VARIATION_TEXT
 from strainwave.numerics.curves.separate_motions import BY_HAND, FROM_STARTS

@@ -19,7 +19,7 @@ from strainwave.app.curves import sizes_said
 from strainwave.base.facts import data
 from strainwave.base.sentences import Sentence, Speed
 from strainwave.files.reading import read_project
-from strainwave.study.analysis.analysis import not_exact
+from strainwave.study.analysis.cautions import not_exact
 
 pytestmark = pytest.mark.slow
 

@@ -23,8 +23,8 @@ from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.verdict import Answer, Verdict
 from strainwave.study.analysis.verdict_words import _worst
 from strainwave.study.speed_map.avoid import Avoid
+from strainwave.study.speed_map.error_equation import operating_point
 from strainwave.study.speed_map.intervals import merged
-from strainwave.study.speed_map.resonances import operating_point
 
 ARCSECONDS = AngleUnit("arcsec", 1.0 / ARCSEC)
 SPEEDS = Speeds((60.0, 200.0))

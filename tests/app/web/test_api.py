@@ -22,7 +22,7 @@ from strainwave.app.web.views import POINTS
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
 from strainwave.study.speed_map.avoid import speeds_to_avoid
-from strainwave.study.speed_map.resonances import operating_point
+from strainwave.study.speed_map.error_equation import operating_point
 
 GEAR = {"gear": "CSG-40-50"}
 ARTICLE = (Path(__file__).parents[3] / "examples/projects/article.yaml").read_text(encoding="utf-8")

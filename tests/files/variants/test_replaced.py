@@ -9,7 +9,7 @@ from twelve_projects import PROJECTS
 import strainwave as sw
 from strainwave.files.reading import from_text, read_project
 from strainwave.files.variants.replaced import replaced, tuning
-from strainwave.study.analysis.knobs import Subject
+from strainwave.study.analysis.design_variables import Subject
 from strainwave.study.analysis.remedies import with_gear
 
 MOVE = {"move.profile.0.type": "s_curve", "move.profile.0.angle": "90 deg", "move.profile.0.time": "0.6 s"}

@@ -11,11 +11,10 @@ from strainwave.base.series import oscillation
 from strainwave.drive.drive_response import DriveResponse
 from strainwave.drive.hysteresis_bands import HysteresisBand, Jump
 from strainwave.drive.jumps import Sweep, jumps_of
-from strainwave.study.analysis.analyze import with_tops
+from strainwave.study.analysis.regimes import Regime, with_tops
 from strainwave.study.speed_map.avoid import speeds_to_avoid
-from strainwave.study.speed_map.bands import quasi_static
+from strainwave.study.speed_map.error_equation import operating_point, quasi_static
 from strainwave.study.speed_map.ramp import Ramp, in_run
-from strainwave.study.speed_map.resonances import Regime, operating_point
 from strainwave.theory.resonance import Resonance
 
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4

@@ -12,10 +12,10 @@ import strainwave as sw
 from strainwave.app.report.report import write_view
 from strainwave.app.view import View
 from strainwave.drive.steady import is_beating
+from strainwave.drive.two_turns import two_turn_motion
 from strainwave.files.reading import from_text
 from strainwave.model.gears import catalogue
-from strainwave.study import two_turn_motion
-from strainwave.study.analysis.knobs import Subject
+from strainwave.study.analysis.design_variables import Subject
 from strainwave.study.analysis.remedies import with_gear
 
 pytestmark = pytest.mark.slow

@@ -10,7 +10,7 @@ from twelve_projects import PROJECTS
 import strainwave as sw
 from strainwave.base.units import ARCSEC
 from strainwave.files.reading import from_text
-from strainwave.study.analysis.in_time import SHOWN_TURNS
+from strainwave.study.analysis.time_domain.drive_motion import SHOWN_TURNS
 
 K, J_M, J_L, B, RATIO = 3e4, 4.5e-4, 5.0, 25.0, 100.0  # of the joint below
 K_P, K_D, STIFF, YIELD = 60.0, 0.5, 5e4, 1e-4

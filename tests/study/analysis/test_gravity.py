@@ -14,11 +14,11 @@ from three_slopes import three_slopes
 import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.files.reading import read_project
-from strainwave.study.analysis.load_cases import load_cases, over_all
+from strainwave.study.analysis.load_cases import avoid_under_all, load_cases
 from strainwave.study.speed_map import under_load
-from strainwave.study.speed_map.bands import searched
 from strainwave.study.speed_map.decide import decide
 from strainwave.study.speed_map.rules import complement, rules_of
+from strainwave.study.speed_map.under_load import seeks_coexisting
 
 RPM = 30.0 / math.pi
 GEAR = (1e5, 1.4e5, 1.8e5, 54.0, 196.0)
@@ -157,7 +157,7 @@ limit: {oscillation: 340 arcsec}
     for case, forbidden in zip(cases, curve.forbidden, strict=True):
         assert np.array(case.bands).reshape(-1, 2) == pytest.approx(forbidden), case.torque
     assert curve.allowed[-1].size == 0  # without a load nothing holds the teeth together
-    whole = over_all(drive, found, cases, project.limit, None)
+    whole = avoid_under_all(drive, found, cases, project.limit, None)
     assert whole.bands == whole.unstable == (project.speeds.limits,)
 
 
@@ -176,7 +176,7 @@ def test_no_speed_is_allowed_where_the_error_equation_has_stable_motions_and_the
 
 def test_under_the_torques_of_a_range_a_gap_or_a_memory_is_spared_the_search_for_other_motions():
     hysteresis = sw.BoucWen(1e4, 0.0, 1e-4)
-    assert searched(sw.PiecewiseLinear(6.7e4, 1.1e5, 1.2e5, 29.0, 108.0))
-    assert not searched(sw.Backlash(1e5, 5e-5))
-    assert not searched(sw.Play(5e-5, sw.Linear(1e5)))
-    assert not searched(sw.Parallel(sw.Linear(1e5), hysteresis))
+    assert seeks_coexisting(sw.PiecewiseLinear(6.7e4, 1.1e5, 1.2e5, 29.0, 108.0))
+    assert not seeks_coexisting(sw.Backlash(1e5, 5e-5))
+    assert not seeks_coexisting(sw.Play(5e-5, sw.Linear(1e5)))
+    assert not seeks_coexisting(sw.Parallel(sw.Linear(1e5), hysteresis))

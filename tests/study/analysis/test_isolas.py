@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import strainwave as sw
-from strainwave.study.analysis.isolas import speeds, takes
+from strainwave.study.analysis.isolas import has_period, speeds
 
 DUFFING = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(2.0), 3.15)
 TWO_WELLS = sw.Oscillator(1.0, 0.15, sw.Cubic(-1.0, -1.0), sw.Harmonic(0.2), 1.4)  # every stable motion is in a well
@@ -86,9 +86,9 @@ def test_a_wider_range_is_searched_at_the_same_speeds_and_more():
 def test_an_orbit_of_two_turns_is_none_of_four():
     point = np.zeros(2 * 8 + 2)  # mean, cosines and sines of eight harmonics, and the frequency
     point[4], point[2] = 1.0, 0.1  # of the base angle, and of half of it
-    assert not takes(point, 4)
+    assert not has_period(point, 4)
     point[1] = 0.1
-    assert takes(point, 4)
+    assert has_period(point, 4)
 
 
 @pytest.mark.slow

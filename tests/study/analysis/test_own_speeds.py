@@ -11,7 +11,7 @@ from strainwave.base.units import ARCSEC, RPM
 from strainwave.drive.train_curve import POINTS, largest_crest, largest_oscillation
 from strainwave.files.reading import from_text
 from strainwave.study.speed_map.avoid import speeds_to_avoid, without_stable
-from strainwave.study.speed_map.resonances import operating_point
+from strainwave.study.speed_map.error_equation import operating_point
 
 # hardening: both speeds lie in or at a bistable band, whose upper motions go on to 1824 rpm and are largest there
 BISTABLE = """\

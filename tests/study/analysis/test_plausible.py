@@ -6,8 +6,8 @@ import pytest
 
 import strainwave as sw
 from strainwave.drive.demands.usage import Usage
-from strainwave.study.analysis.analysis import gear_loop
-from strainwave.study.analysis.analyze import implausible
+from strainwave.study.analysis.cautions import implausible
+from strainwave.study.gear.hysteresis_loop import gear_loop
 
 ARCMIN = math.pi / 10800.0
 CSG, CALM = sw.catalogue.gear("CSG-40-50"), Usage(200.0, 150.0, 100.0, 150.0)

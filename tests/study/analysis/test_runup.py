@@ -6,8 +6,8 @@ from direct_project import project_of
 
 import strainwave as sw
 from strainwave.drive.response import exact_response
-from strainwave.study.analysis.in_time import RunUp, run_up_and_down
-from strainwave.study.speed_map.resonances import operating_point
+from strainwave.study.analysis.time_domain.run_up_check import RunUp, run_up_and_down
+from strainwave.study.speed_map.error_equation import operating_point
 
 # OSCILATE's Duffing example (case T4): folds by converged harmonic balance at 1.02129 and 1.07115
 DUFFING = sw.Oscillator(1.0, 0.01, sw.Cubic(1.0, 0.2), sw.Harmonic(0.01), 1.0)

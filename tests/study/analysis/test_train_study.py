@@ -20,8 +20,8 @@ from strainwave.study.analysis.load_cases import load_cases
 from strainwave.study.analysis.train_study import train_study
 from strainwave.study.speed_map import ramp as of_ramps
 from strainwave.study.speed_map.decide import decide
+from strainwave.study.speed_map.error_equation import operating_point
 from strainwave.study.speed_map.ramp import in_run
-from strainwave.study.speed_map.resonances import operating_point
 from strainwave.study.speed_map.rules import Rules
 
 PROJECT = """\

@@ -10,7 +10,7 @@ from strainwave.drive.demands.usage import Usage, limit_findings
 from strainwave.drive.response import exact_response
 from strainwave.model.gears.limits import gravest
 from strainwave.numerics.steady import settle
-from strainwave.study.analysis.time_case import usage
+from strainwave.study.analysis.time_domain.time_case import usage
 
 RPM = math.pi / 30.0
 

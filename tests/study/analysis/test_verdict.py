@@ -101,8 +101,8 @@ def test_a_step_is_searched_below_a_jump_where_small_steps_help_nothing_or_harm(
         asked.append(share)
         return replace(tried, share=share, ratio=0.4 if abs(share) >= 0.16 else 1.0 + harm * abs(share))
 
-    trial, knob = SimpleNamespace(remedy=remedy), SimpleNamespace(turned=lambda share: share)
-    sufficient = _steps(trial, knob, tried, 0.9, -0.5, Allowance(100, 100))
+    trial, variable = SimpleNamespace(remedy=remedy), SimpleNamespace(changed_by=lambda share: share)
+    sufficient = _steps(trial, variable, tried, 0.9, -0.5, Allowance(100, 100))
     assert all(0.0 < sign * share < 0.3 for share in asked)
     assert min(abs(step.share) for step in sufficient) == pytest.approx(0.16, abs=0.3 / 2 ** (MOST_STEPS - 1))
 

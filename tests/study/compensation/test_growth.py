@@ -11,7 +11,7 @@ import strainwave as sw
 from strainwave.model.controllers.loops import Measurement
 from strainwave.study.compensation.bench import steady_bench_of
 from strainwave.study.compensation.designs import COMPENSATORS, Compensator, scaled_gains
-from strainwave.study.compensation.gains import own_rate, rate_of
+from strainwave.study.compensation.gains import learning_rate, rate_of
 
 N, J_M, J_L, B, K, ALPHA, MEAN = 80.0, 8.1346e-4, 5.38563, 22.5923, 25895.9, 2.13606e6, -18.182
 SPEED, STEP = 23.63939, 5e-4
@@ -28,7 +28,7 @@ def test_what_adapts_decays_with_the_rate_of_its_gain():
     bench = steady_bench_of(DRIVE, SAMPLING)
     controller = COMPENSATORS["adaptive"].build(bench, 50.0)
     slow = scaled_gains(controller, 0.1)
-    assert own_rate(bench, 50.0, slow) == pytest.approx(0.1 * rate_of(bench, 50.0), rel=1e-9)
+    assert learning_rate(bench, 50.0, slow) == pytest.approx(0.1 * rate_of(bench, 50.0), rel=1e-9)
     assert bench.growth(slow, 50.0) == pytest.approx(-0.1 * rate_of(bench, 50.0), rel=0.02)
 
 
@@ -83,12 +83,12 @@ def test_gains_are_lowered_until_the_own_model_is_stable_with_a_factor_of_two():
     bench = steady_bench_of(DRIVE, SAMPLING)
     whole = scaled_gains(COMPENSATORS["adaptive"].build(bench, 50.0), 8.0)
     design = Compensator("quick", "", lambda *_: whole, True, "")
-    found = design.on(bench, 50.0)
+    found = design.controller_on(bench, 50.0)
     assert found == scaled_gains(whole, 0.25)
     assert bench.growth(scaled_gains(whole, 0.5), 50.0) < 0.0 < bench.growth(whole, 50.0)
     fast = scaled_gains(whole, 8.0)
     with pytest.raises(ValueError, match=r"quick is unstable .* and with 0\.25 of its gains they still do"):
-        Compensator("quick", "", lambda *_: fast, True, "").on(bench, 50.0)
+        Compensator("quick", "", lambda *_: fast, True, "").controller_on(bench, 50.0)
 
 
 @pytest.mark.slow

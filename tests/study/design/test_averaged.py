@@ -5,7 +5,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.drive.train_curve import POINTS, largest_crest
-from strainwave.study.design.averaged import Drives, impedance, largest, worth
+from strainwave.study.design.averaged import Drives, certified_error, impedance, largest
 
 GEAR = sw.catalogue.gear("CSG-40-50")
 LINE = sw.KinematicError((sw.Line(2, 1e-4),))
@@ -81,7 +81,7 @@ def test_harmonic_balance_of_the_whole_drive_lies_within_the_bounds(loop, torque
     found = largest(drives)
     for i in range(3):
         exact = largest_crest(train(drives, i), drives.speeds, None, points=POINTS)
-        more = 1.0 + worth(drives, found, i)
+        more = 1.0 + certified_error(drives, found, i)
         assert found.low[i] / more <= exact.size <= found.high[i] * more
 
 

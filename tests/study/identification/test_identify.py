@@ -9,8 +9,9 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
 import strainwave as sw
-from strainwave.study.identification.driven import Signal, lanes_of, pieces
 from strainwave.study.identification.experiment import Record, experiment
+from strainwave.study.identification.input_signals import Signal, pieces
+from strainwave.study.identification.lane_march import lanes_of
 from strainwave.study.identification.window_fit import LeastSquares, Window
 
 RATE = 200.0

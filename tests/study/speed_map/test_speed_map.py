@@ -18,10 +18,10 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.study.speed_map import decide
 from strainwave.study.speed_map.intervals import common, complement
-from strainwave.study.speed_map.motions import OMEGA, OSCILLATION, Loose
+from strainwave.study.speed_map.motions import OMEGA, OSCILLATION, LooseMotion
 from strainwave.study.speed_map.rules import Rules, bands_of
-from strainwave.study.speed_map.search import Settling
-from strainwave.study.speed_map.under_load import case_of, under_load, untried
+from strainwave.study.speed_map.search import MotionStart
+from strainwave.study.speed_map.under_load import case_of, seeds_for, under_load
 
 pytestmark = pytest.mark.slow
 
@@ -607,13 +607,13 @@ limit: {oscillation: 38.192 arcsec}
 
 def test_a_motion_beside_every_curve_is_not_tried_again_where_a_neighbouring_load_has_one():
     def at_load(*motions, curves=(0,)):
-        return SimpleNamespace(loose=[Loose(omega, size, 0.0, 1) for omega, size in motions], curves=curves)
+        return SimpleNamespace(loose=[LooseMotion(omega, size, 0.0, 1) for omega, size in motions], curves=curves)
 
     def left(*there, curves=(0,)):
-        return [seed.omega for seed in untried(seeds, here, at_load(*there, curves=curves))]
+        return [seed.omega for seed in seeds_for(seeds, here, at_load(*there, curves=curves))]
 
     here = at_load((100.0, 5.0), (100.0, 2.0), (120.0, 5.0))
-    seeds, omegas = [Settling(w, (0.0, 0.0), 1) for w in (100.0, 110.0, 120.0)], [100.0, 110.0, 120.0]
+    seeds, omegas = [MotionStart(w, (0.0, 0.0), 1) for w in (100.0, 110.0, 120.0)], [100.0, 110.0, 120.0]
     # 110 was followed there; 124 is more than 2.5 % from 120
     assert left((101.0, 4.99), (110.0, 9.0), (124.0, 5.0)) == [110.0, 120.0]
     assert left((101.0, 4.0)) == omegas
@@ -635,13 +635,13 @@ limit: {oscillation: 19 arcsec}
 def test_motions_of_a_law_with_memory_do_not_add_up_from_load_to_load(tmp_path, monkeypatch):
     """A steep law has its resonance at every speed of the range, and no curve has it."""
     (tmp_path / "axis.yaml").write_text(STEEP, encoding="utf-8")
-    project, tried, before = sw.read_project(tmp_path / "axis.yaml"), [], decide.one_load.extended
+    project, tried, before = sw.read_project(tmp_path / "axis.yaml"), [], decide.one_load.with_search_result
 
     def counted(loaded, case, span, speeds, seeds):
         tried.append(len(seeds))
         return before(loaded, case, span, speeds, seeds)
 
-    monkeypatch.setattr(decide.one_load, "extended", counted)
+    monkeypatch.setattr(decide.one_load, "with_search_result", counted)
     found = sw.speed_map(project, loads=[-4.0, 0.0, 4.0])
     assert all(len(some) == 0 for some in found.allowed)
     assert sum(tried) <= 4
@@ -694,7 +694,7 @@ def test_what_goes_on_where_a_motion_doubles_its_period_is_not_allowed(tmp_path)
 def test_no_sliver_between_forbidden_speeds_is_allowed_that_no_search_has_seen():
     run = np.zeros((2, 9))
     run[:, OMEGA], run[:, OSCILLATION] = (100.0, 200.0), 1.0
-    loose = tuple(Loose(w, 5.0, 0.0, 0) for w in (120.0, 124.0, 150.0))
+    loose = tuple(LooseMotion(w, 5.0, 0.0, 0) for w in (120.0, 124.0, 150.0))
     loaded = SimpleNamespace(quasi_static=1.0, runs=[(run, None)], loose=loose, jumping=(), flips=())
     found = bands_of(loaded, Rules(limit=2.0), (100.0, 200.0), [], 0.012)
     np.testing.assert_allclose(

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 import strainwave as sw
 from strainwave.drive.loops.linear_control import control_parts
 from strainwave.files.reading import from_text
-from strainwave.study.tuning.linear import OpenLoop
+from strainwave.study.tuning.open_loop import OpenLoop
 
 # with the gains of the slower cascade; the last two have no controller, and 0 or 0.5 ms of delay in the margins
 AXES = {

@@ -14,11 +14,12 @@ from strainwave.drive.loops.linear_control import control_parts
 from strainwave.drive.loops.margins import HALF_WIDTHS, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
-from strainwave.study.tuning.cost import Setting, Trial, TuningLimits
-from strainwave.study.tuning.linear import UNSTABLE, OpenLoop
+from strainwave.study.tuning.cost import Trial, TuningLimits, TuningTask
+from strainwave.study.tuning.loop import Loop, rule
+from strainwave.study.tuning.open_loop import UNSTABLE, OpenLoop
 from strainwave.study.tuning.result import GainCost
 from strainwave.study.tuning.search import PROOF, moves
-from strainwave.study.tuning.tune import ASSUMED, Loop, rule
+from strainwave.study.tuning.tune import ASSUMED_DELAY_S
 
 SPEED = "{type: speed_loop, K_p: 0.2 N*m*s/rad, K_i: 5 N*m/rad, lag: 0.5 ms}"
 J_M, J_L, N, K, B, ERROR = 4.5e-4, 1.2, 50.0, 3e4, 11.0, 1.1e-4
@@ -279,13 +280,13 @@ def test_gains_of_a_position_loop_have_their_units_and_keep_the_torque_of_the_mo
     for gain, change in ((s.gain, s.up) for s in free.sensitivities if s.up is not None):
         at = free.gains.index(gain)
         gains = [value * (1.05 if i == at else 1.0) for i, value in enumerate(free.recommended.gains)]
-        figures = OpenLoop(whole.train, ASSUMED).figures(control_parts(sw.train.PositionLoop(*gains)))
+        figures = OpenLoop(whole.train, ASSUMED_DELAY_S).figures(control_parts(sw.train.PositionLoop(*gains)))
         assert figures.compliance / free.recommended.figures.compliance - 1.0 == pytest.approx(change, rel=1e-5)
 
 
 def test_all_that_gains_give_is_computed_once_and_anew_with_the_torque_of_the_motor():
     loop = Loop(project(), None)
-    trial = Trial((project(),), Setting(None, ("pointing",), TuningLimits(), 1.0, ASSUMED), loop.control)
+    trial = Trial((project(),), TuningTask(None, ("pointing",), TuningLimits(), 1.0, ASSUMED_DELAY_S), loop.control)
     x, computed = loop.logs(loop.core), []
     for trial.full in (False, False, True, True):
         point = trial.point(x)

@@ -10,7 +10,8 @@ from ...files.own_gears import read_gears
 from ...model.gears.catalogue import gear, select
 from ...model.gears.gear import NUMBERS, Gear
 from ...model.orders import TURNING_SPLINE, USUAL
-from ..console import echo, number, print_table, to_json
+from ..console import number, to_json
+from ..console.terminal import echo, print_table
 from .options import file_type, json_option, names_as_typed, quantity
 
 

@@ -98,7 +98,8 @@ class Sentences(click.Group):
         except Exception as error:  # whatever it is, a user gets one sentence; --debug shows the rest
             if ctx.params.get("debug") or os.environ.get("STRAINWAVE_DEBUG") == "1":
                 raise
-            from ..console import echo, in_options
+            from ..console.library_words import in_options
+            from ..console.terminal import echo
 
             command = self.get_command(ctx, ctx.invoked_subcommand) if ctx.invoked_subcommand else None
             files = sys.modules.get("strainwave.files.yaml_text")
@@ -133,7 +134,7 @@ def _apart(command: click.Command, run: Callable[..., Any]) -> Callable[..., Any
 def _sentence(error: Exception) -> str:
     """One line about an error."""
     if isinstance(error, OSError) and error.strerror:
-        from ..console import sentence
+        from ..console.output_files import sentence
 
         if error.filename is None and error.errno in (errno.ENOSPC, errno.EIO) and _stdout_fails():
             return f"standard output: {error.strerror.lower()}; files that the command has written are whole"

@@ -8,7 +8,8 @@ import click
 from ...base.quantities import parse
 from ...files.export.export import export as exported
 from ...files.reading import read_project
-from ..console import echo, to_json
+from ..console import to_json
+from ..console.terminal import echo
 from .options import json_option, output_option, project_argument, written_type
 
 

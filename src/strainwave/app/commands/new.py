@@ -21,7 +21,8 @@ from ...files.reading import from_text
 from ...files.reference import reference
 from ...model.gears.catalogue import gear, names
 from ...model.gears.gear import SPECIAL
-from ..console import echo, to_json
+from ..console import to_json
+from ..console.terminal import echo
 from .options import names_as_typed, output_option, together, written_type
 
 MOST_SHOWN = 12  # gears in a complaint

@@ -33,7 +33,7 @@ def output_option(help: str, *endings: str, **attributes: Any) -> Callable[[Any]
         if output is not None:
             if endings and output.suffix not in endings:
                 raise click.BadParameter(f"{output.name!r} must end in {', '.join(endings[:-1])} or {endings[-1]}")
-            from ..console import check_writable
+            from ..console.output_files import check_writable
 
             check_writable(*([output] if kind is folder_type else [output.parent, output.name]))
         return output

@@ -22,7 +22,8 @@ from ...theory.printed_forms import FORMS
 from ...theory.resonance import PRIMARY, SUBHARMONIC, SUPERHARMONIC
 from ...theory.slow_flow.flow import SlowFlow
 from ...theory.slow_flow.results import SlowResponse
-from ..console import as_csv, columns, number, slug
+from ..console import number
+from ..console.output_files import as_csv, columns, slug
 from .page import plain_page
 from .section import html_table
 from .sections.single_speeds import overlaid

@@ -10,7 +10,8 @@ from ...base.terminal import Progress, silent
 from ...compile.jit import light_as_python
 from ...drive.project import Project
 from ...files.reading import read_project
-from ..console import staged, to_json
+from ..console import to_json
+from ..console.output_files import staged
 from ..curves import WHAT_X_IS
 from ..view import View
 from .curve_files import write_curves

@@ -10,8 +10,9 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...base.facts import NUMBERS, UNITS
+from ...base.number_text import percent
 from ...base.sentences import Angle, Speed
-from ..console import number, percent, plain
+from ..console import number, plain
 from ..view import View
 
 PRODUCT = re.compile(r"(?<=[A-Za-z])\*(?=[A-Za-z])")  # of units, which sentences for the terminal write as N*m

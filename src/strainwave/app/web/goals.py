@@ -18,10 +18,11 @@ from ...drive.loops.loop_curves import loop_curves
 from ...drive.project import Project
 from ...files.variants.replaced import replaced
 from ...study.compensation.compensate import benches_of, compensate
-from ...study.compensation.gains import own_rate, times_of
+from ...study.compensation.gains import learning_rate, times_of
 from ...study.tuning.result import gain_unit
 from ...study.tuning.tune import tune
-from ..console import number, without_calls
+from ..console import number
+from ..console.library_words import without_calls
 from .parameters import parameters
 from .state import Refused, yaml_of
 from .views import sentences, solved
@@ -129,14 +130,14 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
     result = compensate(project, progress=progress)
     (bench,) = benches_of(project).values()
     bench, turn = bench.at_speed(result.speed), 2.0 * np.pi / abs(result.speed)
-    settle, _ = times_of(bench, result.speed, own_rate(bench, result.speed, result.controller))
+    settle, _ = times_of(bench, result.speed, learning_rate(bench, result.speed, result.controller))
     controllers, duration = (bench.loop, result.controller), settle + SHOWN_TURNS * turn
     runs = [bench.run(controller, result.speed, duration) for controller in controllers]
     last = runs[0].time >= settle
     torque = f"the motor gives up to {number(result.torque.peak, 3)} N·m"
     not_counted = [f"this does not count: {result.excluded}"] if result.excluded else []
     grows = [] if result.stable or result.excluded else ["the error grows"]
-    at = f"{result.title}, at {result.axis.said(result.speed)}: {result.said}"
+    at = f"{result.title}, at {result.axis.said(result.speed)}: {result.rms_text}"
     return {
         "said": sentences([at, *map(str, result.robustness), torque, *not_counted, *grows]),
         "time": runs[0].time[last] - settle,

@@ -14,13 +14,14 @@ from ...drive.demands.motor_limits import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
 from ...files.notes import curve_remark, load_remark, move_note, unsaid
-from ...study.analysis.in_time import drive_motion
+from ...study.analysis.time_domain.drive_motion import drive_motion
 from ...study.analysis.verdict import Judged
 from ...study.analysis.verdict_words import ranges
 from ...study.move.move import move
 from ...study.move.profiles import SCurve
 from ...study.speed_map.speed_map import speed_map
-from ..console import number, without_calls
+from ..console import number
+from ..console.library_words import without_calls
 from ..curves import beat_facts, ranged, sizes_said, torques_said
 from ..view import AngleUnit, angle_unit, writer
 
@@ -133,7 +134,7 @@ def allowed_under_every_load(project: Project) -> dict[str, Any] | None:
     whole = len(chart.windows) == 1 and bool(np.allclose(chart.windows[0], chart.speeds[[0, -1]], rtol=1e-9))
     unknown = whole and project.limit is None
     return {
-        "said": sentences([chart.allowed_said]), "allowed": chart.windows * project.speeds.scale, "whole": whole,
+        "said": sentences([chart.allowed_text]), "allowed": chart.windows * project.speeds.scale, "whole": whole,
         "failures": chart.failures, "passes": None if unknown else whole and not chart.failures,
     }  # fmt: skip
 
@@ -161,7 +162,7 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
     low, high = project.load_torques
     write = writer(project, IN_ARCSEC, unit, scale)
     under = f", {number(run.load_torque)} N·m on the load" * (low < high)
-    at = Sentence("{} at {}{}: {}", run.name, Speed(run.omega), under, run.said)
+    at = Sentence("{} at {}{}: {}", run.name, Speed(run.omega), under, run.sizes_text)
     torque = f"largest torque in the gear {number(run.peak_torque, project.digits())} N·m"
     return {
         "said": sentences([told(at, write) + f", {torque}"]),
@@ -234,7 +235,7 @@ def mapped(project: Project, search: bool, loads: list[float], progress: Progres
         "torque": chart.torque,
         "forbidden": [band * project.speeds.scale for band in chart.forbidden],
         "allowed": chart.windows * project.speeds.scale,
-        "said": sentences([chart.allowed_said]), "rule": chart.rule, "numbers": without_calls(str(chart)),
+        "said": sentences([chart.allowed_text]), "rule": chart.rule, "numbers": without_calls(str(chart)),
         "failures": list(chart.failures),
         "remarks": list(chart.remarks),
     }  # fmt: skip

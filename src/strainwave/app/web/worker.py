@@ -28,7 +28,8 @@ from ...base.results import SolveError
 from ...base.terminal import Progress
 from ...compile.cache import compiling
 from ...compile.jit import load
-from ..console import plain, without_calls
+from ..console import plain
+from ..console.library_words import without_calls
 from .state import Refused
 
 LENGTH = 8  # bytes of the length of a message

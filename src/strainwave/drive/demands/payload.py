@@ -4,7 +4,8 @@ from typing import Annotated, NamedTuple
 
 from ...base.quantities import Angle, Inertia, checked
 from ...model.laws.hysteresis import Parallel
-from ...model.train import AngleTorque, DriveTrain
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import AngleTorque
 from ...model.train.shafts import NO_DRAG
 
 Mass = Annotated[float, "kg"]

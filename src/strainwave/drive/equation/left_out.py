@@ -2,7 +2,8 @@
 
 from ...base.protocols import lines_of
 from ...model.laws.friction import NO_FRICTION
-from ...model.train import AngleTorque, DriveTrain
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import AngleTorque
 from ...model.train.shafts import NO_DRAG
 
 LOOP_PART = "the motor's loop"

@@ -9,7 +9,8 @@ from ...base.protocols import orders_of
 from ...base.results import Floats, Orbit
 from ...base.sentences import Sentence, Speed
 from ...model.oscillator import Oscillator
-from ...model.train import DriveTrain, SteadyTrain
+from ...model.train.drive_train import DriveTrain
+from ...model.train.train_forms import SteadyTrain
 from ...numerics.balanced_orbit import find_orbit
 
 SAMPLES = 512  # of a cycle, for its largest values

@@ -15,8 +15,9 @@ from ...base.results import Floats, SolveError
 from ...base.units import ARCSEC, HERTZ
 from ...model.excitation import NoError
 from ...model.laws.dry import REST, breakaway, settled
-from ...model.train import AtRest, DriveTrain
 from ...model.train.controls import CascadeLoop, Held, core_of, off_reference
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import AtRest
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ..motor_words import train_of

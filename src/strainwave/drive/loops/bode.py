@@ -13,8 +13,8 @@ from ...base.records import Along, Result
 from ...base.results import Complexes, Floats, Orbit
 from ...base.terminal import on_screen
 from ...model.excitation import Harmonic
-from ...model.train import SteadyTrain
 from ...model.train.drive_train import DriveTrain, coupling_twist
+from ...model.train.train_forms import SteadyTrain
 from ...numerics.balanced_orbit import find_orbit
 from ..state_space import driven, state_space, undriven
 

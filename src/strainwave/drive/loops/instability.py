@@ -6,9 +6,10 @@ from math import sqrt
 import numpy as np
 
 from ...base.protocols import Control
-from ...model.train import Filtered, controls
+from ...model.train import controls
 from ...model.train.controls import HERTZ
 from ...model.train.drive_train import DriveTrain
+from ...model.train.filters import Filtered
 from ..operating_point import mean_state
 from .bode import bode
 

@@ -18,7 +18,8 @@ from ...base.number_text import number
 from ...base.results import SolveError
 from ...model.controllers.closed_loop import Sampling
 from ...model.laws.dry import without_dry_friction
-from ...model.train import DriveTrain, PositionLoop, SpeedLoop
+from ...model.train.controls import PositionLoop, SpeedLoop
+from ...model.train.drive_train import DriveTrain
 from ...numerics.operating_point import loaded_state
 from ..operating_point import mean_state
 from .margins import Margins, loop_of, margins

@@ -8,8 +8,9 @@ from ...base.protocols import Law, terms_of
 from ...drive.project import Project
 from ...drive.train_curve import torques_of_angle
 from ...model.excitation import NoError
-from ...model.laws import BoucWen, Linear, Parallel
+from ...model.laws import Linear
 from ...model.laws.friction import Coulomb, LuGre, NoFriction, Stribeck, Viscous
+from ...model.laws.hysteresis import BoucWen, Parallel
 from ...model.train.drive_train import DriveTrain
 from ...numerics.roots import bracketed_root
 from .xml_text import child, element, written

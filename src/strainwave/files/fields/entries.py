@@ -14,12 +14,13 @@ from ...base.law import depends
 from ...base.protocols import Law
 from ...base.quantities import checked
 from ...model.gears.gear import Gear
-from ...model.laws import BoucWen, PiecewiseLinear
+from ...model.laws.hysteresis import BoucWen
+from ...model.laws.springs import PiecewiseLinear
 from ...model.oscillator import Ripple, Variation
 from ...model.train.controls import KINDS, USUAL, CascadeLoop, PositionLoop, SpeedLoop, Tuning, core_of, from_bandwidth
 from ...model.train.filters import FILTERS, apart, around
 from ...model.train.motion import AngleTorque
-from ...study.gear.hysteresis import fit_hysteresis
+from ...study.gear.hysteresis_fit import fit_hysteresis
 from ..yaml_text import Keys, shown
 from ..yaml_text import read as read_yaml
 from .groups import CATALOGUE

@@ -12,7 +12,9 @@ from ...drive.demands.move_task import Feedforward, Task
 from ...drive.demands.payload import Payload
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
-from ...model.laws import LoadFriction, Parallel, Play
+from ...model.laws.friction import LoadFriction
+from ...model.laws.hysteresis import Parallel
+from ...model.laws.springs import Play
 from ...model.orders import BY_FIXED, LARGEST_RATIO
 from ...model.oscillator import GearDamping, Variation
 from ...study.move.profiles import AngleProfile, Dwell, SCurve, Trapezoid

@@ -20,11 +20,13 @@ from ...drive.project import Project
 from ...drive.sources import Source
 from ...model.excitation import Harmonic, KinematicError, Line
 from ...model.gears.catalogue import gear as gear_of
-from ...model.laws import BoucWen, Coulomb, LoadFriction, Parallel, PiecewiseLinear, Viscous
-from ...model.train import AngleTorque
+from ...model.laws.friction import Coulomb, LoadFriction, Viscous
+from ...model.laws.hysteresis import BoucWen, Parallel
+from ...model.laws.springs import PiecewiseLinear
+from ...model.train.motion import AngleTorque
 from ...study.identification.fitted import Fit
 from ...study.identification.joint import solve
-from ...study.identification.joint.answer import Answer, answered, residuals_of
+from ...study.identification.joint.answer import Answer, fit_joint, residuals_of
 from ...study.identification.joint.estimates import Tie
 from ...study.identification.joint.model import line_names
 from ...study.identification.joint.pieces import angles_of
@@ -217,7 +219,7 @@ def identify_log(
         law, ratio = _slopes(record), record.ratio
     records = _logs(logs)
     _refuse_fast(records, None if record is None else record.max_speed)
-    answer = answered(records, ratio, law, inertia, constant, progress)
+    answer = fit_joint(records, ratio, law, inertia, constant, progress)
     causes = (*answer.causes, *(_held(records) if answer.explained < EXPLAINED_SHARE else ()))
     fit = answer.estimates
     least = SHARE_WITH_REST if answer.more else EXPLAINED_SHARE

@@ -15,7 +15,10 @@ from ...base.above import above
 from ...base.quantities import checked, number, shown
 from ...base.units import ARCSEC, RPM
 from ..drive import Drive
-from ..laws import Coulomb, Cubic, LoadFriction, Parallel, PiecewiseLinear, RoundedPiecewiseLinear, Viscous
+from ..laws.friction import Coulomb, LoadFriction, Viscous
+from ..laws.hysteresis import Parallel
+from ..laws.rounded import RoundedPiecewiseLinear
+from ..laws.springs import Cubic, PiecewiseLinear
 from .fits import LawFit, fit_odd
 
 SPECIAL = "special"  # grade of the selected gears

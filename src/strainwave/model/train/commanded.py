@@ -46,7 +46,7 @@ class TorqueDriven(NamedTuple):
         """Rate of the held torque: 0."""
         return (0.0 * z[0],)
 
-    def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
+    def respond(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
         """Result of `controlled`: the acceleration of a free motor, whose deviation does not move."""
         still = 0.0 * deviation[0]
         return (excitation + torque + z[0]) / J, z[0], (still, still, still)

@@ -243,11 +243,11 @@ def controlled(control: Any, J: Reals, torque: Reals, excitation: Reals, referen
 
     `excitation` [N*m] is the torque of the motor beside its control, `torque` what else turns it; `reference` is the
     speed, the acceleration and the angle of its reference; z begins with the states of the control. A control may have
-    this as `driven`.
+    this as `respond`.
     """
     if class_of(control) is Held:
         return _prescribed
-    return _by_itself if has(control, "driven") else _driven
+    return _by_itself if has(control, "respond") else _driven
 
 
 def _prescribed(control: Any, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
@@ -255,7 +255,7 @@ def _prescribed(control: Any, J: Any, torque: Any, excitation: Any, reference: A
 
 
 def _by_itself(control: Any, J: Reals, torque: Reals, excitation: Reals, reference: Any, deviation: Any, z: Any) -> Any:
-    return control.driven(J, torque, excitation, reference, deviation, z)
+    return control.respond(J, torque, excitation, reference, deviation, z)
 
 
 def _driven(control: Any, J: Reals, torque: Reals, excitation: Reals, reference: Any, deviation: Any, z: Any) -> Any:

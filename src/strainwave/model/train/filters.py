@@ -196,7 +196,7 @@ class LoadEncoder(NamedTuple):
         """True if the train gives the load's deviation."""
         return True
 
-    def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
+    def respond(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
         """Result of `controlled`."""
         return controlled(self.loop, J, torque, excitation, reference, deviation, z)
 
@@ -231,7 +231,7 @@ class MixedEncoders(NamedTuple):
         """True if the train gives the load's deviation."""
         return True
 
-    def driven(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
+    def respond(self, J: Reals, torque: Reals, excitation: Reals, reference: States, deviation: States, z: Any) -> Any:
         """Result of `controlled`."""
         (x, v), seen = deviation, z[0]
         fast, given, rates = controlled(self.loop, J, torque, excitation, reference, (seen, v), z[1:])

@@ -1,155 +1,35 @@
-"""Analysis of a drive, and the largest error and oscillation in it.
-
-Sentences about what went wrong in an analysis, or needs care. What a drive has beyond a spring of constant stiffness:
-the hysteresis loop of its gear, parametric resonances.
-"""
+"""`Analysis`: what `analyze` returns, with the largest error and oscillation in it."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ...base.facts import Fact
-from ...base.law import depends
-from ...base.quantities import parameters
 from ...base.records import Labelled, Result
-from ...base.results import Branch, SolveError, Status
-from ...base.sentences import Sentence, Speed
 from ...drive.demands.usage import MotorUse, Usage
 from ...drive.drive_response import DriveResponse
-from ...drive.equation.gear_torque import UNDAMPED, loses_energy
 from ...drive.hysteresis_bands import HysteresisBand
 from ...drive.project import Project
 from ...model.gears.limits import Finding
 from ...model.oscillator import Oscillator, VaryingOscillator
-from ...numerics.operating_point import SPEED
-from ...theory.parametric import ParametricResonance, parametric_resonances
+from ...theory.parametric import ParametricResonance
 from ...theory.resonance import Resonance
 from ...theory.stability_proof import StabilityProof
-from ..gear.hysteresis import SMALL_LOOP, HysteresisLoop, hysteresis_loop
-from ..move.move import move
+from ..gear.hysteresis_loop import GearLoop
 from ..move.result import Move
 from ..speed_map.avoid import Avoid
+from ..speed_map.error_equation import OperatingPoint
 from ..speed_map.ramp import Ramp
-from ..speed_map.resonances import OperatingPoint, Regime
 from . import verdict_words
-from .in_time import Beat, RunUp
+from .cautions import cautions
 from .load_cases import AtTorque
+from .regimes import Regime
 from .remedies import Remedy
-from .time_case import TimeCase
+from .time_domain.beat import Beat
+from .time_domain.run_up_check import RunUp
+from .time_domain.time_case import TimeCase
 from .train_study import MotorCase, TrainStudy
 from .verdict import TIE_RATIO, JudgedPosture, Verdict
-
-DISAGREEMENT = 0.01  # of the largest |x|: more than truncation of the series explains
-
-FRICTION_WIDTHS = 30.0  # widths of a smoothed friction: at that speed it is 99.9 % of the dry one
-
-
-@dataclass(frozen=True, eq=False)
-class GearLoop:
-    """The datasheet's measurements on the law: input locked, the torque slowly 0, +T, -T, +T.
-
-    Attributes
-    ----------
-    full, small : HysteresisLoop
-        Loops at full load and at 4 % of it; `full.loss` is the hysteresis loss, `small.span` the lost motion [rad].
-    torque : float
-        Full load [N*m].
-    rated : bool
-        Whether that is the gear's rated torque; else it is the largest torque of the steady motions.
-    """
-
-    full: HysteresisLoop
-    small: HysteresisLoop
-    torque: float
-    rated: bool
-
-
-def loop_of(law: Any, largest: float, rated: float | None) -> tuple[GearLoop | None, list[str]]:
-    """Loop of a law with friction or memory, or why it has none.
-
-    It is at the rated torque [N*m], or without one at the largest of the steady motions.
-    """
-    if depends(law) < 2:
-        return None, []
-    try:
-        return gear_loop(law, largest if rated is None else rated, rated is not None), []
-    except (ValueError, SolveError) as error:
-        return None, [Sentence("There is no hysteresis loop to measure: {}.", error)]
-
-
-def parametric_of(system: Any, speeds: tuple[float, float]) -> tuple[tuple[ParametricResonance, ...], list[str]]:
-    """Parametric resonances of a stiffness that varies, in a range of speeds [rad/s], or why none are searched for."""
-    if not isinstance(system, VaryingOscillator):
-        return (), []
-    try:
-        return tuple(parametric_resonances(system, speeds)), []
-    except ValueError as error:
-        return (), [Sentence("Parametric resonances are not searched for: {}.", error)]
-
-
-def move_of(project: Project) -> tuple[Move | None, list[str]]:
-    """The move that the file of a project asks for, or why it is not computed."""
-    if project.move is None or not project.move.profile:
-        return None, []
-    try:
-        return move(project), []
-    except (ValueError, SolveError) as error:
-        return None, [Sentence("The move of the file is not computed: {}.", error)]
-
-
-def gear_loop(law: Any, torque: float, rated: bool) -> GearLoop:
-    """Measure a law at full load [N*m] and at 4 % of it, at a speed well above the widths of smoothed friction.
-
-    Raises
-    ------
-    ValueError
-        If the law does not carry the torque.
-    """
-    widths = [p.value for p in parameters(law) if p.path.endswith("width") and p.unit == "rad/s"]
-    speed = max([SPEED, *(FRICTION_WIDTHS * width for width in widths)])
-    full = hysteresis_loop(law, torque, speed=speed)
-    return GearLoop(full, hysteresis_loop(law, SMALL_LOOP * torque, speed=speed), torque, rated)
-
-
-def cautions(analysis: Any) -> Iterator[str]:
-    """Sentences on an `Analysis`, the gravest first."""
-    yield from analysis.doubts
-    exact, study, motions = analysis.exact, analysis.train, (*analysis.run_up.up, *analysis.run_up.down)
-    if analysis.point.omega_0 == 0.0:
-        yield (
-            "The law has no stiffness where the mean torque holds the drive (backlash), so there is no natural "
-            "frequency to resonate with and multiple scales does not apply; everything here is from integration."
-        )
-    if not loses_energy(analysis.system):
-        yield f"{UNDAMPED[0].upper()}{UNDAMPED[1:]}."
-    yield from not_exact("The response curve", exact.curve)
-    if exact.rounding:
-        yield f"Motions that beat are balanced without corners: {exact.rounding}."
-    difference = analysis.run_up.difference()
-    if difference is not None and difference > DISAGREEMENT:
-        yield (
-            f"The run-up and run-down by integration differ from the response curve by up to {100.0 * difference:.2g} "
-            "% in the largest |x| at one speed: the drive can settle on another motion there."
-        )
-    if failed := [motion for motion in motions if not motion.status]:
-        yield f"{len(failed)} of {len(motions)} simulated speeds have no steady motion: {failed[0].message}."
-    for case in analysis.cases:
-        if not case.transient.status:
-            text = f" ({case.name}) the simulation from rest {case.transient.message}."
-            yield "At " + Speed(case.omega, digits=5) + text
-    if study is not None and study.curve is not None:
-        yield from not_exact("The steady curve of the whole drive train", study.curve.curve)
-    if study is not None and study.left_out is not None:
-        yield study.left_out.sentence()
-
-
-def not_exact(name: str, curve: Branch) -> list[str]:
-    """Sentence on a curve that ends inside the range or leaves too many harmonics out."""
-    if curve.status:
-        return []
-    state = "rough" if curve.status is Status.TRUNCATED else "not complete"
-    return [f"{name} is {state}: " + curve.message + "."]
 
 
 class Largest(NamedTuple):

@@ -1,11 +1,7 @@
-"""`analyze`: stability, resonances, the response through the speed range, single speeds in time, and advice.
-
-Where the resonances are on the computed curve, which small oscillations only place roughly. Results that no gear gives:
-a hysteresis larger than catalogues print, a torque at which the teeth skip.
-"""
+"""`analyze`: stability, resonances, the response through the speed range, single speeds in time, and advice."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -25,28 +21,34 @@ from ...drive.project import Project
 from ...drive.response import exact_response
 from ...drive.train_curve import refuse_free, unfollowed
 from ...drive.two_turns import NONE_STABLE, beating_response
-from ...model.gears.gear import Gear
-from ...model.gears.limits import RATCHETING
+from ...model.oscillator import VaryingOscillator
 from ...model.train.drive_train import DriveTrain
 from ...numerics.curves.torus_motion import largest_sizes
 from ...theory.lyapunov import lyapunov
+from ...theory.parametric import ParametricResonance, parametric_resonances
 from ...theory.resonance import NONRESONANT, Resonance
 from ...theory.stability_proof import Obstacle, StabilityProof
+from ..gear.hysteresis_loop import loop_of
+from ..move.move import move
+from ..move.result import Move
 from ..speed_map.avoid import Avoid
-from ..speed_map.bands import HALF_POWER, searched
 from ..speed_map.decide import Decision, decide
+from ..speed_map.error_equation import OperatingPoint, operating_point
 from ..speed_map.intervals import complement, merged
 from ..speed_map.motions import OMEGA, OSCILLATION
 from ..speed_map.ramp import in_run
 from ..speed_map.ratings import findings_under
-from ..speed_map.resonances import OperatingPoint, Regime, operating_point, regimes
 from ..speed_map.rules import rules_of
-from .analysis import Analysis, GearLoop, loop_of, move_of, parametric_of
-from .in_time import RunUp, beat_of, run_up_and_down
-from .knobs import Subject
-from .load_cases import AtTorque, load_cases, over_all
+from ..speed_map.under_load import seeks_coexisting
+from .analysis import Analysis
+from .cautions import implausible
+from .design_variables import Subject
+from .load_cases import AtTorque, avoid_under_all, load_cases
+from .regimes import Regime, is_narrow, regimes, with_tops
 from .remedies import Remedy, at_worst, remedies, under, with_other_damping
-from .time_case import TimeCase, speeds_in_time, time_case, usage
+from .time_domain.beat import beat_of
+from .time_domain.run_up_check import RunUp, run_up_and_down
+from .time_domain.time_case import TimeCase, speeds_in_time, time_case, usage
 from .train_study import TrainStudy, motor_cases, train_study
 from .verdict import Answer, JudgedPosture, smallest_change, verdict_of
 
@@ -54,95 +56,7 @@ Report = Callable[[str, float], None]
 Advice = tuple[tuple[Remedy, ...], tuple[str, ...], Remedy | None, tuple[Remedy, ...]]
 NO_ADVICE: Advice = (), (), None, ()
 
-FEWEST_POINTS, FINE_POINTS = 20, 300  # points of the curve in the band of a resonance, and of one drawn for it alone
-
-PEAK_DISTANCE = 1.6  # relative distance of the maximum from the speed of small oscillations
-FAINT = 1e-4  # of the largest |x|: a smaller component is no resonance to place
-
-LARGEST_LOSS = 3.0 * math.pi / 10800.0  # 3 arcmin: the largest hysteresis loss that catalogues print, of ratio 30
-ROUNDING = 1.05  # of a fit to the printed value
-
-
-def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, run_usage: Usage) -> Iterator[str]:
-    """Sentences about the hysteresis loop and the largest torque of a run.
-
-    Parameters
-    ----------
-    gear : Gear or None
-        Its record, with the largest hysteresis loss that its catalogue prints: below 1 arcmin, of ratio 30 below
-        3 arcmin (Harmonic Drive, CHA catalogue, accuracy and hysteresis), which holds for a gear without one too.
-    rated : float or None
-        Rated torque [N*m].
-    loop : GearLoop or None
-        Hysteresis loop of the law.
-    run_usage : Usage
-        Largest torques of the run.
-    """
-    loss = LARGEST_LOSS if gear is None or gear.hysteresis_loss is None else gear.hysteresis_loss
-    if loop is not None and loop.rated and loop.full.loss > ROUNDING * loss:
-        yield Sentence(
-            f"The hysteresis loss at the rated torque of {loop.torque:g} N*m is {{}}, and "
-            f"{'catalogues print' if gear is None else 'that of ' + gear.name + ' is'} at most {{}}; check the "
-            "numbers of the hysteresis, fit_hysteresis finds them from those of a datasheet.",
-            Angle(loop.full.loss, digits=3),
-            Angle(loss, digits=3),
-        )
-    limited = gear is not None and gear.ratcheting_torque is not None  # then it is among the limits
-    if not limited and rated is not None and run_usage.peak_torque > RATCHETING * rated:
-        yield Sentence(
-            f"The torque in the gear reaches {run_usage.peak_torque:.4g} N*m at {{}}, "
-            f"{run_usage.peak_torque / rated:.3g} times the rated torque, and gears ratchet from 5 to 16 times on: the "
-            "teeth skip, which this model does not do, and the error is no result; check load, damping and torques.",
-            Speed(run_usage.at_peak, digits=5),
-        )
-
-
-def with_tops(
-    all_regimes: tuple[Regime, ...], system: Any, exact: DriveResponse, close: dict[Resonance, DriveResponse]
-) -> tuple[Regime, ...]:
-    """Add to every resonance p:1 its maximum on the computed curve, or on the one drawn for it alone.
-
-    Looked for between the neighbouring resonances, where a slow run-up or run-down goes; an end of the range is none,
-    nor is what lies in the half-power band of a larger maximum of another component.
-    """
-    omegas = sorted(regime.omega for regime in all_regimes if regime.resonance.q == 1)
-    rows = [(regime, close.get(regime.resonance, exact)) for regime in all_regimes]
-    tops = [_top(r, omegas, system, curve) if r.resonance.q == 1 else None for r, curve in rows]
-    largest = {r.resonance.p: top[1] for r, top in zip(all_regimes, tops, strict=True) if top is not None}
-    topped = []
-    for (regime, response), top in zip(rows, tops, strict=True):
-        crest = None
-        if top is not None and not _of_another(regime.resonance.p, top, largest, system, response):
-            crest = float(response.omega[top[0]]), top[1]
-        met = crest is not None and bool(regime.reason)  # the curve is in the range, and such a law is placed by it
-        topped.append(replace(regime, top=crest, inside=regime.inside or met))
-    return tuple(topped)
-
-
-def _of_another(
-    p: int, top: tuple[int, float], largest: dict[int, float], system: Any, response: DriveResponse
-) -> bool:
-    """True if a maximum of component p lies in the half-power band of another component, which is larger there."""
-    others = ((response.torsion_amplitude(system, q)[top[0]], size) for q, size in largest.items() if q != p)
-    return any(component > top[1] and component >= HALF_POWER * size for component, size in others)
-
-
-def _top(regime: Regime, places: list[float], system: Any, response: DriveResponse) -> tuple[int, float] | None:
-    """Point of the curve with the largest component of a resonance, and its amplitude [rad]."""
-    i = places.index(regime.omega)
-    low = max([regime.omega / PEAK_DISTANCE, *((w * regime.omega) ** 0.5 for w in places[:i])])
-    high = min([regime.omega * PEAK_DISTANCE, *((w * regime.omega) ** 0.5 for w in places[i + 1 :])])
-    visited = response.counted
-    omega = response.omega[visited]
-    inside = (omega >= low) & (omega <= high)
-    if not np.any(inside):
-        return None
-    indices, omega = visited[inside], omega[inside]
-    amplitude = response.torsion_amplitude(system, regime.resonance.p)[indices]
-    top = int(np.argmax(amplitude))
-    if not np.min(omega) < omega[top] < np.max(omega) or amplitude[top] < FAINT * np.max(response.curve.peak[visited]):
-        return None
-    return int(indices[top]), float(amplitude[top])
+FINE_POINTS = 300  # points of a curve that is drawn for one resonance alone
 
 
 @one_thread
@@ -177,7 +91,7 @@ def analyze(
     point = operating_point(system)
     stability = _proof(system, point)
     progress("response curve", 0.02)
-    exact = project.equation_response(coexisting=train is None or searched(system.law))
+    exact = project.equation_response(coexisting=train is None or seeks_coexisting(system.law))
     all_regimes, close, sweep, cases = _of_one_turn(project, system, point, exact, resonances, progress)
     single = tuple(case.omega for case in cases)
     study = None if train is None else _whole_train(project, train, system, point, exact, single, progress)
@@ -188,14 +102,14 @@ def analyze(
     decided = decide(project, rules, progress=lambda share: progress("motions under every load", 0.86 + 0.01 * share))
     by_load = load_cases(project, decided)
     run = None if ramp is None else in_run(*ramp)
-    avoid = None if unfollowed(train, curve) else over_all(drive, decided, by_load, limit, run)
+    avoid = None if unfollowed(train, curve) else avoid_under_all(drive, decided, by_load, limit, run)
     study = _with_gravity(project, study, (drive, *(case.drive for case in by_load)), progress) if advice else study
     motors = {} if project.motor_named else project.motors()
     other_motors = tuple(motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87)))
     progress("hysteresis and varying stiffness", 0.88)
     largest = largest_usage(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
     loop, no_loop = loop_of(system.law, largest.peak_torque, project.rated_torque)
-    parametric, not_searched = parametric_of(system, limits)
+    parametric, not_searched = _parametric_of(system, limits)
     followed = project.train or project.whole if exact.curve.beat else None if curve is None else train
     subject = Subject(system, followed, limits, project)
     motor = _asked_of_motor(drive, by_load, study)
@@ -212,7 +126,7 @@ def analyze(
     answers = verdict.answer, *(row.answer for row in postures)
     verdict = replace(verdict, answer=max(answers, key=list(Answer).index))
     progress("the move of the file", 0.97)
-    moved, unmoved = move_of(project)
+    moved, unmoved = _move_of(project)
     if moved is not None and moved.failures:
         verdict = replace(verdict, answer=Answer.NOT)
     return Analysis(
@@ -292,9 +206,11 @@ def _resonances(
     progress("resonances by multiple scales", 0.2)
     all_regimes = regimes(system, point, limits)
     close = {}
-    for narrow in (regime for regime in all_regimes if _narrow(regime, exact)):
+    for narrow in (regime for regime in all_regimes if is_narrow(regime, exact)):
         progress(f"response curve around the {narrow.name}", 0.3)
-        close[narrow.resonance] = exact_response(system, narrow.band(), FINE_POINTS, coexisting=searched(system.law))
+        close[narrow.resonance] = exact_response(
+            system, narrow.band(), FINE_POINTS, coexisting=seeks_coexisting(system.law)
+        )
     return with_tops(all_regimes, system, exact, close), close
 
 
@@ -317,8 +233,8 @@ def _whole_train(
     """The whole drive train beside its error equation."""
     progress("whole drive train", 0.8)
     study = train_study(
-        train, system, project.speeds.limits, project.train_response(), exact, point, single, project.gear,
-        lambda part: progress(f"whole drive train: {part}", 0.85),
+        train, system, project.speeds.limits, project.train_response(), exact, point, single=single, gear=project.gear,
+        progress=lambda part: progress(f"whole drive train: {part}", 0.85),
     )  # fmt: skip
     progress("standstill", 0.88)
     resting = standing(project)
@@ -388,9 +304,21 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
     return StabilityProof.refused(system, point.mean_torque, obstacle)
 
 
-def _narrow(regime: Regime, exact: DriveResponse) -> bool:
-    """True if a resonance of the main branch has too few points of the response curve in its band."""
-    if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
-        return False
-    low, high = regime.band()
-    return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST_POINTS
+def _parametric_of(system: Any, speeds: tuple[float, float]) -> tuple[tuple[ParametricResonance, ...], list[str]]:
+    """Parametric resonances of a stiffness that varies, in a range of speeds [rad/s], or why none are searched for."""
+    if not isinstance(system, VaryingOscillator):
+        return (), []
+    try:
+        return tuple(parametric_resonances(system, speeds)), []
+    except ValueError as error:
+        return (), [Sentence("Parametric resonances are not searched for: {}.", error)]
+
+
+def _move_of(project: Project) -> tuple[Move | None, list[str]]:
+    """The move that the file of a project asks for, or why it is not computed."""
+    if project.move is None or not project.move.profile:
+        return None, []
+    try:
+        return move(project), []
+    except (ValueError, SolveError) as error:
+        return None, [Sentence("The move of the file is not computed: {}.", error)]

@@ -7,7 +7,7 @@ is that of harmonic balance.
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -163,14 +163,11 @@ def hardening(
         raise ValueError(f"speeds are {shown(speeds)}; they must lie inside the range, {lo:g} to {hi:g} rad/s")
     curves = response_family(system, (lo, hi), {"law.alpha": coefficients}, harmonics=harmonics, points=POINTS)
     members = [replace(system, {"law.alpha": float(a)}) for a in coefficients]
-    rows = [_row(*both, order, omega_0) for both in zip(members, curves, strict=True)]
-    at_duty = [
-        [_at(member._replace(omega=float(w)), curve) for w in duty]
-        for member, curve in zip(members, curves, strict=True)
-    ]
-    peak, at_peak, third, at_third, low, high, inside = map(np.array, zip(*rows, strict=True))
-    settled = np.array(at_duty).reshape(len(coefficients), len(duty))
-    return Hardening(coefficients, peak, at_peak, third, at_third, low, high, inside, duty, settled)
+    pairs = list(zip(members, curves, strict=True))
+    columns = CurveFigures(*map(np.array, zip(*(_figures(*pair, order, omega_0) for pair in pairs), strict=True)))
+    at_duty = [[_oscillation_at(member._replace(omega=float(w)), curve) for w in duty] for member, curve in pairs]
+    sizes = np.array(at_duty).reshape(len(coefficients), len(duty))
+    return Hardening(coefficients, *columns, speeds=duty, at_speeds=sizes)
 
 
 def _cubic(system: Any) -> tuple[Any, int, float]:
@@ -188,10 +185,20 @@ def _cubic(system: Any) -> tuple[Any, int, float]:
     return system, int(orders[0]), float(np.sqrt(system.law.K / system.J))
 
 
-def _row(
-    system: Any, curve: Branch, order: int, omega_0: float
-) -> tuple[float, float, float, float, float, float, bool]:
-    """Peak and its speed, superharmonic and its speed, ends of the widest band, whether the peak is inside."""
+class CurveFigures(NamedTuple):
+    """Numbers of one curve, or an array of them of several: the fields of `Hardening`."""
+
+    peak: Any
+    peak_speed: Any
+    superharmonic: Any
+    superharmonic_speed: Any
+    jump_low: Any
+    jump_high: Any
+    inside: Any
+
+
+def _figures(system: Any, curve: Branch, order: int, omega_0: float) -> CurveFigures:
+    """Numbers of the response curve with one coefficient."""
     if not curve.stable.any():
         raise SolveError(f"the response has no stable motion: {curve.message}; give the drive damping")
     sweep, sizes = jumps(curve), np.where(curve.stable & curve.inside, curve.oscillation, 0.0)
@@ -199,10 +206,11 @@ def _row(
     widest = max(sweep.bands, key=lambda band: band.high - band.low, default=None)
     low, high = (curve.omega[top],) * 2 if widest is None else (widest.low, widest.high)
     inside = bool(curve.status.found and curve.omega[top] not in curve.span)
-    return sizes[top], curve.omega[top], *_third(system, curve, order, omega_0), low, high, inside
+    third = _superharmonic(system, curve, order, omega_0)
+    return CurveFigures(sizes[top], curve.omega[top], *third, low, high, inside)
 
 
-def _third(system: Any, curve: Branch, order: int, omega_0: float) -> tuple[float, float]:
+def _superharmonic(system: Any, curve: Branch, order: int, omega_0: float) -> tuple[float, float]:
     """Largest stable component [rad] at three times the order near its resonance, and its speed [rad/s].
 
     That resonance may be narrower than the distance of two points: its crest is sought between their neighbours.
@@ -224,7 +232,7 @@ def _third(system: Any, curve: Branch, order: int, omega_0: float) -> tuple[floa
     return max((size, speed), (-float(best.fun), float(best.x)))
 
 
-def _at(system: Any, curve: Branch) -> float:
+def _oscillation_at(system: Any, curve: Branch) -> float:
     """Largest oscillation [rad] of the stable motions of a curve at the system's speed."""
     sizes = []
     for i, j in pairwise(range(len(curve.omega))):

@@ -39,7 +39,7 @@ from ...numerics.curves.parameter_response import apart_from_shorter, between, b
 from ...numerics.curves.response import frequency_response
 from ...theory.resonance import SUBHARMONIC, Resonance
 from ...theory.slow_flow.flow import slow_flow
-from ..speed_map.search import crossings
+from ..speed_map.search import amplitudes_at
 
 REACH = 3.0  # a loop may leave the range by this factor and is still followed until it closes
 MOST_TAIL = 1e-4  # tail of a settled motion at which harmonic balance takes it up; the branch then takes more
@@ -50,7 +50,7 @@ PER_OCTAVE, FEWEST_SPEEDS, MOST_SPEEDS = 8, 8, 4096
 PHASES = 8
 
 
-def takes(point: Floats, period: int) -> bool:
+def has_period(point: Floats, period: int) -> bool:
     """True if an orbit takes `period` turns and no fewer: more than rounding beside the harmonics of fewer."""
     size = float(np.linalg.norm(point[:-1]))
     multiples = (period // n for n in range(1, period) if period % n == 0)
@@ -58,7 +58,7 @@ def takes(point: Floats, period: int) -> bool:
     return all(np.linalg.norm(part) > 1e-6 * size for part in parts)
 
 
-def lies_on(problem: Any, point: Floats, branch: Branch) -> bool:
+def is_on_branch(problem: Any, point: Floats, branch: Branch) -> bool:
     """True if an orbit, or a copy of it, is on a branch: the same motion at its frequency."""
     omega = float(point[-1])
     side, stretch = branch.omega - omega, problem.turns // branch.period
@@ -125,7 +125,7 @@ def free_seeds(problem: Any, resonance: Resonance, grid: Floats) -> Iterator[tup
         problem.system, size * np.geomspace(1e-2, 1e2, 41), harmonics=max(7, highest_order(problem.system))
     )
     for omega in grid.tolist():
-        for a in crossings((curve.amplitude, curve.omega), resonance.p * omega / resonance.q):
+        for a in amplitudes_at((curve.amplitude, curve.omega), resonance.p * omega / resonance.q):
             for phase in 2.0 * np.pi * np.arange(PHASES) / PHASES:
                 origin = (
                     f"seeded by the free vibration of {resonance.p}/{resonance.q} of omega = {omega:.6g} rad/s, "
@@ -232,10 +232,10 @@ def isolas(
         _settled_points(problem, search, harmonics, lost),
     )
     for balance, point, origin in seeds:
-        if not takes(point, period) or any(lies_on(balance, point, branch) for branch in branches):
+        if not has_period(point, period) or any(is_on_branch(balance, point, branch) for branch in branches):
             continue
-        branch = _followed(balance, point, lo, hi, harmonics, 4.0 / points, origin)
-        if not any(lies_on(balance, probe, other) for other in branches for probe in _probes(balance, branch)):
+        branch = _follow_branch(balance, point, lo, hi, harmonics, 4.0 / points, origin)
+        if not any(is_on_branch(balance, probe, other) for other in branches for probe in _probes(balance, branch)):
             branches.append(branch)
     return Isolas(branches[main:], _sentence(search, period, len(branches) - main, lost))
 
@@ -318,13 +318,13 @@ def _turns(number: int) -> str:
     return f"{number} turn" if number == 1 else f"{number} turns"
 
 
-def _followed(
+def _follow_branch(
     problem: Balance, point: Floats, lo: float, hi: float, harmonics: int | None, step: float, origin: str
 ) -> Branch:
     """Follow a branch through a point with as many harmonics as it needs, or as many as its orbit is found with."""
     best: tuple[Trace, list[float], Tail] | None = None
 
-    def followed(h: int, _: float) -> tuple[tuple[Trace, list[float], Tail], float]:
+    def follow(h: int, _: float) -> tuple[tuple[Trace, list[float], Tail], float]:
         nonlocal problem, point, best
         if best is not None:
             finer = second_order(problem.system, problem.leaf, problem.omega_leaf, h, problem.turns)
@@ -333,14 +333,14 @@ def _followed(
                 return best, 0.0
             problem, point = finer, better
         for share in STEP_SHARES:
-            trace, born = _around(problem, point, lo, hi, share * step)
+            trace, born = _follow_both_ways(problem, point, lo, hi, share * step)
             if not _turns_back(trace):
                 break
         best = trace, born, tail_along(problem, trace.points, np.inf)
         return best, best[-1].worst
 
     h = problem.harmonics()
-    trace, born, tail = grown(followed, h, MOST_HARMONICS if harmonics is None else h, CURVE)
+    trace, born, tail = grown(follow, h, MOST_HARMONICS if harmonics is None else h, CURVE)
     trace, omega = _with_set_speed(problem, trace), trace.points[:, -1]
     if born:
         places = " and ".join(f"{end:.6g}" for end in born)
@@ -351,7 +351,7 @@ def _followed(
     return describe(problem, "omega", trace, tail, origin)
 
 
-def _around(problem: Any, point: Floats, lo: float, hi: float, step: float) -> tuple[Trace, list[float]]:
+def _follow_both_ways(problem: Any, point: Floats, lo: float, hi: float, step: float) -> tuple[Trace, list[float]]:
     """The branch through a point: all of it where it closes or ends at orbits of one turn, else what the range has.
 
     And where [rad/s] it ends at orbits of one turn. A trace would go on there through the same orbits, shifted by one

@@ -7,11 +7,11 @@ import numpy as np
 
 from ...drive.drive_response import DriveResponse
 from ...drive.project import Project
-from ..speed_map.avoid import Avoid, avoided
-from ..speed_map.bands import Motions
+from ..speed_map.avoid import Avoid, avoid_in_bands
 from ..speed_map.decide import Decision
 from ..speed_map.intervals import Span, complement, merged
-from ..speed_map.motions import OMEGA, OSCILLATION, UnderLoad
+from ..speed_map.motions import OMEGA, OSCILLATION, LoadMotions
+from ..speed_map.size_curve import SizeCurve
 
 
 class AtTorque(NamedTuple):
@@ -26,7 +26,7 @@ class AtTorque(NamedTuple):
     avoid : Avoid or None
         What its motions say; None where none is stable.
     bands : tuple of (float, float)
-        Span to avoid [rad/s]: all of them where no motion is stable.
+        Speeds to avoid [rad/s]: all of them where no motion is stable.
     """
 
     torque: float
@@ -36,7 +36,7 @@ class AtTorque(NamedTuple):
 
     @property
     def unstable(self) -> tuple[Span, ...]:
-        """Span at which no motion is stable."""
+        """Speeds at which no motion is stable."""
         return self.bands if self.avoid is None else self.avoid.unstable
 
 
@@ -48,22 +48,22 @@ def load_cases(project: Project, decided: Decision) -> tuple[AtTorque, ...]:
         loaded, bands = decided.by_load[i], merged(decided.moving[i].forbidden.tolist())
         response = loaded.curves[0].response if loaded.curves else None
         drive = response or decided.projects[i].equation_response(coexisting=False)
-        avoid = avoided(drive, loaded.quasi_static, project.limit, bands) if response else None
+        avoid = avoid_in_bands(drive, loaded.quasi_static, project.limit, bands) if response else None
         cases.append(AtTorque(decided.load_cases[i].torque, drive, avoid, bands))
     return tuple(cases)
 
 
-def over_all(
-    drive: DriveResponse, decided: Decision, cases: tuple[AtTorque, ...], limit: float | None, passed: Motions | None
+def avoid_under_all(
+    drive: DriveResponse, decided: Decision, cases: tuple[AtTorque, ...], limit: float | None, passed: SizeCurve | None
 ) -> Avoid | None:  # fmt: skip
-    """Span to avoid under every torque of the file's load, by the motions alone; None where none is stable.
+    """Speeds to avoid under every torque of the file's load, by the motions alone; None where none is stable.
 
     `drive` is its curve under the mean torque; largest and peaks are those of all torques. `passed` are the motions of
     a run-up that has torques which the curve has not.
     """
     by_load = [decided.by_load[i] for i in decided.of_file]
     bands = merged(complement(decided.quiet, decided.span).tolist())
-    alone = avoided(drive, by_load[0].quasi_static, limit, bands, passed)
+    alone = avoid_in_bands(drive, by_load[0].quasi_static, limit, bands, passed)
     avoids = [avoid for avoid in (alone, *(case.avoid for case in cases)) if avoid is not None]
     if not avoids or not any(one.curves for one in by_load):
         return None
@@ -75,7 +75,7 @@ def over_all(
     )  # fmt: skip
 
 
-def _apart(by_load: list[UnderLoad]) -> tuple[float, float] | None:
+def _apart(by_load: list[LoadMotions]) -> tuple[float, float] | None:
     """Speed [rad/s] and oscillation [rad] of the largest motion that no main curve has."""
     rows = [run[np.argmax(run[:, OSCILLATION])] for one in by_load for curve in one.curves[1:] for run in curve.runs]
     sizes = [(float(row[OMEGA]), float(row[OSCILLATION])) for row in rows]
@@ -83,6 +83,6 @@ def _apart(by_load: list[UnderLoad]) -> tuple[float, float] | None:
     return max(sizes, key=lambda pair: pair[1], default=None)
 
 
-def worst_of(cases: tuple[AtTorque, ...]) -> AtTorque | None:
+def largest_case(cases: tuple[AtTorque, ...]) -> AtTorque | None:
     """The case with the largest oscillation; None where there are none."""
     return max(cases, key=lambda case: 0.0 if case.avoid is None else case.avoid.largest, default=None)

@@ -1,4 +1,4 @@
-"""Remedies: the peak of the error computed again with one number changed at a time.
+"""`remedies`: the peak of the error computed again with one number changed at a time.
 
 A thing is changed by 10 %, and by 30 % where that changes the oscillation by less than 1 %; of two directions the one
 that helps is kept. A line that is cancelled and another gear of the catalogue are changes of their own.
@@ -26,8 +26,8 @@ from ...model.gears import catalogue
 from ...model.gears.gear import Gear
 from ...model.orders import order_pair
 from ..speed_map.avoid import Avoid
-from .knobs import DAMPING, Knob, Subject, knobs
-from .load_cases import AtTorque, worst_of
+from .design_variables import DAMPING, DesignVariable, Subject, design_variables
+from .load_cases import AtTorque, largest_case
 
 CANCELLED = -1.0  # share of a line that nothing excites any more: it helps by definition, and is told apart
 NO_EFFECT = 0.005  # relative change that is called none
@@ -40,13 +40,13 @@ LOST_SHARE = 0.99  # of the largest oscillation: less than this without coexisti
 PEAK_SHIFT, PEAK_FALL = 0.1, 0.7  # relative change of the peak's speed, and the peak over that before: beyond, likewise
 
 
-def other_gears(subject: Subject) -> Iterator[Knob]:
+def other_gears(subject: Subject) -> Iterator[DesignVariable]:
     """The neighbours of a drive's gear in the catalogue, each as one change."""
     project = subject.project
     if project is None or project.gear is None:
         return
     for what, gear in neighbours(project.gear):
-        yield Knob(what, 0.0, gear.name, partial(with_gear, subject, project, gear), (1.0,), (0.0,))
+        yield DesignVariable(what, 0.0, gear.name, partial(with_gear, subject, project, gear), (1.0,), (0.0,))
 
 
 def neighbours(gear: Gear) -> list[tuple[str, Gear]]:
@@ -78,7 +78,7 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
     ratio = float(gear.ratio) if project.arrangement is None else abs(float(project.arrangement.ratio(gear.ratio)))
     faster = ratio / drive.N if by_motor else 1.0
     low, high = faster * subject.speeds[0], faster * subject.speeds[1]
-    if not _holds(drive.law, old.law):
+    if not _contains(drive.law, old.law):
         return "the drive has another law than the catalogue's"
     if by_motor and gear.max_speed is not None and high > gear.max_speed:
         return f"its input may turn at {gear.max_rpm:g} rpm at most"
@@ -87,35 +87,35 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
         J_m += gear.input_inertia - old.input_inertia
     if not J_m > 0.0:
         return "the motor's inertia is less than that of its gear's wave generator"
-    swap = drive._replace(J_m=J_m, N=ratio, law=swapped(drive.law, old.law, gear.law))
+    swap = drive._replace(J_m=J_m, N=ratio, law=with_part_swapped(drive.law, old.law, gear.law))
     inertia, before = (swap.J, drive.J) if project.motor == "free" else (swap.J_l, drive.J_l)
     other = swap._replace(B=drive.B * sqrt(gear.law.K1 / old.law.K1 * inertia / before))
     changed = subject.of_drive(other)._replace(speeds=(low, high))
     if subject.train is not None:
         train = subject.train._replace(N=ratio, B=other.B, law=other.law)
         changed = changed._replace(train=train.with_motor(J=J_m))  # its loop keeps its gains
-    error = _error_of(subject.model.error, old, gear, drive.N, ratio)
-    return changed.having(changed.model._replace(error=error))
+    error = _error_with_gear(subject.model.error, old, gear, drive.N, ratio)
+    return changed.with_model(changed.model._replace(error=error))
 
 
-def _holds(law: Law, part: Any) -> bool:
+def _contains(law: Law, part: Any) -> bool:
     """True if a law is another one, or made of it."""
     if type(law) is type(part) and law == part:
         return True
-    return isinstance(law, tuple) and any(_holds(item, part) for item in law)
+    return isinstance(law, tuple) and any(_contains(item, part) for item in law)
 
 
-def swapped(law: Law, old: Any, new: Any) -> Any:
+def with_part_swapped(law: Law, old: Any, new: Any) -> Any:
     """A law with another one in the place of one of its parts."""
     if type(law) is type(old) and law == old:
         return new
     parts: Any = law
     if not hasattr(law, "_fields"):
         return law
-    return parts._replace(**{name: swapped(part, old, new) for name, part in parts._asdict().items()})
+    return parts._replace(**{name: with_part_swapped(part, old, new) for name, part in parts._asdict().items()})
 
 
-def _error_of(error: Any, old: Gear, gear: Gear, before: float, ratio: float) -> Any:
+def _error_with_gear(error: Any, old: Gear, gear: Gear, before: float, ratio: float) -> Any:
     """The same kinematic error, or that of the new gear's accuracy class where it was that of the old one's.
 
     Lines of the output's turn keep their repeats in it: their orders follow from the ratio, which was another `before`.
@@ -192,13 +192,13 @@ class Remedy:
 
 
 def with_other_damping(subject: Subject, drive: DriveResponse, avoid: Avoid) -> tuple[Remedy, ...]:
-    """The largest oscillation with less and with more damping of the gear (`DOUBT`); empty where it has none."""
+    """The largest oscillation with less and with more damping (`DAMPING_DOUBT`); empty of a gear without damping."""
     trial = Trial.of(subject, drive, avoid)
-    knob = next((k for k in every_knob(subject, drive, 0.0) if k.what == DAMPING), None)
-    if trial is None or knob is None:
+    variable = next((k for k in every_variable(subject, drive, 0.0) if k.what == DAMPING), None)
+    if trial is None or variable is None:
         return ()
-    changed = [(share, knob.turned(share)) for share in DAMPING_DOUBT]
-    tried = [trial.remedy(knob, share, other) for share, other in changed if not isinstance(other, str)]
+    changed = [(share, variable.changed_by(share)) for share in DAMPING_DOUBT]
+    tried = [trial.remedy(variable, share, other) for share, other in changed if not isinstance(other, str)]
     return tuple(remedy for remedy in tried if remedy is not None)
 
 
@@ -206,7 +206,7 @@ def at_worst(
     subject: Subject, drive: DriveResponse, avoid: Avoid, cases: tuple[AtTorque, ...]
 ) -> tuple[Subject, DriveResponse, Avoid]:
     """The drive under the load torque of the largest oscillation; as it is where the load has one torque."""
-    worst = worst_of(cases)
+    worst = largest_case(cases)
     if worst is None:
         return subject, drive, avoid
     return under(subject, worst.torque), worst.drive, worst.avoid or avoid
@@ -256,13 +256,13 @@ def remedies(
         return (), ("what would help: the peak is not found again",)
     allowance = Allowance.of(subject, drives)
     helpful, left, late = [], [], []
-    for knob in every_knob(subject, response, torque):
+    for variable in every_variable(subject, response, torque):
         if allowance.left <= 0:
-            late.append(knob.what)
+            late.append(variable.what)
             continue
-        best, why = trial.best(knob, progress, allowance)
+        best, why = trial.best(variable, progress, allowance)
         if best is None:
-            left.append(f"{knob.what}: {why}")
+            left.append(f"{variable.what}: {why}")
         else:
             helpful.append(best)
     if late:
@@ -270,15 +270,15 @@ def remedies(
     return tuple(sorted(helpful, key=lambda remedy: remedy.ratio)), tuple(left)
 
 
-def every_knob(subject: Subject, response: DriveResponse, torque: float) -> Iterator[Knob]:
+def every_variable(subject: Subject, response: DriveResponse, torque: float) -> Iterator[DesignVariable]:
     """Everything that can be turned or exchanged on a drive with that curve and largest torque [N*m] in the gear."""
     top = response.largest_oscillation()
     waves: Any = response.curve if response.curve.waves is None else response.curve.waves
 
-    def in_a_turn(order: float) -> float:  # of the motor: a wave of the output's turn drifts a little
+    def amplitude_in_turn(order: float) -> float:  # of the motor: a wave of the output's turn drifts a little
         return float(waves.amplitude(order)[top]) * sin(pi * min(order, 0.5))
 
-    return chain(other_gears(subject), knobs(subject, in_a_turn, torque))
+    return chain(other_gears(subject), design_variables(subject, amplitude_in_turn, torque))
 
 
 @dataclass
@@ -302,10 +302,28 @@ class Allowance:
 
 @dataclass(frozen=True)
 class Trial:
-    """Method by which changed drives are followed, and the largest oscillation without a change."""
+    """Method by which changed drives are followed, and the largest oscillation without a change.
+
+    Attributes
+    ----------
+    speeds : (float, float)
+        Range of the speed [rad/s] through which they are followed.
+    harmonics : int
+        Of the curve.
+    coexisting : bool
+        Whether coexisting motions are looked for.
+    pairs : tuple of (int, int)
+        Waves of motions that beat; empty of others.
+    before : (float, float)
+        Speed [rad/s] and size [rad] of the largest oscillation without a change.
+    avoid : Avoid
+        Speeds to avoid without a change.
+    """
 
     speeds: tuple[float, float]
-    how: tuple[int, bool, Any]
+    harmonics: int
+    coexisting: bool
+    pairs: tuple[tuple[int, int], ...]
     before: tuple[float, float]
     avoid: Avoid
 
@@ -318,30 +336,29 @@ class Trial:
         harmonics = response.curve.coefficients.shape[1] // 2
         same, waves = subject._replace(speeds=speeds), response.curve.waves
         if waves is not None:  # of motions that beat one curve is followed, and this is it
-            return cls(
-                speeds, (harmonics, True, tuple(map(tuple, waves.pairs[1:].tolist()))), (avoid.at, avoid.largest), avoid
-            )
+            pairs = tuple(map(tuple, waves.pairs[1:].tolist()))
+            return cls(speeds, harmonics, True, pairs, (avoid.at, avoid.largest), avoid)
         for coexisting in (bool(response.curve.elsewhere), True):
             before = same.largest(harmonics, coexisting, ())
             if before is not None and (coexisting or before[1] > LOST_SHARE * avoid.largest):
-                return cls(speeds, (harmonics, coexisting, ()), before, avoid)
+                return cls(speeds, harmonics, coexisting, (), before, avoid)
         return None
 
     def best(
-        self, knob: Knob, progress: Callable[[str], None], allowance: Allowance
+        self, variable: DesignVariable, progress: Callable[[str], None], allowance: Allowance
     ) -> tuple[Remedy | None, str]:  # fmt: skip
         """The most helpful change of one thing, which is finished once it is begun; without one, why."""
         tried, reason = [], ""
-        for sign in knob.signs:
-            for size in knob.changes:
+        for sign in variable.signs:
+            for size in variable.changes:
                 share = sign * size
-                progress(f"{knob.what}, {share:+.0%}" if share else knob.what)
-                changed = knob.turned(share)
+                progress(f"{variable.what}, {share:+.0%}" if share else variable.what)
+                changed = variable.changed_by(share)
                 if isinstance(changed, str):
                     reason = changed
                     break
                 allowance.take()
-                remedy = self.remedy(knob, share, changed)
+                remedy = self.remedy(variable, share, changed)
                 if remedy is None:
                     reason = "no steady motion was found with the change"
                     break
@@ -358,14 +375,13 @@ class Trial:
         Coexisting motions are looked for where the peak has left its place or has fallen by more than 30 %: a
         change that moves a fold out of the range of speeds leaves a curve that never meets the large motion.
         """
-        harmonics, coexisting, pairs = self.how
-        top = changed.largest(*self.how)
-        if top is None or coexisting:
+        top = changed.largest(self.harmonics, self.coexisting, self.pairs)
+        if top is None or self.coexisting:
             return top
         moved = abs(top[0] / self.before[0] - 1.0) > PEAK_SHIFT or top[1] < PEAK_FALL * self.before[1]
-        return changed.largest(harmonics, True, pairs) if moved else top
+        return changed.largest(self.harmonics, True, self.pairs) if moved else top
 
-    def remedy(self, knob: Knob, share: float, changed: Subject) -> Remedy | None:
+    def remedy(self, variable: DesignVariable, share: float, changed: Subject) -> Remedy | None:
         """Effect of a change of one number by a share; None where no steady motion is found with it."""
         try:
             after = self.largest(changed if share == 0.0 else changed._replace(speeds=self.speeds))
@@ -374,13 +390,13 @@ class Trial:
         if after is None:
             return None
         ratio, limit = after[1] / self.before[1], self.avoid.limit
-        step = share * knob.by if knob.by else 0.0
+        step = share * variable.by if variable.by else 0.0
         size = ratio * self.avoid.largest
         exceeds = None if limit is None or MARGIN * limit < size <= limit else size > limit
-        remedy = Remedy(knob.what, 0.0 if step else share, step, ratio, after[0], exceeds=exceeds)
+        remedy = Remedy(variable.what, 0.0 if step else share, step, ratio, after[0], exceeds=exceeds)
         if share == 0.0:
-            return replace(remedy, gear=knob.unit)
-        if not step and not knob.value:  # a stiffness of nothing at rest, with backlash
+            return replace(remedy, gear=variable.unit)
+        if not step and not variable.value:  # a stiffness of nothing at rest, with backlash
             return remedy
-        value = knob.value + step if step else (1.0 + share) * knob.value
-        return replace(remedy, before=knob.value, after=value, unit=knob.unit)
+        value = variable.value + step if step else (1.0 + share) * variable.value
+        return replace(remedy, before=variable.value, after=value, unit=variable.unit)

@@ -23,10 +23,10 @@ from ...drive.steady import drive_curve
 from ...model.excitation import mean_torque
 from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
+from ..speed_map.error_equation import OperatingPoint
 from ..speed_map.intervals import Span
 from ..speed_map.ramp import Ramp, ramp_of
-from ..speed_map.resonances import OperatingPoint
-from .in_time import DriveMotion, train_motion
+from .time_domain.drive_motion import DriveMotion, train_motion
 
 FREQUENCIES, MOST_HARMONICS = 240, 31
 SPEED_GAP = 1e-3  # relative difference of speeds that are looked at once
@@ -94,7 +94,7 @@ class TrainStudy:
     speed : float
         Motor speed [rad/s] of the largest error, at which it is linearised.
     bode : Bode
-        Span of motor and load over a torque, linear, about that state.
+        Speeds of motor and load over a torque, linear, about that state.
     omega, whole, reduced : (n,) arrays
         Motor speeds [rad/s] where they are compared; largest |error| [rad] of the train on a slow run-up (of a free one
         without a curve |x| across the gear), and |x| of the error equation; nan where there is no motion. Empty where
@@ -148,6 +148,7 @@ def train_study(
     curve: DriveResponse | None,
     exact: DriveResponse,
     point: OperatingPoint,
+    *,
     single: tuple[float, ...] = (),
     gear: Gear | None = None,
     progress: Callable[[str], None] = silent,
@@ -165,7 +166,7 @@ def train_study(
     exact, point : DriveResponse, OperatingPoint
         Response of the error equation over the range, and its equilibrium.
     single : tuple of float
-        Span [rad/s] at which the train is shown in time.
+        Speeds [rad/s] at which the train is shown in time.
     gear : Gear, optional
         Record whose limits the run-up is compared with.
     progress : callable
@@ -173,7 +174,8 @@ def train_study(
     """
     low, high = speeds
     top = max(1, *system.orders()) if system.orders() else 1
-    worst, highest = _loudest(exact, speeds), high if curve is None else _loudest(curve, speeds)
+    worst = _speed_of_largest(exact, speeds)
+    highest = high if curve is None else _speed_of_largest(curve, speeds)
     speed = worst if curve is None else highest
     progress("modes and Bode plot")
     state, remarks = _operating_state(train, speed, (point.x, *point.z))
@@ -209,21 +211,24 @@ def train_study(
             )
     if curve is not None:
         probes = np.unique([low, *([worst] if abs(worst / highest - 1.0) > SPEED_GAP else []), highest, high])
-        peaks, reduced = along(curve, probes), along(exact, probes)
+        peaks, reduced = peaks_at(curve, probes), peaks_at(exact, probes)
     progress("single speeds in time")
-    motions = tuple(_motion(train, omega) for omega in single)
-    return TrainStudy(train, curve, state, speed, plot, probes, peaks, reduced, ramp, left_out, motions, tuple(remarks))
+    motions = tuple(_motion_at(train, omega) for omega in single)
+    return TrainStudy(
+        train=train, curve=curve, state=state, speed=speed, bode=plot, omega=probes, whole=peaks, reduced=reduced,
+        ramp=ramp, left_out=left_out, motions=motions, remarks=tuple(remarks),
+    )  # fmt: skip
 
 
-def _motion(train: DriveTrain, omega: float) -> DriveMotion | None:
-    """Its motion at a speed [rad/s]; None where its law cannot carry the torque, or nothing holds its speed."""
+def _motion_at(train: DriveTrain, omega: float) -> DriveMotion | None:
+    """Motion of a train at a speed [rad/s]; None where its law cannot carry the torque, or nothing holds its speed."""
     try:
         return train_motion(train, omega, mean_torque(train.load.end().excitation))
     except SolveError:
         return None
 
 
-def along(response: DriveResponse, omega: Floats) -> Floats:
+def peaks_at(response: DriveResponse, omega: Floats) -> Floats:
     """Largest |x| [rad] that a slow run-up meets at speeds [rad/s]; nan beyond it."""
     if response.sweep is None:
         return np.full(len(omega), np.nan)
@@ -233,7 +238,8 @@ def along(response: DriveResponse, omega: Floats) -> Floats:
     return np.asarray(np.interp(omega, speeds, peak, left=np.nan, right=np.nan))
 
 
-def _loudest(response: DriveResponse, speeds: tuple[float, float]) -> float:
+def _speed_of_largest(response: DriveResponse, speeds: tuple[float, float]) -> float:
+    """Speed [rad/s] of the largest error of a response; the highest one where it has none."""
     top = response.largest()
     return speeds[1] if top is None else float(np.clip(response.curve.omega[top], *speeds))
 
@@ -248,4 +254,5 @@ def _operating_state(train: DriveTrain, speed: float, twist: tuple[float, ...]) 
 
 
 def _torques(train: DriveTrain) -> tuple[Any, Any]:
+    """Torques on motor and load."""
     return train.motor.excitation, train.load.end().excitation

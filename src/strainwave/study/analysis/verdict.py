@@ -23,13 +23,13 @@ from ...drive.postures import titled
 from ...drive.project import Project
 from ...model.gears.limits import Finding, gravest
 from ..speed_map.avoid import Avoid, out_of_reach, sees_load, speeds_to_avoid
+from ..speed_map.error_equation import operating_point
 from ..speed_map.intervals import Span, between, merged
 from ..speed_map.ratings import with_ratings
-from ..speed_map.resonances import operating_point
 from ..speed_map.rules import bands_of, beyond_sheet, rules_of
-from ..speed_map.under_load import of_curve
-from .knobs import Knob, Subject
-from .remedies import MARGIN, Allowance, Remedy, Trial, every_knob
+from ..speed_map.under_load import motions_of_curve
+from .design_variables import DesignVariable, Subject
+from .remedies import MARGIN, Allowance, Remedy, Trial, every_variable
 
 TIE_RATIO = 1.001  # relative difference of two largest errors below which the steady one is named
 
@@ -51,7 +51,7 @@ class Verdict:
     answer : Answer
         `BUT` where everything that is wrong is wrong at `speeds` alone.
     speeds : tuple of (float, float)
-        Span of the base angle [rad/s] to keep out of: those to avoid, and those where a limit of the gear or the
+        Speeds of the base angle [rad/s] to keep out of: those to avoid, and those where a limit of the gear or the
         motor is passed.
     allowed : tuple of (float, float)
         The others of the range [rad/s].
@@ -82,7 +82,7 @@ def verdict_of(
     speeds : (float, float)
         Range of the base-angle speed [rad/s].
     bands : tuple of (float, float)
-        Span that are forbidden under any load.
+        Speeds that are forbidden under any load.
     avoid : Avoid or None
         Those of them that its motions forbid; None where no motion is stable.
     usage : Usage
@@ -123,7 +123,7 @@ class Judged(NamedTuple):
         Whether the drive passes; None where the project has no limit of the oscillation and fails by nothing else, and
         where other torques of its load have curves of their own.
     avoid : Avoid or None
-        Span to avoid for the oscillation alone.
+        Speeds to avoid for the oscillation alone.
     used, motor : Usage, MotorUse or None
         What gear and motor must take, and at least what every torque on the load takes at steady speed.
     findings : tuple of Finding
@@ -161,7 +161,7 @@ class Judged(NamedTuple):
     def failures(self) -> tuple[str, ...]:
         """Limits of the oscillation, the gear and the motor by which the drive fails, one out of reach, and jumps."""
         jumps = "The motion jumps on a slow run-up or run-down." if self.jumps else ""
-        over = "" if self.fails or self.avoid is None else _over(self.avoid)
+        over = "" if self.fails or self.avoid is None else _above_limit(self.avoid)
         texts = self.verdict.fault, self.below if self.fails else over, jumps, self.leaves
         return (*filter(None, texts), *(finding.sentence for finding in gravest(self.findings) if finding.fails))
 
@@ -186,15 +186,18 @@ def judged(project: Project, response: DriveResponse) -> Judged:
         passes = False if verdict.fault or verdict.exceeded or avoid is None or avoid.unstable else None
     jumps = project.limit is not None and response.sweep is not None and bool(response.sweep.jumping)
     passes = passes if loads[0] == loads[1] or not passes else None
-    leaves = "" if avoid is None else _left(project, avoid.unstable)
+    leaves = "" if avoid is None else _unstable_sentence(project, avoid.unstable)
     reason = "" if avoid is None else out_of_reach(avoid.limit, avoid.slow, project.train)
     below = f"{reason[0].upper()}{reason[1:]}." if reason else ""
     fails = bool(below) and verdict.answer is not Answer.ALL_RIGHT and not sees_load(project.train)
-    return Judged(verdict, passes, avoid, usage, motor, findings, jumps, response.status.found, leaves, below, fails)
+    return Judged(
+        verdict, passes, avoid, usage, motor, findings, jumps=jumps, whole=response.status.found, leaves=leaves,
+        below=below, fails=fails,
+    )  # fmt: skip
 
 
 def _bands(project: Project, response: DriveResponse, need: Need | None) -> tuple[Avoid | None, tuple[Span, ...]]:
-    """Span that the motions of a curve forbid, and the same with the limits of gear and motor, which has a `need`.
+    """Speeds that the motions of a curve forbid, and the same with the limits of gear and motor, which has a `need`.
 
     None for a drive whose spring cannot hold its load, and where no motion is stable.
     """
@@ -206,12 +209,12 @@ def _bands(project: Project, response: DriveResponse, need: Need | None) -> tupl
     if avoid is None:
         return None, ()
     span = response.curve.span
-    rules, loaded = with_ratings(rules, project, span), of_curve(response, avoid.slow)
+    rules, loaded = with_ratings(rules, project, span), motions_of_curve(response, avoid.slow)
     bands = bands_of(loaded, rules, span, (), 0.0).forbidden.tolist()
     return avoid, merged([*map(tuple, bands), *beyond_sheet(() if need is None else (need,), rules.sheet)])
 
 
-def _over(avoid: Avoid) -> str:
+def _above_limit(avoid: Avoid) -> str:
     """The largest oscillation of a curve that is above its limit; "" within it."""
     if avoid.limit is None or avoid.largest <= avoid.limit:
         return ""
@@ -219,7 +222,7 @@ def _over(avoid: Avoid) -> str:
     return Sentence(text, Angle(avoid.largest), Speed(avoid.at, digits=5), Angle(avoid.limit))
 
 
-def _left(project: Project, bands: Sequence[Span]) -> str:
+def _unstable_sentence(project: Project, bands: Sequence[Span]) -> str:
     """Sentence on the speeds at which the motion of a curve is not stable; empty without bands."""
     speeds = project.speeds
     places = listed(f"{speeds.own(low):.5g} to {speeds.own(high):.5g}" for low, high in bands)
@@ -288,25 +291,26 @@ def smallest_change(
         return None
     allowance, limit = Allowance.of(subject), MARGIN * avoid.limit
     ratio = limit / avoid.largest
-    all_knobs = list(every_knob(subject, curve, torque))
+    all_variables = list(every_variable(subject, curve, torque))
     helpful = [remedy for remedy in tried if _stepwise(remedy) and remedy.ratio < HELP_RATIO]
     steps: list[Remedy] = []
     enough = sum(remedy.ratio <= ratio for remedy in helpful)
-    for remedy in sorted(helpful, key=lambda remedy: abs(_needed(remedy, ratio)))[: max(MOST_THINGS, enough)]:
+    for remedy in sorted(helpful, key=lambda remedy: abs(_needed_share(remedy, ratio)))[: max(MOST_THINGS, enough)]:
         least = -1.0 if any(other.what == remedy.what and other.share == -1.0 for other in tried) else LEAST_CHANGE
-        steps += _steps(trial, _knob_of(remedy, all_knobs), remedy, ratio, least, allowance)
+        steps += _steps(trial, _variable_of(remedy, all_variables), remedy, ratio, least, allowance)
     steps.sort(key=lambda remedy: (abs(remedy.share), remedy.ratio))
     steps += [remedy for remedy in tried if not _stepwise(remedy) and remedy.ratio <= ratio]
     others = [one for one in loaded if one.load_torque != subject.load_torque]
-    other_knobs = [list(every_knob(other, curve, torque)) for other in others]
+    other_variables = [list(every_variable(other, curve, torque)) for other in others]
     for remedy in steps:
-        if all(_within(limit, trial, _knob_of(remedy, knobs), remedy.share, allowance) for knobs in other_knobs):
+        same = [_variable_of(remedy, variables) for variables in other_variables]
+        if all(_keeps_limit(limit, trial, variable, remedy.share, allowance) for variable in same):
             return remedy
     return None
 
 
 def _steps(
-    trial: Trial, knob: Knob, tried: Remedy, ratio: float, least: float, allowance: Allowance
+    trial: Trial, variable: DesignVariable, tried: Remedy, ratio: float, least: float, allowance: Allowance
 ) -> list[Remedy]:  # fmt: skip
     """Computed steps of one thing that reach a relative oscillation, as long as drives may be followed.
 
@@ -316,24 +320,24 @@ def _steps(
     for _ in range(MOST_STEPS):
         reaches = min((abs(step.share) for step in steps if step.ratio <= ratio), default=inf)
         fails = max((size for step in steps if (size := abs(step.share)) < reaches), default=0.0)
-        share = copysign(_needed(steps[-1], ratio) if steps[-1].ratio < HELP_RATIO else 0.0, tried.share)
+        share = copysign(_needed_share(steps[-1], ratio) if steps[-1].ratio < HELP_RATIO else 0.0, tried.share)
         if isfinite(reaches) and not fails < abs(share) <= reaches:
             share = copysign(ceil(round(50.0 * (fails + reaches), 6)) / 100.0, share)
         if not least <= share <= MOST_CHANGE or share == -1.0 or any(share == remedy.share for remedy in steps):
             break
-        changed = knob.turned(share)
+        changed = variable.changed_by(share)
         if isinstance(changed, str) or not allowance.take():
             break
-        after = trial.remedy(knob, share, changed)
+        after = trial.remedy(variable, share, changed)
         if after is None or (after.ratio >= HELP_RATIO and not isfinite(reaches)):
             break
         steps.append(after)
     return [remedy for remedy in steps if remedy.ratio <= ratio]
 
 
-def _within(limit: float, trial: Trial, knob: Knob, share: float, allowance: Allowance) -> bool:
+def _keeps_limit(limit: float, trial: Trial, variable: DesignVariable, share: float, allowance: Allowance) -> bool:
     """True if a change keeps the oscillation [rad] under another load torque within a limit."""
-    changed = knob.turned(share)
+    changed = variable.changed_by(share)
     if isinstance(changed, str) or not allowance.take():
         return False
     try:
@@ -343,7 +347,7 @@ def _within(limit: float, trial: Trial, knob: Knob, share: float, allowance: All
     return top is not None and top[1] <= limit
 
 
-def _needed(remedy: Remedy, ratio: float) -> float:
+def _needed_share(remedy: Remedy, ratio: float) -> float:
     """Share, in whole percents, with which an oscillation that goes with a power of the thing reaches a ratio."""
     share = exp(min(log1p(remedy.share) * ln(ratio) / ln(remedy.ratio), 10.0)) - 1.0
     return copysign(ceil(round(100.0 * abs(share), 6)) / 100.0, share)
@@ -354,7 +358,7 @@ def _stepwise(remedy: Remedy) -> bool:
     return not remedy.by and remedy.share not in (0.0, -1.0)
 
 
-def _knob_of(remedy: Remedy, knobs: list[Knob]) -> Knob:
+def _variable_of(remedy: Remedy, design_variables: list[DesignVariable]) -> DesignVariable:
     """Number that a remedy has changed."""
     cancelled = remedy.share == -1.0
-    return next(k for k in knobs if k.what == remedy.what and (k.changes == (1.0,)) == cancelled)
+    return next(k for k in design_variables if k.what == remedy.what and (k.changes == (1.0,)) == cancelled)

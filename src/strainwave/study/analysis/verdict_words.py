@@ -98,7 +98,7 @@ def _passes(analysis: "Analysis", verdict: Verdict) -> str:
         faults.append(f"the oscillation{case} is {size} its limit")
     passed = gravest(verdict.exceeded)
     first = [finding for finding in passed if finding.limit not in words.MOTOR][:1]
-    faults += map(words.above, [*first, *(finding for finding in passed if finding.limit in words.MOTOR)])
+    faults += map(words.excess_text, [*first, *(finding for finding in passed if finding.limit in words.MOTOR)])
     if avoid is None:
         faults.append(analysis.project.undamped.partition(":")[0] or words.NOTHING_STABLE)
     elif avoid.unstable:
@@ -110,8 +110,8 @@ def _passes(analysis: "Analysis", verdict: Verdict) -> str:
         failing = sum(row.answer is not Answer.ALL_RIGHT for row in rows)
         several = f"{failing} of {len(rows)} postures fail" + f", {worst.title} the most" * (worst.title not in case)
         text = several if failing > 1 else f"{worst.title} of {len(rows)} fails"
-        faults.append(": ".join([text, *(words.above(one) for one in worst.exceeded[:1])]))
-    faults += [f"in the move of the file {words.above(one)}" for one in words.of_move(analysis)]
+        faults.append(": ".join([text, *(words.excess_text(one) for one in worst.exceeded[:1])]))
+    faults += [f"in the move of the file {words.excess_text(one)}" for one in words.move_failures(analysis)]
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
         return "; ".join(["Some speeds are to be avoided", *faults, NO_LIMIT])
     return "; ".join(["Fail at some speeds" if verdict.answer is Answer.BUT else "Fail", *(faults or [NO_LIMIT])])
@@ -122,7 +122,7 @@ def _sentence(analysis: "Analysis", verdict: Verdict) -> Sentence:
     if verdict.fault:
         text = "Not all right: {}, so that the drive reaches none of the motions that are computed here without it."
         return Sentence(text, _begun(verdict.fault))
-    steady = verdict.exceeded or verdict.speeds or not words.of_move(analysis)  # what fails, if not the move alone
+    steady = verdict.exceeded or verdict.speeds or not words.move_failures(analysis)  # else the move alone fails
     begin = "Not all right" if verdict.answer is Answer.NOT and steady else "All right at all speeds"
     if verdict.answer is Answer.BUT:
         begin = "OK except " + ranges(verdict.speeds)
@@ -168,11 +168,14 @@ def torque_text(analysis: "Analysis", verdict: Verdict, with_motor: bool = True)
     if not torques:
         against = "its largest torques are not known"
     elif passed := [finding for finding in exceeded if finding.limit not in words.PASSED_ONLY]:
-        against = f"above {words.named(passed[0])}"
+        against = f"above {words.limit_text(passed[0])}"
     else:
-        against = f"within {words.named(min(torques, key=lambda finding: finding.bound))}"
+        against = f"within {words.limit_text(min(torques, key=lambda finding: finding.bound))}"
     return "; ".join(
-        [f"{size}, {against}", *(words.above(finding) for finding in exceeded if finding.limit in words.PASSED_ONLY)]
+        [
+            f"{size}, {against}",
+            *(words.excess_text(finding) for finding in exceeded if finding.limit in words.PASSED_ONLY),
+        ]
     )
 
 
@@ -222,7 +225,7 @@ def change_sentences(
         sentences.append(Sentence(text, under, str(best), Angle(best.ratio * avoid.largest), torque))
     elif over_limit(analysis):
         sentences.append(Sentence("No change that was tried brings the oscillation within its limit."))
-    of_motor = [finding.limit in words.MOTOR for finding in (*verdict.exceeded, *words.of_move(analysis))]
+    of_motor = [finding.limit in words.MOTOR for finding in (*verdict.exceeded, *words.move_failures(analysis))]
     if not all(of_motor):
         sentences.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
     remedy = Sentence("Motor limit exceeded: reduce load or speed, or take another ratio or a stronger motor.")
@@ -299,7 +302,7 @@ def _motor(analysis: "Analysis") -> str:
     if motor is None:
         return ""
     study, run = analysis.train, " in the run-up, without its acceleration" * motor.in_run_up
-    digits, where = analysis.project.digits(), Speed(motor.at, digits=5) + words.under_load(motor.load)
+    digits, where = analysis.project.digits(), Speed(motor.at, digits=5) + words.load_text(motor.load)
     sheet = limits or MotorLimits()
     torque, speed = sheet.most, sheet.fastest
     of = "" if sheet.peak_torque else _of(motor.torque, torque, "N·m")

@@ -23,12 +23,12 @@ NAMES = {
 }  # fmt: skip
 
 
-def above(finding: Finding) -> str:
-    """Value that is above a limit, in words."""
-    return f"{number(finding.value)} {_unit(finding)} are above {named(finding)}"
+def excess_text(finding: Finding) -> str:
+    """Words on a value that is above a limit."""
+    return f"{number(finding.value)} {_unit(finding)} are above {limit_text(finding)}"
 
 
-def named(finding: Finding) -> str:
+def limit_text(finding: Finding) -> str:
     """Name and size of a limit."""
     name = NAMES.get(finding.limit, finding.limit.replace("_", " "))
     return f"the {name} of {number(finding.bound)} {_unit(finding)}"
@@ -38,7 +38,7 @@ def _unit(finding: Finding) -> str:
     return finding.unit.replace("*", "·")
 
 
-def of_move(analysis: "Analysis") -> list[Finding]:
+def move_failures(analysis: "Analysis") -> list[Finding]:
     """Limits of gear and motor by which the move of the file fails."""
     moved = analysis.moved
     return [] if moved is None else [finding for finding in gravest(moved.findings) if finding.fails]
@@ -57,17 +57,17 @@ def move_sentence(analysis: "Analysis") -> str:
     torques = (moved.peak_motor_torque, moved.rms_motor_torque, moved.peak_gear_torque)
     peak, rms, gear = (number(torque, digits) for torque in torques)
     sentence = Sentence(text, peak, rms, number(moved.peak_speed / RPM), gear, Angle(moved.peak_error), still)
-    return sentence + "".join(" " + one.sentence.replace("*", "·") for one in of_move(analysis))
+    return sentence + "".join(" " + one.sentence.replace("*", "·") for one in move_failures(analysis))
 
 
-def under_load(torque: float | None) -> str:
+def load_text(torque: float | None) -> str:
     """The torque [N*m] of the load that a result is for, where it has a range of them."""
     return "" if torque is None else f" with {number(torque)} N·m on the load"
 
 
 def largest_text(largest: Any) -> Sentence:
     """Speed and load of the largest oscillation; where it beats, its smallest turn and its period too."""
-    sentence = Speed(largest.omega, digits=5) + under_load(largest.torque)
+    sentence = Speed(largest.omega, digits=5) + load_text(largest.torque)
     if largest.smallest is None or largest.beat is None:
         return sentence
     text = " ({} in the smallest turn of a beat of {} s)"
@@ -106,28 +106,33 @@ def posture_sentence(analysis: "Analysis", ending: str = "") -> Sentence:
     if worst is None:
         return Sentence("")
     size = Sentence("oscillation {} at {}", Angle(worst.peak), Speed(worst.omega, digits=5))
-    reasons = listed([NOTHING_STABLE if math.isnan(worst.peak) else size, *map(above, worst.exceeded)])
+    reasons = listed([NOTHING_STABLE if math.isnan(worst.peak) else size, *map(excess_text, worst.exceeded)])
     text = "Of the {} postures the worst is {}, {}: {}." + ending
     return Sentence(text, len(analysis.postures), worst.title, worst.answer, reasons)
 
 
 def how_sure(analysis: "Analysis") -> Sentence:
-    """Range for all assumed numbers, or for the damping, which no catalogue prints; "" where it is measured."""
+    """Sentence on the range for all assumed numbers, or for the damping alone; empty where nothing is assumed."""
     sure = analysis.project.sureness
-    if sure.doubts:
-        together = sure.together(analysis.project.limit)
-        return Sentence(f"{together[:1].upper()}{together[1:]}.")
-    ends, avoid = analysis.other_damping, analysis.avoid
-    if any(one.word == "measured" and one.name.startswith("damping.") for one in analysis.project.sources):
+    if not sure.doubts:
+        return _damping_range(analysis)
+    together = sure.together(analysis.project.limit)
+    return Sentence(f"{together[:1].upper()}{together[1:]}.")
+
+
+def _damping_range(analysis: "Analysis") -> Sentence:
+    """Sentence on the oscillation with less and with more damping, which no catalogue prints; empty if measured."""
+    project, avoid = analysis.project, analysis.avoid
+    measured = any(one.word == "measured" and one.name.startswith("damping.") for one in project.sources)
+    if measured or len(analysis.other_damping) < 2 or avoid is None:
         return Sentence("")
-    ratio, B = analysis.project.damping_ratio, analysis.project.drive.B
-    if len(ends) < 2 or avoid is None:
-        return Sentence("")
+    less, more = analysis.other_damping
+    ratio, B = project.damping_ratio, project.drive.B
     size, unit = (B, "N·m·s/rad") if ratio is None else (100.0 * ratio, "%")
-    low, high = number(size * (1.0 + ends[0].share), 2), number(size * (1.0 + ends[1].share), 2)
-    sizes = [Angle(end.ratio * avoid.largest, digits=3) for end in ends]
-    side = {(True, True): "all above", (False, False): "all within", (True, False): "the second within"}
-    limit = side.get((bool(ends[0].exceeds), bool(ends[1].exceeds)))
-    judged = f", {limit} the limit" if limit and avoid.limit is not None else ""
+    low, high = number(size * (1.0 + less.share), 2), number(size * (1.0 + more.share), 2)
+    sizes = [Angle(end.ratio * avoid.largest, digits=3) for end in (less, more)]
+    sides = {(True, True): "all above", (False, False): "all within", (True, False): "the second within"}
+    side = sides.get((bool(less.exceeds), bool(more.exceeds)))
+    against = f", {side} the limit" if side and avoid.limit is not None else ""
     text = "The damping of {} {} is assumed, unless it was measured; {} to {} {} give an oscillation of {} to {}{}."
-    return Sentence(text, number(size, 2), unit, low, high, unit, *sizes, judged)
+    return Sentence(text, number(size, 2), unit, low, high, unit, *sizes, against)

@@ -20,16 +20,19 @@ from ...model.controllers.closed_loop import ClosedLoop, Sampling
 from ...model.controllers.loops import Cascade, Notch, SampledPD, sampled_filter
 from ...model.excitation import Harmonic, KinematicError, Line, mean_torque
 from ...model.gears.gear import Gear
-from ...model.laws import Linear, Parallel
+from ...model.laws import Linear
+from ...model.laws.hysteresis import Parallel
 from ...model.orders import order_pair
 from ...model.oscillator import Oscillator
-from ...model.train import AngleTorque, Commanded, DriveTrain, Steady, TorqueDriven
+from ...model.train.commanded import Commanded, TorqueDriven
 from ...model.train.controls import USUAL, CascadeLoop, Lagged, PositionLoop, SpeedLoop, from_bandwidth
+from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import Filtered, PositionIntegral, apart
+from ...model.train.motion import AngleTorque, Steady
 from ...numerics.ensemble.linear_loops import LoopResponse, loop_response, multipliers
 from ...numerics.ensemble.loops import LoopRun, run_loop
 from ...numerics.operating_point import loaded_state
-from ..analysis.knobs import stiffer
+from ..analysis.design_variables import stiffer
 
 COMMANDED, TORQUE_DRIVEN = Commanded(), TorqueDriven()
 ANGLES = 2.0 * np.pi * np.arange(256) / 256  # of a vibration over which a stiffness is a mean

@@ -13,25 +13,27 @@ from ...base.terminal import Progress, silent
 from ...base.units import ARCSEC
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
-from ...model.controllers import SampledPD, Sampling
+from ...model.controllers import Sampling
+from ...model.controllers.loops import SampledPD
 from ...model.excitation import mean_torque
 from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.loops import MOST_SAMPLES, LoopEnsemble
 from ...numerics.operating_point import loaded_state
-from ..analysis.knobs import stiffer
+from ..analysis.design_variables import stiffer
 from .bench import Bench, lines_in, steady_bench_of
-from .designs import COMPENSATORS, Compensator, given
-from .gains import adapting, converged_at, own_rate, refuse_unstable, steady_run, times_of, tripped, turns_of, units_of
+from .designs import COMPENSATORS, Compensator, given_compensator
+from .gains import adaptation, converged_at, has_tripped, learning_rate, refuse_unstable, steady_run, times_of, turns_of
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
+from .units import units_of
 
-SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
+STIFFNESS_SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
 HERTZ = 2.0 * np.pi
 MOST_UNITS = 100_000
 PLAIN = "loop"  # name of the design that everything is compared with
 ERROR_SHARE = 0.1  # of the error before: with more left, the guards are checked
-SLOWER = 0.5  # of the rate of the plain loop: what is slower is waited for
-SLOWEST = 100.0  # of the longest run that is taken: what is slower is not waited for
-SAMPLES = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
+SLOW_SHARE = 0.5  # of the rate of the plain loop: what is slower is waited for
+SLOWEST_FACTOR = 100.0  # of the longest run that is taken: what is slower is not waited for
+FEWEST_SAMPLES = 8.0  # samples in a period of the highest order: below, what is fed forward comes too coarse
 
 
 def compensate(
@@ -99,7 +101,7 @@ def compensate(
     design = compensator_of(controller)
     if whole("units", units) > MOST_UNITS:
         raise ValueError(f"units is {shown(units)}; give {MOST_UNITS:,} at most")
-    return _worst(benches, design, motor_speed, robust, int(units), whole("seed", seed), progress)
+    return _at_worst_angle(benches, design, motor_speed, robust, int(units), whole("seed", seed), progress)
 
 
 def compensation_bench(
@@ -145,7 +147,7 @@ def compensation_bench(
     for design in designs:
         row = []
         for speed in grid.tolist():
-            row.append(_worst(benches, design, speed, robust, 0, 0, silent))
+            row.append(_at_worst_angle(benches, design, speed, robust, 0, 0, silent))
             finished += 1
             speed_text = next(iter(benches.values())).speeds.said(speed)
             progress(f"{design.name} at {speed_text}", finished / (len(designs) * len(grid)))
@@ -169,17 +171,19 @@ def benches_of(
     return {angle: steady_bench_of(project, sampling, loop, plant, angle) for angle in angles.tolist()}
 
 
-def _worst(
+def _at_worst_angle(
     benches: dict[float, Bench], design: Compensator, speed: float, robust: bool, units: int, seed: int, progress: Any
 ) -> Compensation:
     """One controller at one speed, at the angle of the load where it leaves most."""
     if len(benches) == 1:
         ((angle, bench),) = benches.items()
-        return replace(_one(bench, design, speed, robust, units, seed, progress), load_angle=angle)
-    by_angle = {angle: _one(bench, design, speed, False, 0, 0, silent) for angle, bench in benches.items()}
+        return replace(_compensation(bench, design, speed, robust, units, seed, progress), load_angle=angle)
+    by_angle = {angle: _compensation(bench, design, speed, False, 0, 0, silent) for angle, bench in benches.items()}
     angle = max(by_angle, key=lambda angle: (not by_angle[angle].stable, by_angle[angle].after.rms))
     sizes = [result.after.rms / ARCSEC for result in by_angle.values()]
-    result = _one(benches[angle], design, speed, robust, units, seed, progress) if robust or units else by_angle[angle]
+    result = by_angle[angle]
+    if robust or units:
+        result = _compensation(benches[angle], design, speed, robust, units, seed, progress)
     remark = (
         f"Of {len(by_angle)} load angles that of {np.degrees(angle):.4g} deg is the worst: {design.name} leaves "
         f"{max(sizes):.3g} arcsec there, {min(sizes):.3g} at the best."
@@ -193,7 +197,7 @@ def compensator_of(controller: Any) -> Compensator:
         if controller not in COMPENSATORS:
             raise ValueError(f"there is no controller {shown(controller)}; there are {', '.join(COMPENSATORS)}")
         return COMPENSATORS[controller]
-    return given(controller)
+    return given_compensator(controller)
 
 
 def _speed(bench: Bench, project: Project | DriveTrain, speed: float | None) -> float:
@@ -228,13 +232,13 @@ def _refuse_slow(bench: Bench, signed: float) -> None:
     if not speed:
         raise ValueError("speed [rad/s] is 0, and a drive at rest has no orders; give the speed of the motor")
     highest = max(bench.orders)
-    fastest = 2.0 * np.pi / (SAMPLES * bench.sampling.period * highest)
+    fastest = 2.0 * np.pi / (FEWEST_SAMPLES * bench.sampling.period * highest)
     if speed > fastest:
         raise ValueError(
             f"samples every {1e3 * bench.sampling.period:.4g} ms are too slow for order "
-            f"{in_turns(highest, bench.model)} at {bench.speeds.said(speed)}, as a period of it needs {SAMPLES:g} of "
-            f"them: sample at least every {1e3 * bench.sampling.period * fastest / speed:.3g} ms, or stay below "
-            f"{bench.speeds.said(fastest)}"
+            f"{in_turns(highest, bench.model)} at {bench.speeds.said(speed)}, as a period of it needs "
+            f"{FEWEST_SAMPLES:g} of them: sample at least every {1e3 * bench.sampling.period * fastest / speed:.3g} "
+            f"ms, or stay below {bench.speeds.said(fastest)}"
         )
     turns = turns_of(bench)
     least = turns * 2.0 * np.pi / (MOST_SAMPLES * bench.sampling.period)
@@ -246,18 +250,18 @@ def _refuse_slow(bench: Bench, signed: float) -> None:
         )
 
 
-def _one(
+def _compensation(
     bench: Bench, design: Compensator, speed: float, robust: bool, units: int, seed: int, progress: Any
 ) -> Compensation:
-    """One controller at one speed."""
+    """Run one controller and the plain loop at one speed."""
     bench = bench.at_speed(speed)
     slowest = refuse_unstable(bench, speed).slowest
-    controller = design.on(bench, speed)
-    rate = own_rate(bench, speed, controller)
+    controller = design.controller_on(bench, speed)
+    rate = learning_rate(bench, speed, controller)
     sure = design.name in COMPENSATORS and bench.plant == bench.model  # its design has looked
     sure = sure and bool(rate or controller.start() == bench.loop.start())  # it settles at its rate or as the loop
     growth = -np.inf if sure else bench.growth(controller, speed)
-    if not rate and SLOWEST / (MOST_SAMPLES * bench.sampling.period) < -growth < SLOWER / slowest:
+    if not rate and SLOWEST_FACTOR / (MOST_SAMPLES * bench.sampling.period) < -growth < SLOW_SHARE / slowest:
         rate = -growth
     settle, end = times_of(bench, speed, rate)
     before, after = [steady_run(bench, one, speed, settle, end) for one in (bench.loop, controller)]
@@ -291,11 +295,11 @@ def _one(
     )
     warnings = []
     if rate:
-        run = adapting(bench, controller, speed, end)
+        run = adaptation(bench, controller, speed, end)
         result = replace(result, converged=converged_at(run, ERROR_SHARE * result.before.rms))
-        if result.after.rms > ERROR_SHARE * result.before.rms and tripped(controller, run.memory.state):
+        if result.after.rms > ERROR_SHARE * result.before.rms and has_tripped(controller, run.memory.state):
             warnings.append(_given_up(bench, speed))
-    warnings += [*_beyond(bench, design, speed), *_warnings(design, result, float(growth))]
+    warnings += [*_bandwidth_warning(bench, design, speed), *_warnings(design, result, float(growth))]
     return replace(result, warnings=tuple(f"controller {design.name}: {text}" for text in warnings))
 
 
@@ -309,18 +313,20 @@ def _torque(loops: LoopEnsemble) -> TorqueUse:
 
 
 def _robustness(bench: Bench, design: Compensator, speed: float, settle: float, end: float) -> Iterator[Robustness]:
-    for share in SHARES:
+    """Run a design on softer and stiffer gears; none where the numbers of the law do not say how."""
+    for share in STIFFNESS_SHARES:
         if stiffer(bench.plant.law, share) is None:
             return
         other = bench.with_stiffness(share)
-        both = bench.loop, design.on(other, speed)
-        before, after = [steady_run(other, one, speed, settle, end) for one in both]
-        decays = after.stable[0] and other.growth(both[1], speed) < 0.0
+        controller = design.controller_on(other, speed)
+        before, after = [steady_run(other, one, speed, settle, end) for one in (bench.loop, controller)]
+        decays = after.stable[0] and other.growth(controller, speed) < 0.0
         rms = float(after.rms[0]) if decays else float("inf")
         yield Robustness(share, float(before.rms[0]), rms)
 
 
 def _excluded(bench: Bench, after: LoopEnsemble) -> str:
+    """Reason for which a speed does not count; empty where it does."""
     if after.limited[0] > 0.0 and after.torque_peak[0] >= bench.sampling.limit:  # not while it settled alone
         limit, share = bench.sampling.limit, 100.0 * after.limited[0]
         return f"the motor's limit of {limit:.4g} N*m is met in {share:.3g} % of samples"
@@ -339,7 +345,7 @@ def _given_up(bench: Bench, speed: float) -> str:
     )
 
 
-def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
+def _bandwidth_warning(bench: Bench, design: Compensator, speed: float) -> Iterator[str]:
     """A warning where an order lies beyond the bandwidth of the loop that a corrected angle has to go through."""
     train, gains = bench.model, bench.loop
     if design.name != "angle" or not isinstance(gains, SampledPD):
@@ -354,7 +360,7 @@ def _beyond(bench: Bench, design: Compensator, speed: float) -> Any:
         )
 
 
-def _warnings(design: Compensator, result: Compensation, growth: float) -> Any:
+def _warnings(design: Compensator, result: Compensation, growth: float) -> Iterator[str]:
     """Sentences on the faults of a result, on the drive and on other gears."""
     where, share = f"at {result.axis.said(result.speed)}", result.after.rms / result.before.rms
     if growth >= 0.0:
@@ -370,10 +376,10 @@ def _warnings(design: Compensator, result: Compensation, growth: float) -> Any:
     elif not result.gains and design.name != PLAIN:
         left = f"{100.0 * share:.3g} % of the error is left, and two runs differ by up to {100.0 * DIFFER:.0f} %"
         yield f"no gain {where}: {left}; compare the model with the drive, or let the controller adapt."
-    for r in result.robustness if design.name != PLAIN else ():
-        gear = f"on a gear {abs(100.0 * r.stiffness):.0f} % {'softer' if r.stiffness < 0.0 else 'stiffer'}"
-        change = f"{r.before / ARCSEC:.3g} to {r.after / ARCSEC:.3g} arcsec"
-        if grows(r.before, r.after):
+    for one in result.robustness if design.name != PLAIN else ():
+        gear = f"on a gear {abs(100.0 * one.stiffness):.0f} % {'softer' if one.stiffness < 0.0 else 'stiffer'}"
+        change = f"{one.before / ARCSEC:.3g} to {one.after / ARCSEC:.3g} arcsec"
+        if grows(one.before, one.after):
             yield f"{gear} than the model the error grows from {change} {where}; measure it, or adapt to it."
-        elif not gains(r.before, r.after) and result.gains:
+        elif not gains(one.before, one.after) and result.gains:
             yield f"no gain {gear} than the model, from {change} {where}."

@@ -1,7 +1,7 @@
 """Controllers designed on a bench: each by its name, with what it needs and the condition under which it is stable.
 
 A new one is a function of a bench and a motor speed [rad/s] that returns a controller, with an entry in `COMPENSATORS`.
-A controller that is given, not designed, becomes one by `given`.
+A controller that is given, not designed, becomes one by `given_compensator`.
 """
 
 from collections.abc import Callable
@@ -21,9 +21,9 @@ from ...model.excitation import Harmonic, Harmonics, KinematicError
 from .bench import Bench
 from .gains import (
     amplitudes_of,
-    behind_of,
     guard,
     motor_guard,
+    motor_lag_of,
     rate_of,
     repetitive_gains,
     response_at_error,
@@ -60,7 +60,7 @@ class Compensator:
     stable: str
     feedback: bool = True
 
-    def on(self, bench: Bench, speed: float) -> Any:
+    def controller_on(self, bench: Bench, speed: float) -> Any:
         """The controller for a bench and a motor speed [rad/s]; refused where it is blind or unstable (ValueError)."""
         if bench.equation and self.name in FOLLOWING:
             raise ValueError(
@@ -140,10 +140,12 @@ _predicted_table, _measured_table = partial(_table, model=True), partial(_table,
 
 
 def _adaptive_inverse(bench: Bench, speed: float) -> Any:
-    return adaptive(bench, speed, _linear_inverse(bench, speed))
+    return adaptive_cancellation(bench, speed, _linear_inverse(bench, speed))
 
 
-def adaptive(bench: Bench, speed: float, loop: Any = None, output: Any = None, largest: float | None = None) -> Any:
+def adaptive_cancellation(
+    bench: Bench, speed: float, loop: Any = None, output: Any = None, largest: float | None = None
+) -> Any:
     """Adaptive cancellation of every order around a loop, with the model's phase: of the load's error, or an output."""
     alone = bench.equation and loop is None and output is None
     loop = bench.loop if loop is None else loop
@@ -165,7 +167,7 @@ def _repetitive(bench: Bench, speed: float) -> Any:
 
 
 def _adaptive_motor(bench: Bench, speed: float) -> Any:
-    return adaptive(bench, speed, bench.loop, behind_of(bench), motor_guard(bench, speed))
+    return adaptive_cancellation(bench, speed, bench.loop, motor_lag_of(bench), motor_guard(bench, speed))
 
 
 def _observer(bench: Bench, _speed: float) -> Any:
@@ -176,10 +178,10 @@ def _observer(bench: Bench, _speed: float) -> Any:
     return DisturbanceObserver(gains, inertia, float(min(OBSERVER_BANDWIDTH * bandwidth, limit)), bench.sampling.period)
 
 
-def _notch(bench: Bench, _speed: float) -> Any:
+def _notch(bench: Bench, speed: float) -> Any:
     """Notch at the resonance of the free train: there the loop excites it most."""
     train = bench.model
-    stiffness = float(train.law.stiffness(bench.start(_speed, model=True)[0]))
+    stiffness = float(train.law.stiffness(bench.start(speed, model=True)[0]))
     frequency = np.sqrt(stiffness * (1.0 / train.load_inertia + 1.0 / (train.N**2 * train.motor.J)))
     return notch(bench.loop, float(min(frequency, 0.9 * pi / bench.sampling.period)), bench.sampling.period)
 
@@ -196,24 +198,30 @@ REPEATED = (
 OBSERVED = "Its bandwidth is below a fifth of the inverse of delay and period."
 NOTCHED = "Its phase lag is within the loop's margin."
 BY_INVERSE = "torque table of the measured error, by the inverse of the model"
-DESIGNS: tuple[tuple[Any, ...], ...] = (  # as the fields of a `Compensator`
-    ("loop", "the plain loop", lambda bench, _: bench.loop, False, POLES, False),
-    ("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE, False),
-    ("inverse", "linear inverse: angle feedforward with the motor's inertia", _linear_inverse, False, POSITIVE, False),
-    ("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear_inverse, False, POSITIVE, False),
-    ("predicted-table", "torque table of the error that the model predicts", _predicted_table, False, POSITIVE, False),
-    ("measured-table", BY_INVERSE, _measured_table, True, MEASURED, False),
-    ("adaptive", "adaptive cancellation of the load's error", adaptive, True, ADAPTED),
-    ("adaptive-inverse", "linear inverse, its rest adapted to the load's error", _adaptive_inverse, True, ADAPTED),
-    ("adaptive-motor", "adaptive cancellation of the motor's deviation", _adaptive_motor, False, HELD),
-    ("repetitive", "repetitive control over the motor's turn", _repetitive, True, REPEATED),
-    ("observer", "disturbance observer on the motor", _observer, False, OBSERVED),
-    ("notch", "notch at the resonance of the free train", _notch, False, NOTCHED),
+DESIGNS = (
+    Compensator("loop", "the plain loop", lambda bench, _: bench.loop, False, POLES, False),
+    Compensator("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE, False),
+    Compensator(
+        "inverse", "linear inverse: angle feedforward with the motor's inertia", _linear_inverse, False, POSITIVE, False
+    ),
+    Compensator("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear_inverse, False, POSITIVE, False),
+    Compensator(
+        "predicted-table", "torque table of the error that the model predicts", _predicted_table, False, POSITIVE, False
+    ),
+    Compensator("measured-table", BY_INVERSE, _measured_table, True, MEASURED, False),
+    Compensator("adaptive", "adaptive cancellation of the load's error", adaptive_cancellation, True, ADAPTED),
+    Compensator(
+        "adaptive-inverse", "linear inverse, its rest adapted to the load's error", _adaptive_inverse, True, ADAPTED
+    ),
+    Compensator("adaptive-motor", "adaptive cancellation of the motor's deviation", _adaptive_motor, False, HELD),
+    Compensator("repetitive", "repetitive control over the motor's turn", _repetitive, True, REPEATED),
+    Compensator("observer", "disturbance observer on the motor", _observer, False, OBSERVED),
+    Compensator("notch", "notch at the resonance of the free train", _notch, False, NOTCHED),
 )
-COMPENSATORS = {design[0]: Compensator(*design) for design in DESIGNS}
+COMPENSATORS = {design.name: design for design in DESIGNS}
 
 
-def given(controller: Any) -> Compensator:
+def given_compensator(controller: Any) -> Compensator:
     """A design that gives a controller as it is."""
     name = type(controller).__name__
     condition = "Its small motions are those of the sampled loop, which are computed."

@@ -1,52 +1,44 @@
-"""Gains of controllers from the model of a bench: rates that stay stable, guards, and times in which runs settle.
+"""Gains of controllers from the model of a bench: rates that stay stable, guards, and times in which runs settle."""
 
-Units of one type under one controller: a compensation under scatter.
-"""
-
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import ceil, pi
 from typing import Any
 
 import numpy as np
 
-from ...base.protocols import lacking, lines_of, terms_of
 from ...base.results import SolveError
 from ...drive.equation.gear_torque import UNDAMPED
 from ...drive.train_curve import in_turns
 from ...model.controllers.adaptive import CELLS, AdaptiveCancellation, Repetitive
-from ...model.excitation import Harmonics, KinematicError, shortest
 from ...model.train.controls import motor_states
-from ...model.train.drive_train import DriveTrain
 from ...numerics.ensemble.linear_loops import LoopResponse
 from ...numerics.ensemble.loops import LoopEnsemble, LoopRun, loop_ensemble, run_loop
-from ..analysis.knobs import stiffer
-from .bench import Bench, lines_in
-from .result import Units
+from .bench import Bench
 
-DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
-HALVINGS, GRID = 20, 300
-GUARD = 5.0
+LEAST_DISTANCE = 0.6  # of the loop of an adaptation from the critical point: a resonance may move, a gain grow by two
+HALVINGS, GRID_POINTS = 20, 300  # of a rate at most, and frequencies of the distance from the critical point
+GUARD_FACTOR = 5.0  # times the torque that cancels the error of the model
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)  # of a period from one kept sample to the next: they meet all phases
 KEPT_SAMPLES, BLOCK = 20_000, 20  # samples of an adaptation, and those whose rms is taken together
-DRIFT = 1e-7  # of a pole from 1: rounding of the differences
+POLE_ROUNDING = 1e-7  # of a pole from 1: rounding of the differences
 NEARBY = 1.0 + np.concatenate([-np.geomspace(1e-4, 0.3, 25), np.geomspace(1e-4, 0.3, 25)])
-QUICK = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
-SMOOTH = 1e-4  # decay of a cell's fine structure that repetitive control has at least, in its rate of convergence
-MARGIN = 1.5  # of the smoothing that an order needs
+ADAPTING_SHARE = 0.3  # of the inverse time constant of the loop: rate of what adapts, slow beside all that it adapts
+LEAST_SMOOTHING = (
+    1e-4  # decay of a cell's fine structure that repetitive control has at least, in its rate of convergence
+)
+SMOOTHING_MARGIN = 1.5  # of the smoothing that an order needs
 LEADS = 721  # leads that are tried
-STANDING = 1e-3  # of the response at its orders: a table moves the mean where the response is larger there
-GIVEN_UP = 0.9  # of the error before: a guard has tripped, or nothing is gained
-SCATTER = (0.15, 0.5)  # of stiffness and kinematic error from unit to unit, as shares; the phase is any
-TURNS = 4  # of the motor, and periods of the lowest order, that are measured at least
+LEAST_RESPONSE = 1e-3  # of the response at its orders: a table moves the mean where the response is larger there
+LEAST_TURNS = 4  # of the motor, and periods of the lowest order, that are measured at least
 
 
 def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
     """Response of the model under the plain loop at the bench's orders; an unstable one is refused (ValueError)."""
     response = bench.response(speed)
     largest = float(np.max(np.abs(response.poles)))
-    if bench.memory or abs(largest - 1.0) < DRIFT:
+    if bench.memory or abs(largest - 1.0) < POLE_ROUNDING:
         _refuse_overloaded(bench, speed)
-    if abs(largest - 1.0) < DRIFT:
+    if abs(largest - 1.0) < POLE_ROUNDING:
         raise ValueError(
             UNDAMPED
             if bench.equation and bench.model.B == 0.0
@@ -76,17 +68,17 @@ def times_of(bench: Bench, speed: float, rate: float = 0.0) -> tuple[float, floa
 
     What is measured lasts as long as the slower of the loop's slowest motion and of what adapts with a rate [1/s].
     """
-    slowest, adapting = bench.response(speed).slowest, 1.0 / rate if rate else 0.0
-    settle = 10.0 * (slowest + adapting)
+    slowest, adaptation = bench.response(speed).slowest, 1.0 / rate if rate else 0.0
+    settle = 10.0 * (slowest + adaptation)
     turn = 2.0 * pi / abs(speed)
-    return settle, settle + turns_of(bench, max(0.5, slowest, adapting) / turn) * turn
+    return settle, settle + turns_of(bench, max(0.5, slowest, adaptation) / turn) * turn
 
 
 def turns_of(bench: Bench, least: float = 0.0) -> float:
     """Turns of the motor that are measured, so many at least: whole turns, or whole beats in each of two halves."""
     unit = 2.0 * bench.repeat if bench.repeat > 1.0 else 1.0
     lowest: float = min(bench.orders)
-    return ceil(max(TURNS, TURNS / lowest, least) / unit) * unit
+    return ceil(max(LEAST_TURNS, LEAST_TURNS / lowest, least) / unit) * unit
 
 
 def plain_run(bench: Bench, speed: float, *, model: bool) -> LoopEnsemble:
@@ -103,7 +95,7 @@ def steady_run(
     return loop_ensemble(loop, {}, end, settle=settle, orders=orders, y0=start)
 
 
-def adapting(bench: Bench, controller: Any, speed: float, end: float) -> LoopRun:
+def adaptation(bench: Bench, controller: Any, speed: float, end: float) -> LoopRun:
     """A run from the first sample on, of which so many samples are kept, each at another phase of the lowest order.
 
     Of a run of few turns more are kept of a turn: a block of them has at least one.
@@ -116,7 +108,7 @@ def adapting(bench: Bench, controller: Any, speed: float, end: float) -> LoopRun
 
 
 def converged_at(run: LoopRun, small: float) -> float:
-    """Time [s] from which on the rms of the error in a run of `adapting` stays below a size [rad]; inf where never."""
+    """Time [s] from which on the rms of the error in an `adaptation` stays below a size [rad]; inf where never."""
     count = len(run.time) // BLOCK
     rms = np.std(run.error[: count * BLOCK].reshape(count, BLOCK), axis=1)
     large = np.flatnonzero(~(rms <= small))
@@ -130,12 +122,12 @@ def rate_of(bench: Bench, speed: float) -> float:
 
     With angle-wise adaptation at constant speed the controller is a linear filter with its poles at the orders
     (Bodson, Sacks & Khosla, Harmonic generation in adaptive feedforward cancellation schemes, IEEE Trans. Autom.
-    Control 39(9), 1994, 1939-1944): its loop stays `DISTANCE` away from the critical point.
+    Control 39(9), 1994, 1939-1944): its loop stays `LEAST_DISTANCE` away from the critical point.
     """
     response = refuse_unstable(bench, speed)
-    rate: float = min(QUICK / response.slowest, 0.1 * abs(speed) * min(bench.orders))
+    rate: float = min(ADAPTING_SHARE / response.slowest, 0.1 * abs(speed) * min(bench.orders))
     for _ in range(HALVINGS):
-        if distance(bench, speed, rate) >= DISTANCE:
+        if distance(bench, speed, rate) >= LEAST_DISTANCE:
             break
         rate *= 0.5
     return rate
@@ -145,7 +137,7 @@ def distance(bench: Bench, speed: float, rate: float, real: Bench | None = None)
     """Least |1 - C G| over the frequencies: C adapts on the bench's model with a rate, G is that of a real drive."""
     period, orders, turning = bench.sampling.period, np.array(bench.orders, float), abs(speed)
     limit = 0.9 * pi / (turning * period)
-    grid = np.unique(np.concatenate([np.geomspace(1e-2, limit, GRID), *(k * NEARBY for k in orders)]))
+    grid = np.unique(np.concatenate([np.geomspace(1e-2, limit, GRID_POINTS), *(k * NEARBY for k in orders)]))
     grid = grid[(grid < limit) & np.all(np.abs(grid[:, None] - orders) > 1e-9, axis=1)]
     G = (real or bench).response(speed, grid).error_of_torque
     z = np.exp(1j * turning * period * grid)
@@ -166,7 +158,7 @@ def guard(bench: Bench, speed: float, *, mean: bool = False) -> float:
     torque = float(np.max(np.abs(torque_against(bench, speed, bench.orders, loops.amplitude[:, 0]))))
     if mean:
         torque += abs(float(loops.mean[0]) / float(abs(bench.response(speed, [0.0]).error_of_torque[0])))
-    return GUARD * torque
+    return GUARD_FACTOR * torque
 
 
 def size_of(bench: Bench, amplitudes: Any) -> float:
@@ -185,13 +177,13 @@ def motor_guard(bench: Bench, speed: float) -> float:
     settle, end = times_of(bench, speed)
     run = run_loop(bench.closed(bench.loop, speed, model=True), end, y0=bench.start(speed, model=True))
     late = run.time >= settle
-    behind = behind_of(bench)
+    behind = motor_lag_of(bench)
     turn = np.exp(-1j * np.outer(bench.orders, speed * run.time[late]))
     amplitude = 2.0 * np.abs(turn @ behind(run.states[:, late])) / np.sum(late)
-    return GUARD * float(np.max(amplitude / np.abs(bench.response(speed, output=behind).error_of_torque)))
+    return GUARD_FACTOR * float(np.max(amplitude / np.abs(bench.response(speed, output=behind).error_of_torque)))
 
 
-def behind_of(bench: Bench) -> Callable[[Any], Any]:
+def motor_lag_of(bench: Bench) -> Callable[[Any], Any]:
     """Function of the state of the train: lag of the motor behind its reference, over N [rad]."""
     model = bench.model
     return lambda y: -motor_states(model.motor.control, y)[0][0] / model.N
@@ -218,8 +210,8 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     best: tuple[float, float, float] = (1.0, 0.0, 0.0)
     for lead in np.linspace(-pi, pi, LEADS) / min(orders):
         r = np.real(G * np.exp(1j * k * lead))
-        s = MARGIN * float(np.max(-r[1:] / c[1:], initial=SMOOTH))
-        if r[0] > STANDING and np.all(r[orders] > 0.0):
+        s = SMOOTHING_MARGIN * float(np.max(-r[1:] / c[1:], initial=LEAST_SMOOTHING))
+        if r[0] > LEAST_RESPONSE and np.all(r[orders] > 0.0):
             kept = float(np.max(s * c[orders] / (r[orders] + s * c[orders])))
             best = min(best, (kept, float(lead), s))
     kept, lead, s = best
@@ -233,65 +225,6 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     return lead, s * rate * period * CELLS, rate
 
 
-def units_of(bench: Bench, controller: Any, speed: float, settle: float, end: float, units: int, seed: int) -> Units:
-    """Run units whose stiffness, kinematic error and its phases differ, under the plain loop and a controller."""
-    draw = np.random.default_rng(seed)
-    stiffness = 1.0 + SCATTER[0] * draw.uniform(-1.0, 1.0, units)
-    amplitude = 1.0 + SCATTER[1] * draw.uniform(-1.0, 1.0, units)
-    phases = draw.uniform(0.0, 2.0 * np.pi, (units, len(lines_in(bench.plant))))
-    draws = zip(stiffness.tolist(), amplitude.tolist(), phases.tolist(), strict=True)
-    plants = [unit_of(bench.plant, *row) for row in draws]
-    runs = []
-    orders, y0 = np.array(bench.orders, float), bench.start(speed)
-    for one in (bench.loop, controller):
-        loops = [bench.closed(one, speed)._replace(train=plant._replace(omega=speed)) for plant in plants]
-        runs.append(loop_ensemble(loops[0], loops, end, settle=settle, orders=orders, y0=y0))
-    before, after = runs
-    lost = np.flatnonzero(~after.stable | (after.rms > GIVEN_UP * before.rms)).tolist()
-    causes = (_cause(bench, controller, speed, plants[i], float(after.limited[i])) for i in lost)
-    return Units(before, after, stiffness, amplitude, tuple(zip(lost, causes, strict=True)))
-
-
-def unit_of(plant: DriveTrain, stiffness: float, amplitude: float, phases: Sequence[float]) -> DriveTrain:
-    """A train with factors of its stiffness and of its lines, of error and of torque, and their phases [rad]."""
-    law = stiffer(plant.law, stiffness - 1.0)
-    if law is None:
-        fault = f"the stiffness of {type(plant.law).__name__} cannot be scaled by its numbers: no units are drawn"
-        raise ValueError(fault)
-    left = iter(phases)
-
-    def unit(line: Any) -> Any:
-        return line._replace(amplitude=line.amplitude * amplitude, phase=next(left)) if line.amplitude else line
-
-    lines, ends = tuple(map(unit, lines_of(plant.error))), (plant.motor, plant.load.end())
-    motor, load = [
-        torque if lacking(terms_of(torque)[0], "amplitude") else shortest(Harmonics(tuple(map(unit, terms_of(torque)))))
-        for torque in (end.excitation for end in ends)
-    ]
-    changed = plant._replace(law=law, error=KinematicError(lines) if lines else plant.error)
-    return changed.with_motor(excitation=motor).with_load(excitation=load)
-
-
-def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limited: float) -> str:
-    """Reason why the error of a unit grew: the plant's phase at an order that adapts, or its poles."""
-    unit = Bench(plant, plant, bench.loop, bench.sampling)
-    response = unit.response(speed, bench.orders)
-    if not response.stable:
-        return "the plain loop itself is unstable on it"
-    inner = controller
-    while isinstance(inner, AdaptiveCancellation):
-        off = np.degrees(np.angle(np.exp(1j * inner.phase) / response.error_of_torque[bench.orders.index(inner.order)]))
-        if abs(off) > 90.0:
-            return f"the plant's phase at order {inner.order:.6g} is {off:.0f} degrees off the model's, beyond 90"
-        inner = inner.loop
-    if limited > 0.0:
-        return f"the torque meets its limit of {bench.sampling.limit:.4g} N*m in {100.0 * limited:.3g} % of the samples"
-    adapts = inner is not controller
-    if adapts and (margin := distance(bench, speed, rate_of(bench, speed), unit)) < DISTANCE / 2.0:
-        return f"the adaptation is only {margin:.2g} away from instability on it, as its resonance lies elsewhere"
-    return "the controller takes nothing away on it, although its phases are within 90 degrees of the model's"
-
-
 def amplitudes_of(bench: Bench, speed: float, *, model: bool) -> Any:
     """Complex amplitudes [rad] of the error under the plain loop: run on the model, or measured on the plant."""
     loops = plain_run(bench, speed, model=model)
@@ -303,12 +236,12 @@ def response_at_error(bench: Bench, speed: float) -> Any:
     return bench.response(speed, size=size_of(bench, amplitudes_of(bench, speed, model=True))).error_of_torque
 
 
-def own_rate(bench: Bench, speed: float, controller: Any) -> float:
+def learning_rate(bench: Bench, speed: float, controller: Any) -> float:
     """Slowest rate [1/s] at which a controller learns on a bench, by its own gains; 0 where it does not."""
     rates, inner = [], controller
     while inner is not None:
         if isinstance(inner, AdaptiveCancellation):
-            rates += [0.5 * inner.gain * g for g in _along(bench, speed, inner)]
+            rates += [0.5 * inner.gain * g for g in _responses_along_phase(bench, speed, inner)]
         elif isinstance(inner, Repetitive):
             orders = np.array([order for order in bench.orders if order % 1 == 0])
             learned = np.real(-bench.response(speed, orders).error_of_torque * np.exp(1j * orders * inner.lead))
@@ -318,20 +251,20 @@ def own_rate(bench: Bench, speed: float, controller: Any) -> float:
     return float(min((rate for rate in rates if rate > 0.0), default=0.0))
 
 
-def _along(bench: Bench, speed: float, inner: AdaptiveCancellation) -> list[float]:
+def _responses_along_phase(bench: Bench, speed: float, inner: AdaptiveCancellation) -> list[float]:
     """Response [rad/(N*m)] at the order of an adaptation along its phase, of an equation's plain loop at both sizes."""
     base: Any = inner
     while isinstance(base, AdaptiveCancellation):
         base = base.loop
     if not (bench.equation and inner.on_load and base == bench.loop):
-        output = None if inner.on_load else behind_of(bench)
+        output = None if inner.on_load else motor_lag_of(bench)
         return [float(abs(bench.response(speed, [inner.order], output).error_of_torque[0]))]
     i = bench.orders.index(inner.order)
     both = bench.response(speed).error_of_torque[i], response_at_error(bench, speed)[i]
     return [float(np.real(g * np.exp(-1j * inner.phase))) for g in both]
 
 
-def tripped(controller: Any, state: Any) -> bool:
+def has_tripped(controller: Any, state: Any) -> bool:
     """True where a guard in a controller has dropped its torque, by its memory."""
     while hasattr(controller, "loop"):
         if isinstance(controller, AdaptiveCancellation | Repetitive) and state[-1]:

@@ -190,12 +190,17 @@ def _tracked(
 
 
 def _monitored(t: Floats, y: Floats, lines: tuple[Floats, ...], left: Floats, settle: float, gain: float) -> Monitored:
-    """Orders over a record, with the standard error that what is left of it gives; inf where nothing has settled."""
+    """Orders over a record, with the standard error that what is left of it gives; inf where nothing has settled.
+
+    `lines` are the fields of `Monitored` from `orders` to `frequency`.
+    """
     late = left[(t >= t[0] + settle) & np.isfinite(left)]
     error = float(np.std(late) * np.sqrt(gain)) if len(late) > 1 else float("inf")
     orders, amplitude, phase, mean, frequency = lines
-    lost = int(np.sum(np.isnan(y)))
-    return Monitored(t, orders, amplitude, phase, mean, frequency, float(t[0] + settle), error, lost)
+    return Monitored(
+        time=t, orders=orders, amplitude=amplitude, phase=phase, mean=mean, frequency=frequency,
+        settled_from=float(t[0] + settle), standard_error=error, lost=int(np.sum(np.isnan(y))),
+    )  # fmt: skip
 
 
 @kernel

@@ -1,7 +1,4 @@
-"""Prediction: the pointing error over speed by harmonic balance of the whole drive, and by closed forms beside it.
-
-The closed forms' prediction beside that of harmonic balance: a predictor of each resonance, at every motion.
-"""
+"""Prediction: the pointing error over speed by harmonic balance of the whole drive, and by closed forms beside it."""
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -26,15 +23,15 @@ from ...theory.resonance import Resonance
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.predictor.predictor import BEYOND, OK, motion, state_of, swing
 from ...theory.slow_flow.setting import active_orders
-from ..speed_map.resonances import operating_point
+from ..speed_map.error_equation import operating_point
 from .bench import Bench, bench_of
 from .gains import torque_against
 
-WIDER = 1e-3  # of the speed: a predictor's range beyond the motions that it is compared with
-PER_LINE = 8  # angles on a period of the highest order
+RANGE_MARGIN = 1e-3  # of the speed: a predictor's range beyond the motions that it is compared with
+ANGLES_PER_PERIOD = 8  # angles on a period of the highest order
 
 
-class Motions(NamedTuple):
+class ResponseMotions(NamedTuple):
     """Motions of a response curve in arc order.
 
     Speeds (n,) [rad/s] of the base angle, orders (orders,) of it, amplitudes A e^(i phi) (orders, n) [rad], and whether
@@ -63,7 +60,7 @@ class ClosedForm(NamedTuple):
     remarks: tuple[str, ...]
 
 
-def closed_form(system: System, motions: Motions, axis: Speeds = BASES["motor"]) -> ClosedForm:
+def closed_form(system: System, motions: ResponseMotions, axis: Speeds = BASES["motor"]) -> ClosedForm:
     """Steady motions of the second-order predictors of an error equation, at the motions of a response curve.
 
     At every speed the predictor is that of the order whose resonance is nearest. A steady state of it with the
@@ -74,7 +71,7 @@ def closed_form(system: System, motions: Motions, axis: Speeds = BASES["motor"])
     ----------
     system : Oscillator
         The error equation; its omega is not used.
-    motions : Motions
+    motions : ResponseMotions
         The curve.
     axis : Speeds
         Unit of its speeds.
@@ -95,24 +92,25 @@ def closed_form(system: System, motions: Motions, axis: Speeds = BASES["motor"])
     for k in np.unique(nearest).tolist():
         indices = np.flatnonzero(nearest == k)
         try:
-            remarks += _about(system._replace(omega=natural / k), k, indices, motions, forms)
+            remarks += _write_about(system._replace(omega=natural / k), k, indices, motions, forms)
         except (ValueError, SolveError) as error:
             ends = number(axis.scale * np.min(motions.omega[indices])), axis.said(np.max(motions.omega[indices]))
             remarks.append(f"There is no closed form about order {k}'s resonance, {' to '.join(ends)}: {error}.")
     return forms._replace(remarks=tuple(remarks))
 
 
-def _about(system: System, k: int, indices: Any, motions: Motions, forms: ClosedForm) -> list[str]:
+def _write_about(system: System, k: int, indices: Any, motions: ResponseMotions, forms: ClosedForm) -> list[str]:
     """Write the motions of these indices, about the resonance of order k, to `forms`; return sentences on them."""
     omega = motions.omega[indices]
     flow = slow_flow(system, Resonance(k, 1), order=2)
-    predictor = flow.predictor(speeds=((1.0 - WIDER) * float(np.min(omega)), (1.0 + WIDER) * float(np.max(omega))))
+    ends = (1.0 - RANGE_MARGIN) * float(np.min(omega)), (1.0 + RANGE_MARGIN) * float(np.max(omega))
+    predictor = flow.predictor(speeds=ends)
     states, flags = flow.states_at(np.unique(omega)), np.full(len(omega), -1)
     for n, i in enumerate(indices.tolist()):
         w, others = float(omega[n]), motions.others(i)
         for j in np.flatnonzero((states.omega == w) & (states.stable == motions.stable[i])).tolist():
             z = states.amplitude[j] * np.exp(-1j * states.phase[j])
-            rows, flag = _steady(predictor, w, complex(z), motions.orders)
+            rows, flag = _predicted_amplitudes(predictor, w, complex(z), motions.orders)
             off = float(np.linalg.norm(rows - motions.amplitudes[:, i]))
             if off <= np.min(np.linalg.norm(rows[:, None] - others, axis=0), initial=np.inf):
                 forms.amplitudes[:, i], flags[n] = rows, flag
@@ -127,9 +125,9 @@ def _about(system: System, k: int, indices: Any, motions: Motions, forms: Closed
     return sentences
 
 
-def _steady(predictor: Any, omega: float, z: complex, orders: Integers) -> tuple[Complexes, int]:
+def _predicted_amplitudes(predictor: Any, omega: float, z: complex, orders: Integers) -> tuple[Complexes, int]:
     """Amplitudes (orders,) [rad] of the motion that a predictor makes of a steady state z [rad], and its flag."""
-    count = PER_LINE * max(int(np.max(orders)), predictor.p)
+    count = ANGLES_PER_PERIOD * max(int(np.max(orders)), predictor.p)
     angle = 2.0 * np.pi * np.arange(count) / count
     rate, small = predictor.force.rate(predictor.drive, omega, 1.0, z)
     states = [state_of(z, (rate, rate, rate), theta, 0.0, omega, 1.0) for theta in angle.tolist()]
@@ -323,7 +321,7 @@ def prediction_table(
     )
     if not closed:
         return table
-    forms = closed_form(project.system(reduced=True), Motions(omega, table.orders, rows, stable), table.axis)
+    forms = closed_form(project.system(reduced=True), ResponseMotions(omega, table.orders, rows, stable), table.axis)
     beside = f"The closed forms are those of a {project.motor} motor, the gear and a rigid load alone."
     remarks = (beside, *forms.remarks) if project.train is not None else forms.remarks
     return replace(table, closed=forms.amplitudes, valid=forms.valid, remarks=remarks)

@@ -206,8 +206,8 @@ class Compensation(Result):
         return 20.0 * log10(self.before.rms / self.after.rms) if self.after.rms > 0.0 else float("inf")
 
     @property
-    def said(self) -> str:
-        """Rest of the error, in words."""
+    def rms_text(self) -> str:
+        """Words on the rms of the error, before and after."""
         rms = [number(one.rms / ARCSEC, 3) for one in (self.before, self.after)]
         return f"rms of the pointing error {' → '.join(rms)} arcsec"
 

@@ -1,4 +1,4 @@
-"""The largest oscillation of many drives with one gear at once, by averaging of first order.
+"""The largest oscillation of many drives with one gear at once by averaging of first order, its error and its slopes.
 
 The motion of the torsion is u = u0 + a cos(k omega t + phase); the gear's law stands for its equivalent stiffness K(a),
 about the torsion u0(a) that carries the mean torque (Gelb & Vander Velde 1968, Multiple-Input Describing Functions,
@@ -11,10 +11,6 @@ for each line e of the kinematic error, d = e (1 - i k T_0/(N M)) with the mean 
 brings to the motor. An ideally held motor is the limit Z = J_l s^2, d = e. The largest amplitude over a
 range of speeds is the largest root of a = h(K(a)), h(K) being the largest |Z d/(Z + B s + K)| over the range: it is a
 root at the speed of that maximum, and no other speed has a larger one, because a > h(K(a)) beyond it.
-
-Error of a closed form, by the certificate of its slow flow, and the same design by harmonic balance.
-
-Sensitivities of the largest oscillation to the numbers of a drive, by averaging.
 """
 
 import math
@@ -33,10 +29,12 @@ from ...theory.slow_flow.flow import slow_flow
 from .result import Sensitivity
 
 FINEST, COARSEST, MOST_SPEEDS = 1e-3, 0.01, 1000  # relative distance of speeds, and most of them
-AMPLITUDES, SMALLEST = 96, 1e-3  # of the table of K(a); of the lines' largest: the first amplitude
-TURNED = 1.0  # rad: more twist is none, where a loop feeds a vibration
-SLOPES = 64  # samples of the slope over a vibration
-TURN, SPEEDS = 24, 16  # samples per period of the highest line, and speeds at which all lines are added
+AMPLITUDES, SMALLEST_SHARE = 96, 1e-3  # of the table of K(a); its first amplitude over the lines' largest
+MOST_TWIST_RAD = 1.0  # rad: more is none, where a loop feeds a vibration
+SLOPE_SAMPLES = 64  # samples of the slope over a vibration
+PERIOD_SAMPLES, SUM_SPEEDS = 24, 16  # samples per period of the highest line, and speeds at which all lines are added
+SENSITIVITY_STEP = 0.01  # relative change of a number, up and down
+UNKNOWN = math.inf  # error of averaging where no certificate tells it
 
 
 class Drives(NamedTuple):
@@ -77,7 +75,7 @@ class Drives(NamedTuple):
 class Largest(NamedTuple):
     """Largest oscillation of each drive (n,): its size [rad], the motor's speed [rad/s], and the motion there.
 
-    `low` and `high` [rad] enclose the size: see `_enclosed`. `order` is the line that drives it, `amplitude` [rad] that
+    `low` and `high` [rad] enclose the size: see `_bounds`. `order` is the line that drives it, `amplitude` [rad] that
     of the torsion, `mass` and `damping` those of one oscillator with the same impedance at k omega [kg*m^2, N*m*s/rad].
     """
 
@@ -109,14 +107,10 @@ def largest(drives: Drives) -> Largest:
     """Largest oscillation of the pointing error of every drive over its range of speeds."""
     lines = [line for line in drives.error.lines if line.amplitude > 0.0]
     springs = _springs(drives, max(line.amplitude for line in lines))
-    best = [_driven(drives, springs, line) for line in lines]
-    first = np.argmax([one.oscillation for one in best], axis=0)
-
-    def of(name: str) -> Any:
-        each = np.array([getattr(one, name) for one in best])
-        return np.max(each, axis=0) if name in ("low", "high") else np.take_along_axis(each, first[None], 0)[0]
-
-    return Largest(*(of(name) for name in Largest._fields))
+    by_line = Largest(*map(np.array, zip(*(_of_line(drives, springs, line) for line in lines), strict=True)))
+    worst = np.argmax(by_line.oscillation, axis=0)[None]
+    largest_line = Largest(*(np.take_along_axis(table, worst, 0)[0] for table in by_line))
+    return largest_line._replace(low=np.max(by_line.low, axis=0), high=np.max(by_line.high, axis=0))
 
 
 def impedance(drives: Drives, s: Any) -> Any:
@@ -149,11 +143,11 @@ def _springs(drives: Drives, line: float) -> Springs:
     s = 1j * np.geomspace(low, high * max(k.order for k in drives.error.lines), 64)
     Z = impedance(drives, s[None])
     bound = float(np.max(np.abs(Z) / np.maximum(Z.imag + np.outer(drives.B, s.imag), 1e-300))) * line
-    sizes = np.geomspace(SMALLEST * line, max(2.0 * line, min(1.2 * bound, TURNED)), AMPLITUDES)
+    sizes = np.geomspace(SMALLEST_SHARE * line, max(2.0 * line, min(1.2 * bound, MOST_TWIST_RAD)), AMPLITUDES)
     mean, equivalent = one_harmonic(drives.law, drives.torque, sizes)
-    wave = np.cos(2.0 * np.pi * np.arange(SLOPES) / SLOPES)
+    wave = np.cos(2.0 * np.pi * np.arange(SLOPE_SAMPLES) / SLOPE_SAMPLES)
     slopes = drives.law.stiffness(mean[:, None] + sizes[:, None] * wave) + 0.0 * wave
-    swing = np.abs(2.0 * (slopes @ wave) / SLOPES)
+    swing = np.abs(2.0 * (slopes @ wave) / SLOPE_SAMPLES)
     return Springs(sizes, equivalent, slopes.min(axis=1), slopes.max(axis=1), swing)
 
 
@@ -165,7 +159,7 @@ def _frequencies(drives: Drives, order: int) -> Floats:
     return order * np.geomspace(low, high, min(count, MOST_SPEEDS))
 
 
-def _driven(drives: Drives, springs: Springs, line: Any) -> Largest:
+def _of_line(drives: Drives, springs: Springs, line: Any) -> Largest:
     """Largest oscillation that one line drives."""
     sizes, stiffness = springs.amplitude, springs.equivalent
     w = _frequencies(drives, line.order)
@@ -199,17 +193,17 @@ def _driven(drives: Drives, springs: Springs, line: Any) -> Largest:
         rows = np.arange(len(Z))
         return sizes[rows, top_index], omega[rows, top_index], amplitude, frequency
 
-    extra_speeds = np.geomspace(*drives.speeds, SPEEDS)
+    extra_speeds = np.geomspace(*drives.speeds, SUM_SPEEDS)
     size, omega, amplitude, frequency = motion(at_root(springs.equivalent))
     Z = impedance(drives, 1j * frequency[:, None])[:, 0]
     coupling = _coupling(drives, line, at_root(springs.swing), at_root(springs.equivalent), frequency, Z)
     others = [motion(at_root(table))[0] for table in (springs.softest, springs.stiffest)]
-    low, high = _enclosed(np.array([size, *others]), coupling)
+    low, high = _bounds(np.array([size, *others]), coupling)
     mass, damping = -Z.real / frequency**2, drives.B + Z.imag / frequency
     return Largest(size, low, high, omega, np.full(len(Z), line.order), amplitude, mass, damping)
 
 
-def _enclosed(sizes: Floats, coupling: Floats) -> tuple[Floats, Floats]:
+def _bounds(sizes: Floats, coupling: Floats) -> tuple[Floats, Floats]:
     """Bounds [rad]: linear drives with the softest and the stiffest slope on the way, and the coupling of harmonics."""
     with np.errstate(divide="ignore"):
         more = np.where(coupling < 1.0, 1.0 / np.maximum(1.0 - coupling, 1e-300), np.inf)
@@ -247,7 +241,8 @@ def _parabola(x: Floats, inverse: Floats, index: Any) -> tuple[Floats, Floats]:
 def _oscillation(drives: Drives, omega: Floats, K: Floats) -> Floats:
     """Largest |error - mean| [rad] of the whole motion at motor speeds (n, m), the law having stiffnesses (n,)."""
     orders = [line.order for line in drives.error.lines]
-    angle = 2.0 * np.pi * np.arange(TURN * max(orders)) / (TURN * max(orders))
+    count = PERIOD_SAMPLES * max(orders)
+    angle = 2.0 * np.pi * np.arange(count) / count
     total = np.zeros((*omega.shape, len(angle)))
     for line in drives.error.lines:
         s = 1j * line.order * omega
@@ -261,12 +256,7 @@ def _oscillation(drives: Drives, omega: Floats, K: Floats) -> Floats:
     return np.asarray(middle + 0.125 * (after - before) ** 2 / bend)
 
 
-STEP = 0.01
-
-UNKNOWN = math.inf
-
-
-def worth(drives: Drives, peaks: Largest, row: int) -> float:
+def certified_error(drives: Drives, peaks: Largest, row: int) -> float:
     """Relative error of averaging by the certificate of the first-order slow flow, at one drive's largest oscillation.
 
     Near k omega the drive is one oscillator with its own mass and damping. The certificate is about the component at
@@ -289,22 +279,22 @@ def worth(drives: Drives, peaks: Largest, row: int) -> float:
     return size + ripple if math.isfinite(size) else UNKNOWN
 
 
-def _stiffer(drives: Drives, by: float) -> Drives:
+def _with_stiffness(drives: Drives, by: float) -> Drives:
     law = drives.law
     return drives._replace(law=law._replace(**{k: by * getattr(law, k) for k in ("K1", "K2", "K3", "T1", "T2")}))
 
 
-def _of_error(drives: Drives, by: float) -> Drives:
+def _with_error(drives: Drives, by: float) -> Drives:
     lines = tuple(line._replace(amplitude=by * line.amplitude) for line in drives.error.lines)
     return drives._replace(error=drives.error._replace(lines=lines))
 
 
 CHANGES: dict[str, Callable[[Drives, float], Drives]] = {
-    "stiffness of the gear": _stiffer,
+    "stiffness of the gear": _with_stiffness,
     "damping of the gear": lambda d, by: d._replace(B=by * d.B),
     "inertia of the load": lambda d, by: d._replace(J_l=by * d.J_l),
     "inertia of the motor": lambda d, by: d._replace(J_m=by * d.J_m),
-    "kinematic error": _of_error,
+    "kinematic error": _with_error,
     "mean torque": lambda d, by: d._replace(torque=by * d.torque),
 }
 
@@ -314,6 +304,6 @@ def sensitivities(designs: list[tuple[str, float, Drives]]) -> Iterator[Sensitiv
     for gear, motor, drives in designs:
         base = float(largest(drives).oscillation[0])
         for name, changed in CHANGES.items():
-            up = float(largest(changed(drives, 1.0 + STEP)).oscillation[0])
-            down = float(largest(changed(drives, 1.0 - STEP)).oscillation[0])
-            yield Sensitivity(gear, motor, name, (up - down) / (2.0 * STEP * base))
+            up = float(largest(changed(drives, 1.0 + SENSITIVITY_STEP)).oscillation[0])
+            down = float(largest(changed(drives, 1.0 - SENSITIVITY_STEP)).oscillation[0])
+            yield Sensitivity(gear, motor, name, (up - down) / (2.0 * SENSITIVITY_STEP * base))

@@ -22,9 +22,10 @@ from ...model.drive import Drive
 from ...model.excitation import Harmonic
 from ...model.gears import catalogue
 from ...model.gears.gear import Gear
-from ...model.train import DriveTrain, Held
-from .averaged import Drives, Largest, largest, sensitivities, worth
-from .options import Case, Option, bounded, error_of, for_balance, forbidden, option_of, rotor_doubts
+from ...model.train.controls import Held
+from ...model.train.drive_train import DriveTrain
+from .averaged import Drives, Largest, certified_error, largest, sensitivities
+from .options import Case, Option, cases_to_balance, error_of, forbidden, option_of, rotor_doubts, with_error
 from .result import Candidate, Design, front
 from .specification import DRIVE, SURE, WORDS, Check, Specification, checks, digits_apart, life, miss_of, needed
 
@@ -32,7 +33,7 @@ MOST_BALANCED = 400  # designs by harmonic balance
 MOST_DRIVES = 2000  # at once by averaging
 MOST_SENSITIVITIES = 3  # designs whose sensitivities are given
 AVERAGING, BALANCE = "averaging", "harmonic balance"
-NONE = Check("", 0.0, "")
+NO_CHECK = Check("", 0.0, "")
 OSCILLATION, LOOP = "oscillation", "loop"
 
 
@@ -90,7 +91,7 @@ class _Search:
         passed = []
         for gear in gears:
             every = list(checks(gear, self.spec))
-            rules = max((check for check in every if check.recorded), key=lambda check: check.use, default=NONE)
+            rules = max((check for check in every if check.recorded), key=lambda check: check.use, default=NO_CHECK)
             if lacking := [check for check in every if not check.recorded]:
                 self.lacking[gear.name] = lacking
             if rules.violated:
@@ -130,7 +131,9 @@ class _Search:
         loop, tuned = spec.control(1.0), np.array([*map(spec.tuned, J_l.tolist())])
         gain = J_m + tuned / ratio**2 if loop is not None and loop is not spec.loop else 1.0
         speeds, damping = (ratio * spec.speeds[0], ratio * spec.speeds[1]), spec.damping(gear.law.K1, tuned)
-        return Drives(gear.law, ratio, -torque, error_of(gear, spec), speeds, J_m, J_l, damping, loop, gain)
+        return Drives(
+            gear.law, ratio, -torque, error_of(gear, spec), speeds, J_m=J_m, J_l=J_l, B=damping, loop=loop, gain=gain
+        )
 
     def _averaged(self, gear: Gear, rules: Check) -> list[Option]:
         """One option for every motor, with every load under every torque."""
@@ -152,8 +155,8 @@ class _Search:
                     nearest = float(np.min(distance)), drives, peaks, int(np.argmin(distance))
             options += [option_of(gear, rules, rotor, some) for rotor, some in zip(motors, cases, strict=True)]
         assert nearest is not None
-        certified = worth(*nearest[1:])
-        return [bounded(option, certified) for option in options]
+        error = certified_error(*nearest[1:])
+        return [with_error(option, error) for option in options]
 
     def _is_stable(self, option: Option) -> bool:
         """True where the loop of an option is stable with the smallest and the largest load; else a miss is noted.
@@ -243,7 +246,7 @@ class _Search:
         lines = error_of(option.gear, self.spec).lines
         alike = self.spec.loop is None and len({line.order & -line.order for line in lines if line.amplitude}) < 2
         best: tuple[Crest, float, float] | None = None
-        for case in for_balance(option):
+        for case in cases_to_balance(option):
             if (alike and case.torque > 0.0) or (best is not None and case.high <= best[0].size):
                 continue
             train = self._train(option, case)

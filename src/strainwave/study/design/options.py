@@ -1,7 +1,6 @@
 """A gear with one rotor under every load and torque of a specification: results of averaging, and the worst case."""
 
 import math
-from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,17 +11,20 @@ from ...drive.project import Project
 from ...model.error_spectrum import accuracy_spectrum
 from ...model.excitation import KinematicError
 from ...model.gears.gear import HEAVY, Gear
-from ...model.train import DriveTrain
+from ...model.train.drive_train import DriveTrain
 from ..speed_map.decide import decide
 from ..speed_map.rules import Rules
 from .specification import SURE, Check, Specification
 
-LOADS = 2  # of one torque, by harmonic balance
-BETWEEN = 9  # torques of a range, as an analysis spreads them
+BALANCED_LOADS = 2  # loads of one torque that are computed by harmonic balance
+RANGE_TORQUES = 9  # torques of a range, as an analysis spreads them
 
 
 class Case(NamedTuple):
-    """Result of averaging for a drive under one load [kg*m^2] and one torque on it [N*m]."""
+    """Result of averaging for a drive under one load [kg*m^2] and one torque on it [N*m].
+
+    `size` is its largest oscillation [rad], at a `speed` [rad/s] of the motor, `low` and `high` [rad] its bounds.
+    """
 
     load: float
     torque: float
@@ -33,7 +35,11 @@ class Case(NamedTuple):
 
 
 class Option(NamedTuple):
-    """A gear with one rotor: its result under its worst load, bounds of all in it, and that of averaging under each."""
+    """A gear with a rotor [kg*m^2]: its worst case, with the bounds of all, and the case of averaging under each load.
+
+    `rules` is the constraint that uses most of its allowance, `error` the relative error of the worst case, `balanced`
+    true where that is by harmonic balance.
+    """
 
     gear: Gear
     rules: Check
@@ -56,14 +62,15 @@ def option_of(gear: Gear, rules: Check, rotor: float, cases: list[Case]) -> Opti
     return Option(gear, rules, rotor, worst, 0.0, tuple(cases))
 
 
-def for_balance(option: Option) -> list[Case]:
+def cases_to_balance(option: Option) -> list[Case]:
     """Cases of an option for harmonic balance, the largest first: under each torque the worst loads."""
-    ranked, seen = sorted(option.cases, key=lambda case: -case.size), Counter[float]()
-    return [case for case in ranked if (seen.update([case.torque]) or seen[case.torque] <= LOADS)]
+    ranked = sorted(option.cases, key=lambda case: -case.size)
+    same_torque = ([other for other in ranked[:i] if other.torque == case.torque] for i, case in enumerate(ranked))
+    return [case for case, larger in zip(ranked, same_torque, strict=True) if len(larger) < BALANCED_LOADS]
 
 
-def bounded(option: Option, error: float) -> Option:
-    """An option with what its certificate adds to the bounds of averaging."""
+def with_error(option: Option, error: float) -> Option:
+    """An option whose bounds hold the relative error of averaging as well."""
     worst = option.worst._replace(low=option.worst.low / (1.0 + error), high=option.worst.high * (1.0 + error))
     cases = tuple(case._replace(high=case.high * (1.0 + error)) for case in option.cases)
     far = max(worst.high / worst.size - 1.0, 1.0 - worst.low / worst.size)
@@ -78,9 +85,9 @@ def error_of(gear: Gear, spec: Specification) -> KinematicError:
 
 
 def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float, str, str]:
-    """Reasons to forbid speeds of a drive, by all motions, as of a speed map: under a torque of the duty, or between.
+    """Largest oscillation [rad] where speeds are forbidden, and two sentences on why, by all motions as of a speed map.
 
-    The largest oscillation [rad] where speeds are forbidden, and two texts, empty where nothing is.
+    The first is about torques of the duty, the second about torques between these; empty where nothing is forbidden.
 
     Raises
     ------
@@ -89,9 +96,9 @@ def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float
     """
     ratio, limit = gear.ratio, spec.limit * SURE
     drive = Project(gear.name, Path(), "", train, gear, Speeds((ratio * spec.speeds[0], ratio * spec.speeds[1])))
-    torques = np.union1d(spec.torques, np.linspace(spec.torques[0], spec.torques[-1], BETWEEN))
+    torques = np.union1d(spec.torques, np.linspace(spec.torques[0], spec.torques[-1], RANGE_TORQUES))
     decided = decide(drive, Rules(limit), loads=torques)
-    some = list[tuple[bool, float, str]]()
+    of_duty, between = [(0.0, "")], [(0.0, "")]
     for torque, motions, bands in zip(torques.tolist(), decided.by_load, decided.moving, strict=True):
         if not len(bands.forbidden):
             continue
@@ -100,9 +107,9 @@ def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float
         if size <= limit:
             what, speed = "the motion jumps" if motions.jumping else "no motion is stable", float(bands.forbidden[0, 0])
         sentence = f"at {torque:.4g} N*m {what} at {speed / RPM:.4g} rpm of the motor"
-        some.append((torque in spec.torques, size, sentence))
-    under, between = (max((row[1:] for row in some if row[0] is duty), default=(0.0, "")) for duty in (True, False))
-    return max(under[0], between[0]), under[1], between[1]
+        (of_duty if torque in spec.torques else between).append((size, sentence))
+    (size, reason), (size_between, reason_between) = max(of_duty), max(between)
+    return max(size, size_between), reason, reason_between
 
 
 def rotor_doubts(option: Option) -> tuple[str, ...]:

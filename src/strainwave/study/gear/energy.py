@@ -9,6 +9,7 @@ The efficiency of a gear at constant speed follows from its load-proportional fr
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,8 +25,8 @@ from ...model.oscillator import Powers
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 
-CYCLES = (1e-6, 1e5)  # shortest and longest stretch
-OWN = "damping B"  # of the losses: the oscillator's own
+FEWEST_CYCLES, MOST_CYCLES = 1e-6, 1e5  # cycles of the fastest vibration in a stretch
+OWN_DAMPING = "damping B"  # name of the loss by the oscillator's own damping
 FIRST_TOLERANCE = 1e-6  # tolerance of the first pass, which finds how large the states and works are
 
 
@@ -104,7 +105,7 @@ def energy_balance(
         If the integration does not reach the end.
     """
     system = with_parts("energy_balance", system, "J", "B", "law", "excitation", "omega", "error")
-    names = [OWN, *_names(system.law)]
+    names = [OWN_DAMPING, *_lossy_parts(system.law)]
     if isinstance(start, Orbit):
         if not start.status:
             raise ValueError(f"the orbit is none: {start.message}")
@@ -114,7 +115,7 @@ def energy_balance(
     if duration is None:
         raise ValueError("the start is a state; give the duration of the motion too, in s")
     duration = number("duration [s]", duration, positive=True)
-    _check_duration(system, duration)
+    _refuse_duration(system, duration)
     rtol = number("rtol", rtol, positive=True)
     states = 2 + states_of(system.law)
     y0 = numbers("the start", start)
@@ -130,19 +131,21 @@ def energy_balance(
     return EnergyBalance(duration, work, error_work, dict(zip(names, losses, strict=True)), stored)
 
 
-def _check_duration(system: Any, duration: float) -> None:
-    """Refuse stretches in which nothing moves, or that no computer steps through (ValueError)."""
+def _refuse_duration(system: Any, duration: float) -> None:
+    """Refuse a stretch [s] in which nothing moves, or that no computer steps through (ValueError)."""
     stiffness = 0.0 if lacking(system.law, "stiffness") else abs(float(system.law.stiffness(0.0)))
     fastest = max(abs(system.omega) * max((1, *system.orders())), math.sqrt(stiffness / system.J))
-    shortest, longest = [cycles * 2.0 * math.pi / (fastest or 1.0) for cycles in CYCLES]
+    period = 2.0 * math.pi / (fastest or 1.0)
+    shortest, longest = FEWEST_CYCLES * period, MOST_CYCLES * period
     if not shortest <= duration <= longest:
         raise ValueError(
-            f"duration [s] is {duration:g}; give one from {shortest:.3g} to {longest:.3g} s, {CYCLES[0]:g} to "
-            f"{CYCLES[1]:g} cycles of the fastest vibration: below, energies differ by rounding alone"
+            f"duration [s] is {duration:g}; give one from {shortest:.3g} to {longest:.3g} s, {FEWEST_CYCLES:g} to "
+            f"{MOST_CYCLES:g} cycles of the fastest vibration: below, energies differ by rounding alone"
         )
 
 
 def _run(system: System, start: tuple[float, ...], duration: float, method: Dopri5) -> Floats:
+    """States, works and losses (rows, n) from a start over a time [s]."""
     run = simulate(Powers(system), start, (0.0, duration), method=method)
     if not run.status:
         raise SolveError(f"the integration for the energy balance {run.message}")
@@ -155,26 +158,31 @@ def _stored(system: Any, phase: float, y: Floats) -> float:
     return float(0.5 * system.J * state[1] ** 2 + energy_of(system.law, system.torsion(phase, state), state[2:]))
 
 
-def _names(law: Law) -> list[str]:
-    """Names of the parts of a law that lose energy, in the order of its losses."""
+def _lossy_parts(law: Law) -> list[str]:
+    """Names of the parts of a law that lose energy, in the order of its losses; the second of a kind "BoucWen 2"."""
     names: list[str] = []
-
-    def visit(part: Any) -> None:
-        for inner in parts_of(part):
-            visit(inner)
-        if depends(part) > 1 and not parts_of(part):
-            name = type(part).__name__
-            missing = lacking(part, "energy", "losses") if depends(part) == 3 else ()
-            if missing:
-                raise TypeError(
-                    f"{name} has no method {' and no method '.join(missing)}; an energy balance needs energy(x, z) and "
-                    "losses(x, v, z) of a law with memory"
-                )
-            count = sum(other.partition(" ")[0] == name for other in names)
-            names.append(f"{name} {count + 1}" if count else name)
-
-    visit(law)
+    for part in _innermost(law):
+        if depends(part) < 2:
+            continue
+        name = type(part).__name__
+        missing = lacking(part, "energy", "losses") if depends(part) == 3 else ()
+        if missing:
+            raise TypeError(
+                f"{name} has no method {' and no method '.join(missing)}; an energy balance needs energy(x, z) and "
+                "losses(x, v, z) of a law with memory"
+            )
+        count = sum(other.partition(" ")[0] == name for other in names)
+        names.append(f"{name} {count + 1}" if count else name)
     return names
+
+
+def _innermost(law: Any) -> Iterator[Any]:
+    """Parts of a law that are not made of others."""
+    parts = parts_of(law)
+    if not parts:
+        yield law
+    for part in parts:
+        yield from _innermost(part)
 
 
 @dataclass(frozen=True)
@@ -251,7 +259,7 @@ def efficiency(train: Any, torque: ArrayLike, speed: ArrayLike) -> Efficiency:
         )
     T, v = _positive("torque [N*m]", torque), _positive("speed [rad/s]", speed)
     N, column = train.N, v[:, None]
-    of_drag = np.array([float(torque_of(drag, 0.0, float(one), ())) for one in v])
+    of_drag = np.array([float(torque_of(drag, 0.0, float(speed), ())) for speed in v])
     mesh = train.friction.torque(T, column) + 0.0 * column
     given, left = (T + mesh) / N + of_drag[:, None], (T - mesh) / N - of_drag[:, None]
     share = train.friction.torque(1.0, v) + 0.0 * v
@@ -259,6 +267,7 @@ def efficiency(train: Any, torque: ArrayLike, speed: ArrayLike) -> Efficiency:
 
 
 def _positive(name: str, values: ArrayLike) -> Floats:
+    """Checked positive numbers (n,)."""
     checked_values = numbers(name, values)
     if not np.all(checked_values >= SMALLEST):
         raise ValueError(f"{name} is {shown(values)}; give positive numbers, {SMALLEST:g} at least")

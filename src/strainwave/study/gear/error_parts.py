@@ -101,7 +101,7 @@ def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
         phase: Floats = np.linspace(0.0, 2.0 * np.pi, n, endpoint=False)
         pure = np.broadcast_to(np.asarray(system.error.value(phase), float), phase.shape)
         torques, index = np.unique(_torques(system.excitation, phase), return_inverse=True)
-        torsion: Floats = np.array([_static(system.law, float(T)) for T in torques])[index]
+        torsion: Floats = np.array([_twist_under(system.law, float(T)) for T in torques])[index]
         total = pure + torsion
     else:
         if not orbit.status.found:
@@ -127,7 +127,7 @@ def _torques(excitation: Any, phase: Floats) -> Floats:
     return np.broadcast_to(np.asarray(excitation.torque(phase), float), phase.shape)
 
 
-def _static(law: Any, torque: float) -> float:
+def _twist_under(law: Any, torque: float) -> float:
     try:
         return operating_point(law, torque)
     except TypeError:

@@ -11,8 +11,9 @@ from ...base.protocols import System, names_of, omega_of
 from ...base.quantities import checked, choice, shown
 from ...base.results import Floats
 from ...compile.tree import leaf_of, numbers, part, replaced, with_leaf
-from .driven import Between, Lanes, Signal, lanes_of, pieces, places_of, resampled
 from .fitted import bounds
+from .input_signals import Between, Signal, pieces, places_of, resampled
+from .lane_march import Lanes, lanes_of
 
 OUTPUT_NUMBERS = {"gain": 1.0, "offset": 0.0, "delay": 0.0}  # of an input too: the first fields of a `Signal`
 SIGNED_NUMBERS = ("phase", "mean", "offset", "delay")  # numbers that have no sign of their own

@@ -12,9 +12,9 @@ from ...base.records import Along, Labelled
 from ...base.results import Floats, SolveError
 from ...base.terminal import on_screen
 from .channels import STEP_SCATTER, channels_of, even_step, input_row, refuse_lengths, refuse_missing, row_of
-from .driven import Between
 from .experiment import Experiment, Record
 from .fitted import Fitted
+from .input_signals import Between
 from .intervals import Interval, interval
 from .window_fit import fitted_start
 
@@ -109,7 +109,7 @@ class Identified(Fitted):
             If the motion leaves every bound.
         """
         setup, table = self.experiment, self._inputs(channels_of(inputs))
-        samples, first = table.shape[1], self._first(start, table)
+        samples, first = table.shape[1], self._start_state(start, table)
         unmeasured = np.full((len(setup.outputs), samples), np.nan)
         pieces = Record(table, unmeasured, self.step).pieces(setup, self.values, self.parts)
         lanes = setup.lanes([self.values], self.step, self.parts)
@@ -141,7 +141,7 @@ class Identified(Fitted):
         refuse_lengths("inputs", rows, samples)
         return np.array(list(rows.values())).reshape(len(rows), samples)
 
-    def _first(self, start: Any, table: Floats) -> Floats:
+    def _start_state(self, start: Any, table: Floats) -> Floats:
         """State at the first sample of inputs: as given, or fitted to the first measured samples (ValueError)."""
         setup, samples = self.experiment, table.shape[1]
         if isinstance(start, tuple | list | np.ndarray):

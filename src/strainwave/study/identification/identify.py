@@ -10,15 +10,18 @@ from ...base.protocols import System, with_parts
 from ...base.quantities import Ratio, checked, positive_count
 from ...base.results import Floats, SolveError
 from ...base.terminal import silent
-from ...model.laws import Coulomb, Parallel, Polynomial, QuadraticDamping
+from ...model.laws.friction import Coulomb, QuadraticDamping
+from ...model.laws.hysteresis import Parallel
+from ...model.laws.springs import Polynomial
 from ...numerics.integration.methods import MOST_STEPS
 from .channels import channels_of, record_of
 from .discrepancy import discrepancy
-from .driven import Between, lanes_of
 from .experiment import Experiment, Record, change_of, experiment, start_states
 from .fitted import refuse_unidentifiable
 from .identified import Identified
+from .input_signals import Between
 from .intervals import Spread, spread
+from .lane_march import lanes_of
 from .window_fit import DAMPING, EFFECT, LeastSquares, Point, Window, finite, reweighted, small, solve, windows_of
 
 FIRST_WINDOW = 48  # samples of the first windows
@@ -152,12 +155,12 @@ def identify(
         steps_of = ", ".join(f"{record.step:g} s" for record in records)
         raise ValueError(f"the records have different steps, {steps_of}; resample them to one")
     noise = _spread_of(records)
-    values = _first(setup, records, noise)
+    values = _first_values(setup, records, noise)
     _refuse_common_delay(setup, records[0], values)
     if steps is not None:
         parts = positive_count("steps", steps, max(MOST_STEPS // sum(map(len, records)), 1))
     else:
-        parts = _parts(setup, records, values, noise)
+        parts = _steps_between_samples(setup, records, values, noise)
     most_parts = parts if steps is not None else MOST_PARTS
     length, longest = FIRST_WINDOW, max(len(record) for record in records)
     early = [
@@ -230,7 +233,7 @@ def _moves_little(finer: LeastSquares, point: Point) -> bool:
     return small(columns, residual, change, MOST_MOVE * np.sqrt(len(residual) / total))
 
 
-def _first(setup: Experiment, records: Sequence[Record], size: Floats) -> Floats:
+def _first_values(setup: Experiment, records: Sequence[Record], size: Floats) -> Floats:
     """First values (free,); an offset that is larger than the motion begins at the mean of its output."""
     values = setup.first()
     means = [float(np.nanmean(row)) for row in np.concatenate([record.outputs for record in records], axis=1)]
@@ -256,12 +259,13 @@ def _refuse_common_delay(setup: Experiment, record: Record, values: Floats) -> N
 
 
 def _spread_of(records: Sequence[Record]) -> Floats:
+    """Standard deviation (outputs,) of each output over all records."""
     outputs = np.concatenate([record.outputs for record in records], axis=1)
     return np.asarray(np.nanstd(outputs, axis=1))
 
 
-def _parts(of: Experiment, records: Sequence[Record], values: Floats, noise: Floats) -> int:
-    """Steps between two samples: twice as many change the outputs by less than `ACCURATE` of their size."""
+def _steps_between_samples(of: Experiment, records: Sequence[Record], values: Floats, noise: Floats) -> int:
+    """Steps between two samples: twice as many change the outputs by less than `STEP_ERROR` of their size."""
     window = _liveliest(records, noise)
     before, parts = None, 1
     while parts <= MOST_PARTS:
@@ -273,7 +277,7 @@ def _parts(of: Experiment, records: Sequence[Record], values: Floats, noise: Flo
 
 
 def _liveliest(records: Sequence[Record], noise: Floats) -> Window:
-    """The window of `LOOKED_AT` samples in which the outputs change most: the one that asks for the finest steps."""
+    """The window of `TRIAL_SAMPLES` in which the outputs change most: the one that asks for the finest steps."""
 
     def change(window: Window) -> float:
         seen = window.record.outputs[:, window.first : window.stop]
@@ -321,7 +325,7 @@ def _result(
         converged=converged,
         notes=(
             *_notes(system, converged),
-            *_late(setup, point.values, records[0].step),
+            *_late_inputs(setup, point.values, records[0].step),
             *(f"the system explains next to nothing of {name}: start from other numbers" for name in poor),
         ),
         step=records[0].step,
@@ -329,7 +333,7 @@ def _result(
     )
 
 
-def _late(of: Experiment, values: Floats, step: float) -> list[str]:
+def _late_inputs(of: Experiment, values: Floats, step: float) -> list[str]:
     """Inputs with a delay of samples, before which the log does not say what they did."""
     return [
         f"{path}.delay is {delay:.3g} samples, and the log does not say what {channel} did that long before: shift "
@@ -340,9 +344,10 @@ def _late(of: Experiment, values: Floats, step: float) -> list[str]:
 
 
 def _notes(system: System, converged: bool) -> tuple[str, ...]:
-    open_ = "the iteration has not converged: start from the numbers found, or fix some of them"
+    """Sentences on an iteration that has not converged, and on a system that none can be."""
+    notes = [] if converged else ["the iteration has not converged: start from the numbers found, or fix some of them"]
     try:
         checked(system)
     except (TypeError, ValueError) as error:
-        return (*[open_][: not converged], f"the system found is none that can be: {error}")
-    return () if converged else (open_,)
+        notes.append(f"the system found is none that can be: {error}")
+    return tuple(notes)

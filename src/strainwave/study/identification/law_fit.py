@@ -6,7 +6,6 @@ J. R. Stat. Soc. 85, 597-612; Draper & Smith 1998, Applied Regression Analysis, 
 `compare_laws`: several laws for one log, compared by what they predict of its part that they were not fitted to.
 """
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
@@ -94,8 +93,8 @@ class Candidate(NamedTuple):
         return tuple(map(Fact, self._fields, self, words))
 
 
-def compared(
-    fits: Sequence[tuple[str, int]], errors: Floats, unit: float, where: str, largest: float = math.inf
+def compare_candidates(
+    fits: Sequence[tuple[str, int]], errors: Floats, unit: float, where: str
 ) -> tuple[int, tuple[Candidate, ...], str]:
     """The simplest candidate within two standard errors of the best, the table, and the reason.
 
@@ -107,17 +106,15 @@ def compared(
         Squared errors of parts that were left out.
     unit : float
         Of their roots [N*m].
-    place : str
+    where : str
         What was left out, in words.
-    most : float
-        Mean squared error of the best up to which others are near it, relative.
     """
     means = errors.mean(axis=1)
     best = int(np.argmin(means))
     difference = errors - errors[best]
     spreads = np.std(difference, axis=1, ddof=1) / np.sqrt(errors.shape[1])
     worse = np.divide(difference.mean(axis=1), spreads, out=np.zeros(len(fits)), where=spreads > 0.0)
-    tied = np.flatnonzero((worse <= TIE_ERRORS) & (means <= largest))
+    tied = np.flatnonzero(worse <= TIE_ERRORS)
     choice = min(tied.tolist(), key=lambda i: (fits[i][1], means[i]))
     rows = tuple(
         Candidate(fits[i][0], fits[i][1], unit * float(means[i]) ** 0.5, float(worse[i]), i == choice)
@@ -258,9 +255,9 @@ class LawComparison(Result):
         width = max(len("candidate"), *map(len, self.names))
         lines = [f"  {'candidate':<{width}}  numbers  fitted     held out"]
         table = zip(self.names, self.numbers, self.fitted, self.held_out, self.found, strict=True)
-        for name, many, fitted, held, one in table:
+        for name, count, fitted, held, one in table:
             notes = "; ".join(one.notes)
-            lines.append(f"  {name:<{width}}  {many:7.0f}  {fitted:<9.4g}  {held:<9.4g}  {notes}".rstrip())
+            lines.append(f"  {name:<{width}}  {count:7.0f}  {fitted:<9.4g}  {held:<9.4g}  {notes}".rstrip())
         lines += [f"  {name} was left out: {why}" for name, why in self.left_out.items()]
         return on_screen("\n".join(["Comparison of laws by what was held out", *lines]))
 

@@ -12,9 +12,9 @@ import numpy as np
 
 from ...base.quantities import checked
 from ...base.results import Floats, SolveError
-from .driven import Lanes
 from .experiment import Experiment, Record, sizes_of, start_states
 from .intervals import without
+from .lane_march import Lanes
 
 EFFECT = 1e-6  # of the outputs' size: what a variation of a number changes
 FIRST_VARIATION = 1e-6  # of a number, before its effect is known

@@ -2,8 +2,6 @@
 
 A segment is four numbers in the train, however many the path has: none costs arithmetic in another, and a step ends at
 every knot, so that the order of the integration is kept there.
-
-The angle of the load over a whole profile: segments of constant jerk, from knot to knot.
 """
 
 from dataclasses import dataclass, replace
@@ -11,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.results import Booleans, Floats, Integers, SolveError, Status, largest_between
+from ...base.results import Floats, Integers, SolveError, Status, largest_between
 from ...model.train.drive_train import DriveTrain, motor_motion
 from ...model.train.motion import Segment
 from ...model.train.train_forms import behind_gear
@@ -19,120 +17,13 @@ from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.peaks import watched_ends
 from ...numerics.integration.record import uninterrupted
 from ...numerics.integration.simulate import simulate
-from .servo import on_segment
+from .path import Path
 
 MOST_STEPS = 1_000_000  # steps in all: they take up to a GB of memory
 MEANS = ("pointing^2", "motor torque^2", "gear torque^2", "gear torque^3 turns")
 
 
-@dataclass(frozen=True, eq=False)
-class Path:
-    """Angle of the load over time, at rest at its begin and its end.
-
-    Attributes
-    ----------
-    knots : (n + 1,) array
-        Times [s] at which the segments begin, and the end.
-    angle, speed, acceleration, jerk : (n,) arrays
-        Of the load at the begin of each segment [rad, rad/s, rad/s^2, rad/s^3]; the jerk is constant in it.
-    last : float
-        Angle [rad] at the end.
-    """
-
-    knots: Floats
-    angle: Floats
-    speed: Floats
-    acceleration: Floats
-    jerk: Floats
-    last: float
-
-    @classmethod
-    def of_pieces(cls, pieces: list[tuple[float, float, float]], last: float) -> "Path":
-        """Path from rest at angle 0 through pieces (time [s], acceleration at its begin, jerk) to rest at `last`."""
-        rows, t, angle, speed = [], 0.0, 0.0, 0.0
-        for h, a, j in pieces:
-            rows.append((t, angle, speed, a, j))
-            t, angle, speed = t + h, angle + h * (speed + h * (0.5 * a + h * j / 6.0)), speed + h * (a + 0.5 * h * j)
-        knots, angles, speeds, accelerations, jerks = np.array(rows, float).T
-        return cls(np.append(knots, t), angles, speeds, accelerations, jerks, last)
-
-    @classmethod
-    def joined(cls, parts: list["Path"], start: float) -> "Path":
-        """Paths one after the other, from time 0 and an angle [rad] on; each begins where the one before ended."""
-        knots, angles = [np.zeros(1)], []
-        for part in parts:
-            angles.append(part.angle + start)
-            knots.append(part.knots[1:] + knots[-1][-1])
-            start += part.last
-        speed = np.concatenate([part.speed for part in parts])
-        acceleration = np.concatenate([part.acceleration for part in parts])
-        jerk = np.concatenate([part.jerk for part in parts])
-        return cls(np.concatenate(knots), np.concatenate(angles), speed, acceleration, jerk, start)
-
-    @property
-    def duration(self) -> float:
-        """Time [s] from the begin to the end."""
-        return float(self.knots[-1])
-
-    @property
-    def moving(self) -> Booleans:
-        """True for each segment (n,) in which the load moves."""
-        return np.asarray((self.speed != 0.0) | (self.acceleration != 0.0) | (self.jerk != 0.0))
-
-    def motions(self) -> list[tuple[float, float]]:
-        """Begin and end [s] of every motion: the stretches between the dwells."""
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], self.moving, [False]]).astype(int)))
-        return [(float(self.knots[i]), float(self.knots[j])) for i, j in edges.reshape(-1, 2)]
-
-    def motion_at(self, t: Floats) -> tuple[Floats, Floats, Floats]:
-        """Angle [rad], speed [rad/s] and acceleration [rad/s^2] of the load at times (m,); at rest after the end."""
-        i = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self.angle) - 1)
-        part = self.segments(i, 1.0)
-        over = np.asarray(t) >= self.knots[-1]
-        values = (part.value(t), part.slope(t), part.curvature(t))
-        end_values = (self.last, 0.0, 0.0)
-        angle, speed, acceleration = [np.where(over, end, value) for value, end in zip(values, end_values, strict=True)]
-        return angle, speed, acceleration
-
-    def segments(self, i: Any, N: float) -> Segment:
-        """Segments number i (m,) of a motor with a ratio N to the load: one, its fields arrays."""
-        fields: Any = (self.angle, self.speed, self.acceleration, self.jerk)
-        begin: Any = self.knots[i]
-        return Segment(begin, *(N * field[i] for field in fields))
-
-    def dense(self, each: int) -> Floats:
-        """Times [s] with so many equal steps in each segment."""
-        share = np.arange(each) / each
-        return np.append((self.knots[:-1, None] + share * np.diff(self.knots)[:, None]).ravel(), self.knots[-1])
-
-    def crossings(self, speed: float) -> Floats:
-        """Times [s], ascending, at which the size of the load's speed passes a level [rad/s] above 0."""
-        return np.unique(np.concatenate([self._at_speed(level) for level in (speed, -speed)]))
-
-    def time_within(self, low: float, high: float) -> float:
-        """Time [s] for which the size of the load's speed is between two levels [rad/s]."""
-        ends = [self.crossings(level) for level in (low, high) if level > 0.0]
-        times = np.unique(np.concatenate([self.knots, *ends]))
-        speed = np.abs(self.motion_at(0.5 * (times[1:] + times[:-1]))[1])
-        return float(np.sum(np.diff(times)[(speed >= low) & (speed <= high)]))
-
-    def travel(self) -> float:
-        """Angle [rad] that the load turns by, back and forth."""
-        times = np.unique(np.concatenate([self.knots, self._at_speed(0.0)]))
-        return float(np.sum(np.abs(np.diff(self.motion_at(times)[0]))))
-
-    def _at_speed(self, level: float) -> Floats:
-        """Times [s] at which the speed passes a level: zeros of v - level + a s + j s^2/2 inside the segments."""
-        v, a, half, h = self.speed - level, self.acceleration, 0.5 * self.jerk, np.diff(self.knots)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            # the stable form of the quadratic formula: q/(j/2) and v/q, the second alone where the jerk is 0
-            q = -0.5 * (a + np.copysign(np.sqrt(a * a - 4.0 * half * v), a))
-            roots = np.array([q / half, v / q])
-        inside = (roots >= 0.0) & (roots <= h)  # nan, where there is no zero, is not
-        return np.asarray((self.knots[:-1] + roots)[inside])
-
-
-class Watched(NamedTuple):
+class WatchedTrain(NamedTuple):
     """A drive train whose state goes on with the energies [J] of `power_names()` and the integrals `MEANS`.
 
     These are of the squares of pointing error, motor torque and torque in the gear, and of the torque's cube times the
@@ -178,7 +69,7 @@ class Watched(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Followed:
+class FollowedPath:
     """A train on a path; a knot between two segments is in it twice, as the end of one and the begin of the next.
 
     Attributes
@@ -211,8 +102,8 @@ class Followed:
         return np.flatnonzero((np.diff(self.segment) == 0) & (np.diff(self.t) > 0.0))
 
     def seen(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Values of `Watched.watched` at the samples (n,)."""
-        values = Watched(self.train).watched(self.t, tuple(self.y))
+        """Values of `WatchedTrain.watched` at the samples (n,)."""
+        values = WatchedTrain(self.train).watched(self.t, tuple(self.y))
         error, motor, gear, speed = [np.broadcast_to(value, self.t.shape) for value in values]
         return error, motor, gear, speed
 
@@ -220,7 +111,7 @@ class Followed:
         """Largest size of what is watched, between the samples too."""
         i = self.steps
         fields: Any = self.train.reference
-        system = Watched(on_segment(self.train, Segment(*(field[i] for field in fields))))
+        system = WatchedTrain(self.train._replace(reference=Segment(*(field[i] for field in fields))))
         every = watched_ends(system, self, i)
         return [largest_between(np.diff(self.t)[i], *ends) for ends in every]
 
@@ -231,7 +122,7 @@ class Followed:
         return np.asarray(self.train.pointing_error(tuple(self.y))), rates[0] + speed, rates[1] + acceleration
 
 
-def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Method) -> Followed:
+def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Method) -> FollowedPath:
     """Integrate a train along a path from a state, and a time [s] of rest after its end.
 
     Raises
@@ -246,7 +137,7 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
     limit = min(MOST_STEPS, method.max_steps) if isinstance(method, Dopri5) else MOST_STEPS
     t, values, rates, means, left = [], [], [], y[-len(MEANS) :], limit
     for i, segment in enumerate([*segments, standstill]):
-        system, span = Watched(on_segment(train, segment)), (knots[i], knots[i + 1])
+        system, span = WatchedTrain(train._replace(reference=segment)), (knots[i], knots[i + 1])
         run = uninterrupted(simulate(system, y, span, method=_within(method, left)))
         left -= len(run.t)
         if run.status is Status.TOO_MANY_STEPS or left < 1:
@@ -262,8 +153,8 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
         means, y = y[-len(MEANS) :], run.y[:, -1]  # those before the rest at the end
     which = np.repeat(np.arange(len(t)), [len(part) for part in t])
     columns: Any = [np.array(field)[which] for field in zip(*segments, standstill, strict=True)]
-    joined, every = on_segment(train, Segment(*columns)), np.concatenate(values, axis=1)
-    return Followed(
+    joined, every = train._replace(reference=Segment(*columns)), np.concatenate(values, axis=1)
+    return FollowedPath(
         joined, np.concatenate(t), every[:states], np.concatenate(rates, axis=1), every[states:], means, which
     )  # fmt: skip
 

@@ -1,21 +1,16 @@
-"""`move`: a drive follows a profile, with gravity and payload, on its two inertias and the loop of its motor.
-
-Settling of the load: the time from which on its pointing error stays within a window of that at rest. Values between
-the samples of a motion, from its values, rates and second derivatives: quintic Hermite.
-"""
+"""`move`: a drive follows a profile, with gravity and payload, on its two inertias and the loop of its motor."""
 
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from numpy.polynomial.polynomial import polyval
 
 from ...base.law import has, spring_stiffness
 from ...base.protocols import lines_of
 from ...base.quantities import checked, interval, number
-from ...base.results import Floats, Integers, SolveError
+from ...base.results import Floats, SolveError
 from ...base.units import ARCSEC, RPM
 from ...drive.demands.motor_limits import PEAK, MotorLimits
 from ...drive.demands.move_task import Feedforward, Task
@@ -27,94 +22,28 @@ from ...drive.state_space import state_space
 from ...model.gears.gear import Gear
 from ...model.gears.limits import Finding, bearing_life, check_limits
 from ...model.laws.dry import is_dry
-from ...model.train import DriveTrain, Segment
+from ...model.train.drive_train import DriveTrain
+from ...model.train.motion import Segment
 from ...numerics.integration.methods import Dopri5, Method
 from ...numerics.integration.record import uninterrupted
 from ...numerics.integration.simulate import simulate
-from ...numerics.roots import bracketed_root
-from .follow import Followed, Path, follow
-from .mover import Motion, Mover, move_findings, mover_of, refuse_heavy, standing_torque
+from .demand import Motion, move_findings, refuse_heavy, standing_torque
+from .follow import FollowedPath, follow
+from .mover import Mover, mover_of
+from .passes import Pass, crossings, part_of_beat, passes_of
+from .path import Path
 from .profiles import path_of
-from .result import Move, Pass, crossings, part_of_beat, passes
-from .servo import commanded_speed, limited_time, on_segment, servo_train
+from .result import Move
+from .servo import commanded_speed, limited_time, servo_train
+from .settling import STEP_TIMES, Quintic, settling
 
 ACCURATE = Dopri5(rtol=1e-10, atol=1e-13)
 WINDOW = 60.0 * ARCSEC  # where nothing is given: the accuracy class of a gear
 DECAY = 7.0  # time constants of the slowest vibration after the end: 0.1 % of it is left
 TAIL_DURATIONS = 20.0  # durations of the profile that the run goes on at most
 RESONANT = math.sqrt(0.5)  # damping ratio from which on a vibration has no resonance
-
 STANDS = 1e-6  # of the mean speed of a profile: a motor that is never faster does not break away
 STUCK = "The motor does not break away: dry friction holds it through the whole move."
-STEP_TIMES = 8  # times in a step at which the error is computed
-
-
-class Quintic(NamedTuple):
-    """Polynomials of degree 5 of a share s from 0 to 1, one for each step (m,), with the steps' begins and lengths."""
-
-    begin: Floats
-    length: Floats
-    coefficients: Floats  # (6, m), the constant first
-
-    @classmethod
-    def through(cls, t: Floats, p: Floats, v: Floats, a: Floats, steps: Integers) -> "Quintic":
-        """Through samples (n,) of a value, its rate and its second derivative, over the steps that begin at `steps`."""
-        i, j = steps, steps + 1
-        h = t[j] - t[i]
-        c0, c1, c2 = p[i], h * v[i], 0.5 * h * h * a[i]
-        rise, slope, bend = p[j] - c0 - c1 - c2, h * v[j] - c1 - 2.0 * c2, h * h * a[j] - 2.0 * c2
-        c3 = 10.0 * rise - 4.0 * slope + 0.5 * bend
-        c4 = -15.0 * rise + 7.0 * slope - bend
-        return cls(t[i], h, np.array([c0, c1, c2, c3, c4, 6.0 * rise - 3.0 * slope + 0.5 * bend]))
-
-    def of_share(self, s: Floats, which: Integers) -> Floats:
-        """Values at shares of steps number `which`."""
-        return np.asarray(polyval(s, self.coefficients[:, which], tensor=False))
-
-    def dense(self, each: int) -> Floats:
-        """Times [s] with so many equal parts in each step, ascending."""
-        return np.asarray((self.begin[:, None] + np.arange(each) / each * self.length[:, None]).ravel())
-
-    def values(self, t: Floats) -> Floats:
-        """Values at times (m,) [s] within the steps."""
-        which = np.clip(np.searchsorted(self.begin, t, side="right") - 1, 0, len(self.begin) - 1)
-        return self.of_share((t - self.begin[which]) / self.length[which], which)
-
-
-def settling(error: Quintic, final: float, window: float, begin: float, end: float) -> float | None:
-    """Time [s] after `begin` from which on |error - rest| stays within the window until `end`; None if it does not.
-
-    Parameters
-    ----------
-    error : Quintic
-        Pointing error [rad] over the time [s].
-    final : float
-        Error at rest [rad].
-    window : float
-        Largest distance from it [rad].
-    begin, end : float
-        End of the motion, and begin of the next or end of what is known [s].
-    """
-    first = int(np.searchsorted(error.begin, begin, side="right")) - 1
-    steps = np.arange(max(first, 0), int(np.searchsorted(error.begin, end, side="left")))
-    shares = np.linspace(0.0, 1.0, STEP_TIMES + 2)
-    k, s = np.repeat(steps, len(shares)), np.tile(shares, len(steps))
-    t = error.begin[k] + s * error.length[k]
-    off = np.abs(error.of_share(s, k) - final) - window
-    outside = np.flatnonzero((off > 0.0) & (t >= begin) & (t <= end))
-    if not len(outside):
-        return 0.0
-    i = int(outside[-1])
-    if i + 1 == len(t) or t[i + 1] > end:
-        return None
-
-    def beyond(time: float) -> float:
-        return abs(float(error.values(np.array([time]))[0]) - final) - window
-
-    last, inside = float(t[i]), float(t[i + 1])
-    if not beyond(last) > 0.0 >= beyond(inside):  # both at the bound of a step, where they differ by rounding
-        return inside - begin
-    return bracketed_root(beyond, last, inside, xtol=0.0) - begin
 
 
 def move(
@@ -205,7 +134,7 @@ def move(
     tail = decay if tail is None else number("tail [s]", tail, positive=True)
     shares = checked(feedforward or task.feedforward or Feedforward())
     if limited or shares != Feedforward():
-        mover = _driven(mover, path, shares, limited)
+        mover = _with_servo(mover, path, shares, limited)
         y0 = _at_rest(mover.train, 0.0, float(path.angle[0]))
     run = follow(mover.train, path, y0, tail, method)
     crossed = crossings(mover.train, path, _resonances(poles))
@@ -215,7 +144,7 @@ def move(
         with_error = Quintic.through(run.t, *run.pointing(), run.steps)
         plain = Quintic.through(smooth.t, *smooth.pointing(), smooth.steps)
         t = with_error.dense(STEP_TIMES)
-        passed = tuple(passes(crossed, mover.train, path, t, with_error.values(t) - plain.values(t)))
+        passed = tuple(passes_of(crossed, mover.train, path, t, with_error.values(t) - plain.values(t)))
     if is_dry(mover.train) and (resting := standing(project)) and resting.hunts:
         mover = replace(mover, remarks=(*mover.remarks, f"At rest: {resting.hunting()}"))
     result = _result(mover, path, run, window, spans, passed, [*_rests(mover, path, run, decay, method)])
@@ -230,7 +159,7 @@ def _fault(project: Any, payload: Payload | None) -> str:
     return loaded.loop_fault
 
 
-def _driven(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mover:
+def _with_servo(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mover:
     """The mover with feedforward, and with the limit of its motor's torque."""
     if limited and not math.isfinite(mover.limits.most):
         raise ValueError("limited needs the largest torque of the motor; give limits=MotorLimits(torque) or max_torque")
@@ -241,7 +170,7 @@ def _driven(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mov
 
 def _standing(train: DriveTrain, t: float, angle: float) -> DriveTrain:
     """The drive at a time [s] with its reference at an angle of the load [rad]."""
-    return on_segment(train, Segment(t, train.N * angle, 0.0, 0.0, 0.0))
+    return train._replace(reference=Segment(t, train.N * angle, 0.0, 0.0, 0.0))
 
 
 def _is_loose(train: DriveTrain, t: float, state: Any) -> bool:
@@ -278,7 +207,7 @@ def _tail(poles: Any, path: Path) -> float:
     return min(TAIL_DURATIONS * path.duration, DECAY / float(np.min(rates, initial=np.inf)))
 
 
-def _times_at_limits(run: Followed, torque: Floats, speed: Floats, limits: MotorLimits) -> Iterator[str]:
+def _times_at_limits(run: FollowedPath, torque: Floats, speed: Floats, limits: MotorLimits) -> Iterator[str]:
     """Times for which the motor was at its limits, a sentence each."""
     beyond = limited_time(commanded_speed(run.train, run.t, tuple(run.y)), run.t, limits.fastest)
     if beyond:
@@ -288,7 +217,7 @@ def _times_at_limits(run: Followed, torque: Floats, speed: Floats, limits: Motor
 
 
 def _result(
-    mover: Mover, path: Path, run: Followed, window: float, bands: tuple[tuple[float, float], ...],
+    mover: Mover, path: Path, run: FollowedPath, window: float, bands: tuple[tuple[float, float], ...],
     passed: tuple[Pass, ...], rests: list[float],
 ) -> Move:  # fmt: skip
     train = run.train
@@ -353,12 +282,12 @@ def _result(
     )
 
 
-def _waits(path: Path, run: Followed) -> list[float]:
+def _waits(path: Path, run: FollowedPath) -> list[float]:
     """Times [s] until which the drive waits after every motion: the next one, or the end of the run."""
     return [begin for begin, _ in path.motions()[1:]] + [float(run.t[-1])]
 
 
-def _rests(mover: Mover, path: Path, run: Followed, decay: float, method: Method) -> Iterator[float]:
+def _rests(mover: Mover, path: Path, run: FollowedPath, decay: float, method: Method) -> Iterator[float]:
     """Error at rest [rad] after every motion.
 
     It is that of the equilibrium there, or, where this depends on the way, that to which the drive comes when it waits
@@ -367,7 +296,7 @@ def _rests(mover: Mover, path: Path, run: Followed, decay: float, method: Method
     for (_, end), until in zip(path.motions(), _waits(path, run), strict=True):
         angle = float(path.motion_at(np.array([end]))[0][0])
         standing = _standing(mover.train, end, angle)
-        state: Any = None if mover.remembers else tuple(_at_rest(mover.train, end, angle))
+        state: Any = None if mover.depends_on_past else tuple(_at_rest(mover.train, end, angle))
         if state is None or _is_loose(standing, end, state):
             state_there = run.y[:, np.searchsorted(run.t, until)]
             on = uninterrupted(simulate(standing, state_there, (until, until + decay), method=method))

@@ -1,190 +1,24 @@
-"""Drive of a move: the train of a project with the limits of its gear and its motor, and with its payload.
+"""Drive of a move: the train of a project with the limits of its gear and its motor, and with its payload."""
 
-Demand of a profile on a rigid drive, and of a motion on a motor against its limits.
-"""
-
-import math
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
-
-from ...base.law import states_of, torque_of
-from ...base.protocols import Law, lacking, terms_of
+from ...base.law import states_of
+from ...base.protocols import terms_of
 from ...base.quantities import checked, floated
-from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence
-from ...drive.demands import motor_limits
-from ...drive.demands.motor_limits import PEAK, RMS, MotorLimits, Need
+from ...drive.demands.motor_limits import MotorLimits
 from ...drive.demands.payload import Payload
 from ...drive.motor_words import train_of
 from ...drive.operating_point import mean_torque, repeats
 from ...drive.run import holds_its_place
 from ...model.gears.gear import Gear
-from ...model.gears.limits import Finding
-from ...model.laws.dry import breakaway, settled
+from ...model.laws.dry import breakaway
 from ...model.train.drive_train import DriveTrain
-from ...numerics.operating_point import loaded_state
-from .follow import Path
 
 LINES_LEFT_OUT = (
     "The torques have their means; their lines, which follow an angle at constant speed, are left out of a move."
 )
-
-
-SEGMENT_SAMPLES = 16  # samples in a segment: gravity varies little in it
-
-
-class Demand(NamedTuple):
-    """Of a rigid drive, at times (m,) of a profile [s].
-
-    `angle` of the load [rad], `speed` of the motor [rad/s]; torques [N*m]: `holding` at the output, of gravity,
-    friction and the load's own mean torque, `resting` the same at rest, and `motor`, all that the motor has to give.
-    """
-
-    t: Floats
-    angle: Floats
-    speed: Floats
-    holding: Floats
-    resting: Floats
-    motor: Floats
-
-
-class Motion(NamedTuple):
-    """Demand of a move on the motor.
-
-    Times (n,) [s] with its torque [N*m] and speed [rad/s]; largest and rms torque, largest and mean speed.
-    """
-
-    t: Floats
-    torque: Floats
-    speed: Floats
-    peak_torque: float
-    rms_torque: float
-    peak_speed: float
-    mean_speed: float
-
-
-def demand_of(train: DriveTrain, path: Path, stretch: float = 1.0) -> Demand:
-    """Demand of a path on a train without its elasticity, with the accelerations of one so many times as long."""
-    t = path.dense(SEGMENT_SAMPLES)
-    angle, speed, acceleration = path.motion_at(np.append(np.nextafter(t[:-1], np.inf), t[-1]))
-    acceleration = acceleration / stretch**2
-    end, N = train.load.end(), train.N
-    holding = _drag(end.drag, angle, speed) - end.excitation.torque(t)
-    passed = holding + train.load_inertia * acceleration
-    lost = _drag(train.motor.drag, N * angle, N * speed) + train.friction.torque(passed, N * speed) / N
-    given = train.motor.J * N * acceleration + passed / N + lost
-    resting = _drag(end.drag, angle, 0.0 * speed) - end.excitation.torque(t)
-    return Demand(t, angle, N * speed, holding, resting, given)
-
-
-def standing_torque(train: DriveTrain, path: Path) -> float:
-    """Largest torque [N*m] that a motor gives at the rests of a path, of a rigid drive."""
-    t = np.array([0.0, *(end for _, end in path.motions())])
-    angle, end, still = path.motion_at(t)[0], train.load.end(), 0.0 * t
-    holding = _drag(end.drag, angle, still) - end.excitation.torque(t)
-    return float(np.max(np.abs(_drag(train.motor.drag, train.N * angle, still) + holding / train.N)))
-
-
-def refuse_heavy(train: DriveTrain, path: Path) -> None:
-    """Refuse a load that is beyond what the law of the gear carries (ValueError)."""
-    demand = demand_of(train, path)
-    worst = int(np.argmax(np.abs(demand.holding)))
-    pull = float(demand.holding[worst])
-    if lacking(train.law, "stiffness"):
-        return
-    try:
-        loaded_state(train.law, pull)
-    except (ValueError, SolveError) as error:
-        raise ValueError(
-            f"the load pulls with {abs(pull):.4g} N*m at {np.degrees(demand.angle[worst]):.4g} deg, which the gear "
-            f"does not hold: {error}; take a lighter payload, a shorter arm or a larger gear"
-        ) from error
-
-
-def move_findings(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion) -> Iterator[Finding]:
-    """Demand of a move on the motor, its vibration included, against the limits; the remedy goes by the profile."""
-    demand = demand_of(train, path)
-    over = float(np.max(np.abs(demand.speed))) / limits.fastest
-    smoother = "take a longer time, a smoother profile or a stronger motor"
-    of_torque = _stretched(train, path, limits) if _too_large(demand, limits) else smoother
-    of_speed = _stretch(path, over, "take a smaller ratio") if over > 1.0 else smoother
-    computed = "the move is computed as if the motor had it; "
-    remedies = computed + of_torque, computed + of_speed
-    holding = float(np.max(np.abs(demand_of(train, path, math.inf).motor)))
-    peak = None if limits.peak_torque else motion.peak_torque
-    yield from motor_limits.motor_findings(limits, peak, motion.peak_speed, holding, remedies)
-    if limits.peak_torque:
-        size = np.abs(motion.torque)
-        need = Need(np.abs(motion.speed), size, size, np.zeros(len(size) - 1, bool))
-        yield motor_limits.torque_finding(limits, PEAK, [need], computed + of_torque)
-    if limits.lasts:
-        yield _lasting(train, path, limits, motion)
-    yield from motor_limits.sheet_findings(
-        limits, [], motion.mean_speed, float(np.max(np.abs(demand.resting))) / train.N
-    )
-
-
-def _lasting(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion) -> Finding:
-    """The rms torque of a profile that is repeated without end against the continuous torque at its speeds.
-
-    The mean of (torque/continuous torque)^2 over the profile must be at most 1. The bound is the continuous torque with
-    the same mean: that of each speed, weighted by the heat there.
-    """
-    inside = motion.t <= path.duration
-    t, torque, allowed = motion.t[inside], motion.torque[inside], limits.at(RMS, motion.speed[inside])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where(torque == 0.0, 0.0, torque / allowed)
-        held = float(np.abs(demand_of(train, path, math.inf).motor[-1] / limits.at(RMS, 0.0)))
-    heat, relative = float(np.trapezoid(torque * torque, t)), float(np.trapezoid(share * share, t))
-    bound = math.sqrt(heat / relative) if relative > 0.0 else float(np.min(allowed))
-    remedy = "take a stronger motor"
-    if held < 1.0 and path.duration < relative < math.inf:
-        pause = _up((relative - path.duration) / (1.0 - held * held))
-        remedy = f"let it rest at the end for {pause} s more in every cycle, or {remedy}"
-    fact = f"The rms torque of the motor over the profile is {motion.rms_torque:.4g} N*m, its continuous torque {{}}"
-    return motor_limits.short_finding(RMS, motion.rms_torque, bound, fact, remedy)
-
-
-def _too_large(demand: Demand, limits: MotorLimits) -> bool:
-    return bool(np.any(np.abs(demand.motor) > limits.at(PEAK, demand.speed)))
-
-
-def _stretched(train: DriveTrain, path: Path, limits: MotorLimits) -> str:
-    """Stretch by a rigid drive of a profile whose torque is too large; friction stays that of its speed."""
-
-    def too_large(stretch: float) -> bool:
-        demand = demand_of(train, path, stretch)
-        return _too_large(demand._replace(speed=demand.speed / stretch), limits)
-
-    if too_large(math.inf):
-        return "without any acceleration it still asks too much: take a stronger motor or a larger ratio"
-    low, high = 1.0, 2.0
-    while too_large(high):
-        low, high = high, 2.0 * high
-    for _ in range(50):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if too_large(middle) else (low, middle)
-    return _stretch(path, high, "take a stronger motor")
-
-
-def _stretch(path: Path, factor: float, other: str) -> str:
-    """The advice to take so many times as long; the vibration, which is another one then, is not in it."""
-    need = f"stretch it from {path.duration:.4g} s to at least {_up(factor * path.duration)} s"
-    return f"{need} (of a rigid drive; vibration may need more), or {other}"
-
-
-def _up(value: float) -> str:
-    """Four digits, rounded up."""
-    unit = 10.0 ** (math.floor(math.log10(value)) - 3)
-    return f"{math.ceil(value / unit * (1.0 - 1e-12)) * unit:.4g}"
-
-
-def _drag(law: Law, angle: Floats, speed: Floats) -> Floats:
-    law = settled(law)
-    return np.asarray(torque_of(law, angle, speed, (0.0 * angle,) * states_of(law)) + 0.0 * angle)
 
 
 @dataclass(frozen=True)
@@ -198,7 +32,7 @@ class Mover:
     limited: bool = False  # the torque of the motor stays within its limit
 
     @property
-    def remembers(self) -> bool:
+    def depends_on_past(self) -> bool:
         """True where its rest depends on the motion before: a law or a drag has internal states or dry friction."""
         drags = self.train.motor.drag, self.train.load.end().drag
         laws = (self.train.law, *drags, *self.train.load.couplings())

@@ -14,7 +14,7 @@ from ...base.above import above
 from ...base.protocols import lacking
 from ...base.quantities import LARGEST, checked, number, shown
 from ...base.results import Floats
-from .follow import Path
+from .path import Path
 
 THIRD = 1.0 / 3.0  # of the time for each ramp: the motor needs the least rms torque for a load of pure inertia
 EQUAL = 4  # points of the same angle in a row that are a dwell
@@ -36,7 +36,7 @@ class Trapezoid(NamedTuple):
 
     def path(self) -> Path:
         """Path from angle 0 on."""
-        return _moved(self, 0.0, inf)
+        return _ramped_path(self, 0.0, inf)
 
     def check(self) -> None:
         """Refuse an angle of 0, shares that leave no time, and limits together with a time (ValueError)."""
@@ -65,7 +65,7 @@ class SCurve(NamedTuple):
 
     def path(self) -> Path:
         """Path from angle 0 on."""
-        return _moved(self, self.rounding, self.jerk)
+        return _ramped_path(self, self.rounding, self.jerk)
 
     def check(self) -> None:
         """Refuse an angle of 0, shares that leave no time, and limits together with a time (ValueError)."""
@@ -103,7 +103,7 @@ class AngleProfile(NamedTuple):
         """Path from angle 0 on."""
         t, angle = np.array(self.times) - self.times[0], np.array(self.angles) - self.angles[0]
         edges = [0, *_ends_of_dwells(angle), len(t) - 1]
-        parts = [_spline(t[i : j + 1], angle[i : j + 1]) for i, j in pairwise(edges) if i < j]
+        parts = [_spline_path(t[i : j + 1], angle[i : j + 1]) for i, j in pairwise(edges) if i < j]
         return Path.joined(parts, 0.0)
 
     def check(self) -> None:
@@ -160,22 +160,22 @@ def path_of(profile: Any, start: float | None = None) -> Path:
     return path
 
 
-def _moved(part: Trapezoid | SCurve, rounding: float, j: float) -> Path:
+def _ramped_path(part: Trapezoid | SCurve, rounding: float, j: float) -> Path:
     """Path of a part from angle 0 on: in its time, or within its limits, the jerk [rad/s^3] one of them."""
     if part.time:
         ramp = part.ramp * part.time
-        return _symmetric(part.angle, ramp, rounding * ramp, part.time - 2.0 * ramp)
+        return _symmetric_path(part.angle, ramp, rounding * ramp, part.time - 2.0 * ramp)
     q, v, a = abs(part.angle), part.speed, part.acceleration
     rise = min(a / j, sqrt(v / j))
     ramp = rise + max(v / a, rise)
     if q < v * ramp:  # the speed is not reached
         rise = min(a / j, cbrt(q / (2.0 * j)))
         ramp = max(2.0 * rise, 0.5 * rise + sqrt(0.25 * rise * rise + q / a))
-        return _symmetric(part.angle, ramp, rise, 0.0)
-    return _symmetric(part.angle, ramp, rise, q / v - ramp)
+        return _symmetric_path(part.angle, ramp, rise, 0.0)
+    return _symmetric_path(part.angle, ramp, rise, q / v - ramp)
 
 
-def _symmetric(angle: float, ramp: float, rise: float, cruise: float) -> Path:
+def _symmetric_path(angle: float, ramp: float, rise: float, cruise: float) -> Path:
     """Path with two ramps of a time [s], each with two rises of the acceleration, and a constant speed between."""
     a = angle / (ramp + cruise) / (ramp - rise)
     if not rise:
@@ -188,7 +188,7 @@ def _symmetric(angle: float, ramp: float, rise: float, cruise: float) -> Path:
     return Path.of_pieces([piece for piece in pieces if piece[0] > 1e-12 * duration], angle)
 
 
-def _spline(t: Floats, angle: Floats) -> Path:
+def _spline_path(t: Floats, angle: Floats) -> Path:
     """Path through points, at rest at both ends; the same angle throughout is a dwell."""
     if np.ptp(angle) == 0.0:
         return Path.of_pieces([(float(t[-1] - t[0]), 0.0, 0.0)], 0.0)

@@ -194,7 +194,7 @@ def run_up(system: Any, rates: ArrayLike, *, speeds: tuple[float, float] | None 
     if not isinstance(system, DriveTrain | Oscillator | VaryingOscillator):
         raise TypeError(f"run_up takes a Project, a DriveTrain or an Oscillator, not {shown(system)}")
     system = repeating("run_up", checked(system))
-    low, high = _around(system) if speeds is None else interval("speeds [rad/s]", speeds, positive=True)
+    low, high = _resonance_speeds(system) if speeds is None else interval("speeds [rad/s]", speeds, positive=True)
     turns = 0.25 * (high * high - low * low) / math.pi / rates
     if np.max(turns) > MOST_TURNS:
         least = float(np.max(turns * rates)) / MOST_TURNS
@@ -208,7 +208,7 @@ def run_up(system: Any, rates: ArrayLike, *, speeds: tuple[float, float] | None 
     return RunUps(rates, largest, speed, (low, high), "pointing error" if isinstance(system, DriveTrain) else "error x")
 
 
-def _around(system: Any) -> tuple[float, float]:
+def _resonance_speeds(system: Any) -> tuple[float, float]:
     """Speeds [rad/s] around the resonances of an error equation."""
     stiffness = 0.0 if isinstance(system, DriveTrain) else float(system.law.stiffness(_at_rest(system)[0]))
     if not (stiffness > 0.0 and (orders := system.orders())):
@@ -227,7 +227,7 @@ def _at_rest(system: Any) -> tuple[float, ...]:
 def _run(system: Any, first: float, last: float, rate: float, turns: float) -> tuple[float, float]:
     """Largest |error| [rad] from one speed to the other, and the speed [rad/s] there."""
     ramp = SpeedRamp(first, math.copysign(rate, last - first))
-    moving, start, decay = (_train if isinstance(system, DriveTrain) else _equation)(system, ramp)
+    moving, start, decay = (_train_on_ramp if isinstance(system, DriveTrain) else _equation_on_ramp)(system, ramp)
     before = min(SETTLED / decay if decay else math.inf, LONGEST * 2.0 * math.pi / first)
     times = np.linspace(0.0, abs(last - first) / rate, 2 + math.ceil(PER_TURN * turns))
     run = uninterrupted(simulate(moving, start, np.append(-before, times), method=METHOD))
@@ -238,7 +238,7 @@ def _run(system: Any, first: float, last: float, rate: float, turns: float) -> t
     return float(sizes[i]), float(ramp.slope(times[1 + i]))
 
 
-def _equation(system: Any, ramp: SpeedRamp) -> tuple[Any, Any, float]:
+def _equation_on_ramp(system: Any, ramp: SpeedRamp) -> tuple[Any, Any, float]:
     """An error equation on a ramp, the state in which its run begins, and the decay [1/s] of its slowest motion."""
     if not loses_energy(system):
         raise ValueError("the system loses no energy, so that it never settles at the first speed; give it damping")
@@ -252,7 +252,7 @@ def _equation(system: Any, ramp: SpeedRamp) -> tuple[Any, Any, float]:
     return moving, _at_rest(system), 0.5 * damping_of(system) / system.J
 
 
-def _train(train: DriveTrain, ramp: SpeedRamp) -> tuple[Any, Any, float]:
+def _train_on_ramp(train: DriveTrain, ramp: SpeedRamp) -> tuple[Any, Any, float]:
     """The same of a train, in coordinates of its load."""
     if train.motor.free:
         raise ValueError("a free motor follows its torque, not a speed; give the motor a loop, or hold it")

@@ -1,4 +1,4 @@
-"""The motor of a move as its drive has it: its torque and speed command limited, with anti-windup, and feedforward."""
+"""Motor of a move with its limits: torque and speed command limited with anti-windup, and feedforward."""
 
 from typing import Annotated, Any, NamedTuple
 
@@ -7,6 +7,7 @@ import numpy as np
 from ...base.law import class_of, share, states_of, torque_of, z_rate_of
 from ...base.protocols import Law, lacking
 from ...base.quantities import LARGEST, AngularSpeed, Inertia, Rate, Ratio, Torque
+from ...base.results import Floats
 from ...compile.elementwise import larger, select, smaller
 from ...compile.jit import chosen
 from ...drive.demands.motor_limits import PEAK, MotorLimits
@@ -59,35 +60,35 @@ class Servo(NamedTuple):
 
     def command(self, x: Any, z: Any, speed: Any) -> Any:
         """Speed [rad/s] that the position loop asks of the motor, without its limit, at the speed of the reference."""
-        return self.speed * speed - self.K_v * integrated(self.loop, x, z, self.of_integral)
+        return self.speed * speed - self.K_v * with_position_integral(self.loop, x, z, self.of_integral)
 
-    def driven(self, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
+    def respond(self, J: Any, torque: Any, excitation: Any, reference: Any, deviation: Any, z: Any) -> Any:
         """Acceleration [rad/s^2], torque [N*m] and rates of the states, as `controlled` returns them.
 
         `reference` is the speed, the acceleration and the angle of the motor's reference. A loop with an inertia H asks
         for a torque that falls with the acceleration a of the deviation, which follows from the torque itself:
         T = T_0 - H a with J (a + a_ref) = T_others + T. Solved for it, a = (T_others + T_0 + H a_ref)/(J + H) - a_ref.
         """
-        speed, aimed, angle = reference
+        speed, reference_acceleration, angle = reference
         x, v = deviation[0], deviation[1] + (1.0 - self.speed) * speed
-        states, heavy = share(self.loop, z), inertia_of(self.loop)
+        states, H = share(self.loop, z), inertia_of(self.loop)
         command = self.command(x, states, speed)
         excess = command - larger(smaller(command, self.fastest), -self.fastest)
         v = v + excess
         fed = self.fed.torque(angle, reference)
         given = (*states, (1.0 - self.behind) * fed)
         asked = excitation + self.behind * fed - torque_of(self.loop, x, v, given)
-        asked = asked - heavy * ((torque + asked + heavy * aimed) / (J + heavy) - aimed)
+        asked = asked - H * ((torque + asked + H * reference_acceleration) / (J + H) - reference_acceleration)
         bound = smaller(self.limit, polygon(self.speeds, self.torques, abs(deviation[1] + speed)))
         applied = larger(smaller(asked, bound), -bound)
         acceleration = (torque + applied) / J
-        rates = unwound(self.loop, z_rate_of(self.loop, x, v, given), (applied - asked) * self.back, excess)
-        return acceleration, applied - excitation, (deviation[1], acceleration - aimed, *rates)
+        rates = with_limits(self.loop, z_rate_of(self.loop, x, v, given), (applied - asked) * self.back, excess)
+        return acceleration, applied - excitation, (deviation[1], acceleration - reference_acceleration, *rates)
 
 
 @chosen
-def integrated(loop: Any, x: Any, z: Any, share: Any) -> Any:
-    """Deviation x [rad] with a share [1/s] of its integral, which the states z of the loop have before the last."""
+def with_position_integral(loop: Any, x: Any, z: Any, share: Any) -> Any:
+    """Deviation x [rad] plus a share [1/s] of its integral, the last but one of the states z of a loop that has it."""
     return _with_integral if PositionIntegral in _classes(loop) else _without_integral
 
 
@@ -100,34 +101,37 @@ def _without_integral(loop: Any, x: Any, z: Any, share: Any) -> Any:
 
 
 @chosen
-def unwound(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
-    """Rates of the states of a loop, from those without limits and what the limits took of speeds [rad/s]."""
+def with_limits(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
+    """Rates of the states of a loop behind its limits, from those without them.
+
+    `cut` and `excess` [rad/s] are what the limit of the torque, over K_p, and that of the speed command took.
+    """
     classes = _classes(loop)
     if CascadeLoop not in classes:
-        return _plain
-    return _both if PositionIntegral in classes else _speed
+        return _as_without_limits
+    return _with_both_integrals if PositionIntegral in classes else _with_speed_integral
 
 
 def _classes(loop: Any) -> tuple[Any, ...]:
     """Classes of a loop and of the loops inside it, or of what stands for them in the compiler."""
-    if class_of(loop) not in (Lagged, Filtered, Fed, PositionIntegral):
+    if class_of(loop) not in (Lagged, Filtered, FedLoop, PositionIntegral):
         return (class_of(loop),)
     return (class_of(loop), *_classes((loop.types if hasattr(loop, "instance_class") else loop)[0]))
 
 
-def _plain(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
+def _as_without_limits(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
     return rates
 
 
-def _speed(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
+def _with_speed_integral(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
     return (*rates[:-1], rates[-1] - cut)
 
 
-def _both(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
+def _with_both_integrals(loop: Any, rates: Any, cut: Any, excess: Any) -> Any:
     return (*rates[:-2], select(abs(cut) + abs(excess) == 0.0, rates[-2], 0.0), rates[-1] - cut)
 
 
-class Fed(NamedTuple):
+class FedLoop(NamedTuple):
     """A loop with a torque [N*m] fed forward beside its own: the last of the states that it is given, and none of its.
 
     Filters and lags around it hand their states on, so that the torque goes through them.
@@ -152,9 +156,9 @@ class Fed(NamedTuple):
         return inertia_of(self.loop)
 
 
-def fed_inside(loop: Any) -> Any:
+def with_fed_torque(loop: Any) -> Any:
     """A loop that takes a torque fed forward inside its lag and filters."""
-    return loop._replace(loop=fed_inside(loop.loop)) if isinstance(loop, Lagged | Filtered) else Fed(loop)
+    return loop._replace(loop=with_fed_torque(loop.loop)) if isinstance(loop, Lagged | Filtered) else FedLoop(loop)
 
 
 class FedTorque(NamedTuple):
@@ -211,7 +215,7 @@ def servo_train(train: DriveTrain, limits: MotorLimits, holding: float, shares: 
     core = core_of(motor.control)
     encoder = motor.control if hasattr(motor.control, "at_load") else None
     loop = encoder.loop if encoder else motor.control
-    control: Any = Servo(fed_inside(loop), min(limits.torque, LARGEST), 0.0, shares.speed)
+    control: Any = Servo(with_fed_torque(loop), min(limits.torque, LARGEST), 0.0, shares.speed)
     if limits.peak_torque:
         speeds, curve = zip(*limits.peak_torque, strict=True)
         control = control._replace(speeds=speeds, torques=curve)
@@ -227,22 +231,22 @@ def servo_train(train: DriveTrain, limits: MotorLimits, holding: float, shares: 
     return train.with_motor(control=encoder._replace(loop=control) if encoder else control)
 
 
-def on_segment(train: DriveTrain, segment: Any) -> DriveTrain:
-    """The train with a motion of its reference."""
-    return train._replace(reference=segment)
+def commanded_speed(train: DriveTrain, t: Floats, y: Any) -> Floats:
+    """Speed [rad/s] (n,) that the position loop of a limited cascade asks for, before its limit; 0 of another loop.
 
-
-def commanded_speed(train: DriveTrain, t: Any, y: Any) -> Any:
-    """Speed command [rad/s] (n,) of a limited cascade in states (states, n) at times [s], without its limit."""
+    It is that at times t (n,) [s], in states y (states, n) of the train.
+    """
     control = train.motor.control
-    x, z = seen_deviation(control, train, y)[0], share(control, motor_states(control, y)[1])
-    if isinstance(control, MixedEncoders):
-        x, z = z[0], z[1:]
     servo = control.loop if hasattr(control, "at_load") else control
-    return servo.command(x, z, train.omega * train.reference.slope(t)) if servo.K_v else np.zeros(len(t))
+    if not servo.K_v:
+        return np.zeros(len(t))
+    deviation, states = seen_deviation(control, train, y)[0], share(control, motor_states(control, y)[1])
+    if isinstance(control, MixedEncoders):
+        deviation, states = states[0], states[1:]
+    return np.asarray(servo.command(deviation, states, train.omega * train.reference.slope(t)))
 
 
-def limited_time(values: Any, t: Any, most: Any) -> float:
-    """Time [s] of samples (n,) of a torque or a speed at the limit."""
+def limited_time(values: Floats, t: Floats, most: Any) -> float:
+    """Time [s] for which a torque or a speed (n,), at times t (n,) [s], is at its largest value."""
     at_limit = np.abs(values) >= most * (1.0 - 1e-9)
     return float(np.sum(np.diff(t)[at_limit[1:] & at_limit[:-1]]))

@@ -1,6 +1,6 @@
-"""Span to avoid for the motion of a drive, of one curve or as it was decided, and the size of the motion."""
+"""`Avoid`: speeds to avoid for the motions of a drive, and the largest oscillation and the peaks among them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,16 +9,16 @@ from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.jumps import pieces_of
 from ...model.train.drive_train import DriveTrain
-from .bands import AMPLIFIED, Motions, quasi_static
+from .error_equation import PEAK_AMPLIFICATION, OperatingPoint, quasi_static
 from .intervals import Span, as_intervals, between, common, complement, merged
-from .resonances import OperatingPoint
-from .rules import Rules, bands_of
-from .under_load import of_curve
+from .rules import bands_of, rules_of
+from .size_curve import SizeCurve
+from .under_load import motions_of_curve
 
 
 @dataclass(frozen=True)
 class Avoid:
-    """Span to avoid for the motion of a drive, and how large it is there.
+    """Speeds to avoid for the motion of a drive, and how large it is there.
 
     The oscillation is the largest |x - mean|, in a run-up that of `in_run`. Without a limit a speed is avoided where it
     is above twice that of quasi-static rotation. A peak is the largest of all motions around it that are above
@@ -27,7 +27,7 @@ class Avoid:
     Attributes
     ----------
     bands : tuple of (float, float)
-        Span of the base angle [rad/s], ascending and apart.
+        Speeds of the base angle [rad/s], ascending and apart.
     largest, at : float
         Largest oscillation in the range [rad], and its speed [rad/s].
     slow : float
@@ -37,7 +37,7 @@ class Avoid:
     limit : float or None
         Largest oscillation [rad] that the drive may have; None where nothing is given.
     passed : tuple of (float, float)
-        Span that the run-up adds to the bands.
+        Speeds that the run-up adds to the bands.
     largest_passed : (float, float) or None
         Speed [rad/s] and size [rad] of the largest oscillation of that run-up; None where the curve has all torques.
     unstable : tuple of (float, float)
@@ -61,40 +61,43 @@ class Avoid:
 
 def speeds_to_avoid(
     system: Any, response: DriveResponse, point: OperatingPoint, limit: float | None = None,
-    passed: Motions | None = None,
+    passed: SizeCurve | None = None,
 ) -> Avoid | None:  # fmt: skip
-    """Apply the rules to the stable motions of one curve; None where there are none.
+    """Apply the limit [rad], or twice the quasi-static error, to the stable motions of one curve; None without any.
 
-    `passed` are those of a run-up that has torques which the curve has not (`in_run`).
+    `passed` are the motions of a run-up that has torques which the curve has not (`in_run`).
     """
     slow = quasi_static(system, point)
     if response.sweep is None or not len(response.counted):
         return None
-    rules, span = Rules(limit, AMPLIFIED if limit is None else None), response.curve.span
-    bands = bands_of(of_curve(response, slow), rules, span, (), 0.0).forbidden
-    return avoided(response, slow, limit, merged(bands.tolist()), passed)
+    rules = rules_of(None, None, None, limit)
+    bands = bands_of(motions_of_curve(response, slow), rules, response.curve.span, (), 0.0).forbidden
+    return avoid_in_bands(response, slow, limit, merged(bands.tolist()), passed)
 
 
-def avoided(
-    response: DriveResponse, slow: float, limit: float | None, bands: tuple[Span, ...], passed: Motions | None = None
+def avoid_in_bands(
+    response: DriveResponse, slow: float, limit: float | None, bands: tuple[Span, ...], passed: SizeCurve | None = None
 ) -> Avoid | None:  # fmt: skip
-    """The speeds to avoid that were decided, with the motions of the curve; None where none is stable."""
+    """Speeds to avoid of a curve whose forbidden `bands` are decided; None where none of its motions is stable.
+
+    `slow` [rad] is the oscillation of slow rotation; `passed` as of `speeds_to_avoid`.
+    """
     if response.sweep is None or not len(response.counted):
         return None
-    motions = _counted(response)
-    tops = [] if limit is not None else motions.peaks(AMPLIFIED * slow)
-    peaks = tuple(sorted((float(motions.omega[i]), float(motions.sizes[i])) for i in tops))
-    met: tuple[Span, ...] = ()
-    top = None if passed is None else _largest(passed)
-    if passed is not None:
-        above = as_intervals(passed.above(AMPLIFIED * slow if limit is None else limit))
-        met = merged(common(above, complement(as_intervals(bands), response.curve.span)).tolist())
+    motions, unstable = _stable_sizes(response), without_stable(response)
     omega, largest = _largest(motions)
-    return Avoid(bands, largest, omega, slow, peaks, limit, met, top, without_stable(response))
+    tops = [] if limit is not None else motions.peaks(PEAK_AMPLIFICATION * slow)
+    peaks = tuple(sorted((float(motions.omega[i]), float(motions.sizes[i])) for i in tops))
+    avoid = Avoid(bands, largest, omega, slow, peaks, limit, unstable=unstable)
+    if passed is None:
+        return avoid
+    above = as_intervals(passed.above(PEAK_AMPLIFICATION * slow if limit is None else limit))
+    added = common(above, complement(as_intervals(bands), response.curve.span))
+    return replace(avoid, passed=merged(added.tolist()), largest_passed=_largest(passed))
 
 
 def without_stable(response: DriveResponse) -> tuple[Span, ...]:
-    """Span [rad/s] at which no motion of a curve is stable, or the one that a sweep comes to loses its stability.
+    """Speeds [rad/s] at which no motion of a curve is stable, or the one that a sweep comes to loses its stability.
 
     The drive leaves it there, or repeats after more turns.
     """
@@ -104,28 +107,29 @@ def without_stable(response: DriveResponse) -> tuple[Span, ...]:
     return merged([*between(merged((np.min(run), np.max(run)) for run in inside), (first, last)), *flips])
 
 
-def _counted(response: DriveResponse) -> Motions:
-    """Stable motions of a curve."""
+def _stable_sizes(response: DriveResponse) -> SizeCurve:
+    """Oscillation of the stable motions of a curve."""
     visited = response.visited()
-    return Motions(response.omega[visited], response.oscillation[visited], np.diff(visited) == 1)
+    return SizeCurve(response.omega[visited], response.oscillation[visited], np.diff(visited) == 1)
 
 
 def band_above(response: DriveResponse, limit: float) -> Span | None:
-    """Span [rad/s] around the largest oscillation with one above a limit [rad], or between jumps; else None."""
-    motions = _counted(response)
+    """Band [rad/s] with the largest oscillation, above a limit [rad], jumps merged into it; None within the limit."""
+    motions = _stable_sizes(response)
     speed = float(motions.omega[np.argmax(motions.sizes)])
     jumping = [] if response.sweep is None else [(band.low, band.high) for band in response.sweep.jumping]
     above = motions.above(limit)
     return next((band for band in merged([*jumping, *above]) if above and band[0] <= speed <= band[1]), None)
 
 
-def _largest(motions: Motions) -> tuple[float, float]:
+def _largest(motions: SizeCurve) -> tuple[float, float]:
+    """Speed [rad/s] and oscillation [rad] of the largest motion."""
     top = int(np.argmax(motions.sizes))
     return float(motions.omega[top]), float(motions.sizes[top])
 
 
 def out_of_reach(limit: float | None, slow: float, train: DriveTrain | None = None) -> str:
-    """That a limit of the oscillation [rad] is below that of slow rotation [rad], in one sentence; empty where not.
+    """Sentence on a limit of the oscillation [rad] below that of slow rotation [rad]; empty where it is above.
 
     A loop on an encoder of the load takes that oscillation away at speeds that it follows.
     """

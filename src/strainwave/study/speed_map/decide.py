@@ -5,7 +5,7 @@ of the motor's loop.
 """
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -22,14 +22,14 @@ from ...drive.drive_response import DriveResponse
 from ...drive.postures import LoadCase, Posture, cases_of, refuse_twice, spread
 from ...drive.project import Project
 from . import under_load as one_load
+from .campbell import CampbellLine, lines_of, resonances_of
 from .intervals import Span, as_intervals, windows
-from .motions import OMEGA, OSCILLATION, UnderLoad
+from .motions import LoadMotions
 from .ratings import with_ratings
 from .rules import Bands, Rules, bands_of
-from .under_load import CampbellLine, Case
+from .under_load import Case
 
 GOLDEN_RATIO = 0.5 * (5.0**0.5 - 1.0)  # spreads the speeds of the search from load to load
-LINE_GAP = 0.1  # relative distance at which a peak belongs to a line of the Campbell diagram
 HALVINGS = 4  # of the distance between two torques of which one alone has jumps
 TORQUE, INERTIA, POSTURE = "load torque", "load inertia", "posture"  # what the loads are
 
@@ -72,7 +72,7 @@ class Decision:
     load_cases: tuple[LoadCase, ...]
     projects: tuple[Project, ...]
     cases: tuple[Case, ...]
-    by_load: tuple[UnderLoad, ...]
+    by_load: tuple[LoadMotions, ...]
     bands: tuple[Bands, ...]
     moving: tuple[Bands, ...]
     allowed: Floats
@@ -129,12 +129,13 @@ def decide(
     cases = [_case(*each, span) for each in zip(variants, values.tolist(), of_project, strict=True)]
     main_curves = [followed.get(row.torque) if row.posture is None else None for row in of_project]
     computed, by_load = _all_motions(cases, main_curves, span, search, count, rules, progress)
-    apart = _apart(len(cases))
+    apart = _search_step(len(cases))
     cases, variants = [cases[i] for i in computed], [variants[i] for i in computed]
     lines = [] if rules.margin is None else lines_of(cases, by_load, ())
     alone = replace(rules, speed=None, motor_torque=None, sheet=None, gear_torque=None, mean_torque=None)
-    bands, moving = ([_bands(*each, limits, span, lines, apart) for each in zip(variants, by_load, strict=True)]
-                     for limits in (rules, alone))  # fmt: skip
+    pairs = list(zip(variants, by_load, strict=True))
+    bands = [_bands(*pair, rules, span, lines, apart) for pair in pairs]
+    moving = [_bands(*pair, alone, span, lines, apart) for pair in pairs]
     rows = tuple(of_project[i] for i in computed)
     joined = [a.posture is None and b.posture is None for a, b in pairwise(rows)]
     allowed = windows([one.forbidden for one in bands], span, joined)
@@ -156,7 +157,7 @@ def _case(variant: Project, value: float, row: LoadCase, span: Span) -> Case:
 
 
 def _bands(
-    variant: Project, one: UnderLoad, rules: Rules, span: Span, lines: list[CampbellLine], apart: float
+    variant: Project, one: LoadMotions, rules: Rules, span: Span, lines: list[CampbellLine], apart: float
 ) -> Bands:  # fmt: skip
     if variant.loop_fault:
         return Bands(as_intervals([span]), as_intervals([]))
@@ -204,11 +205,11 @@ def under_each(project: Project, name: str, values: Floats, rows: Sequence[LoadC
 
 
 def with_ends_of_jumps(project: Project, span: Span) -> dict[float, DriveResponse | None]:
-    """Torques of the load's range, and more of them where jumps of the curve begin or end between two; their curves.
+    """Torques [N*m] of the load's range with their curves, and more torques where jumps begin or end between two.
 
-    Curves with memory, and those beside which no other motions are looked for, take too long for it. Jumps come into
-    the span from beside it, torque by torque: those of the project's speeds count. A torque that the law cannot carry
-    has no curve, nor is one kept of wider speeds.
+    Jumps come into the span from beside it, torque by torque: those of the project's speeds count. A torque has no
+    curve where the law cannot carry it, where the curve is one of wider speeds, and where nothing is added: curves with
+    memory, and those beside which no other motions are looked for, take too long.
     """
     torques = spread(project)
     if len(torques) == 1 or project.has_memory or not one_load.is_searched(project.system(reduced=True)):
@@ -230,10 +231,11 @@ def with_ends_of_jumps(project: Project, span: Span) -> dict[float, DriveRespons
 
 
 def _jumps(curve: DriveResponse | None) -> bool:
+    """True for a curve on which a slow run-up or run-down jumps."""
     return curve is not None and curve.sweep is not None and bool(curve.sweep.jumping)
 
 
-def _apart(loads: int) -> float:
+def _search_step(loads: int) -> float:
     """Relative distance of the speeds of the search: up to twice as large where neighbouring loads have others."""
     return one_load.SPEED_STEP * min(2.0, max(1.0, 0.25 * loads))
 
@@ -241,17 +243,17 @@ def _apart(loads: int) -> float:
 def _all_motions(
     cases: list[Case], main_curves: list[DriveResponse | None], span: Span, search: bool, threads: int, rules: Rules,
     progress: Callable[[float], None],
-) -> tuple[list[int], list[UnderLoad]]:  # fmt: skip
-    """Motions under every load, or under those finished at Ctrl-C, with their numbers.
+) -> tuple[list[int], list[LoadMotions]]:  # fmt: skip
+    """Numbers of the loads, and the motions under each; after Ctrl-C of those that were finished.
 
     Of `main_curves`, those that are None are still to be computed. Motions apart from them are tried under the
     neighbouring loads too.
     """
-    apart = _apart(len(cases)) if search else None
-    by_load: dict[int, UnderLoad] = {}
+    apart = _search_step(len(cases)) if search else None
+    by_load: dict[int, LoadMotions] = {}
     seeds: dict[int, Any] = {}
 
-    def one(i: int) -> None:
+    def follow(i: int) -> None:
         loaded, seeds[i] = one_load.under_load(cases[i], span, apart, (GOLDEN_RATIO * i) % 1.0, rules, main_curves[i])
         by_load[i] = loaded
         progress(len(by_load) / len(cases))
@@ -259,8 +261,8 @@ def _all_motions(
     with ThreadPoolExecutor(threads) as pool:  # the first compiles, where that is still to do, before threads start
         left: set[Any] = set()
         try:
-            one(0)
-            left = {pool.submit(one, i) for i in range(1, len(cases))}
+            follow(0)
+            left = {pool.submit(follow, i) for i in range(1, len(cases))}
             while left:  # not for ever at once: Windows hears of Ctrl-C between waits
                 done, left = wait(left, timeout=1.0, return_when=FIRST_EXCEPTION)
                 for future in done:
@@ -273,27 +275,9 @@ def _all_motions(
     computed = sorted(by_load)
     for order in (computed, computed[::-1]):
         for before, after in pairwise(order):
-            if tried := one_load.untried(seeds[before], by_load[before], by_load[after]):
-                by_load[after], new = one_load.extended(by_load[after], cases[after], span, np.empty(0), tried)
+            if tried := one_load.seeds_for(seeds[before], by_load[before], by_load[after]):
+                by_load[after], new = one_load.with_search_result(
+                    by_load[after], cases[after], span, np.empty(0), tried
+                )
                 seeds[after] = (*seeds[after], *new)
     return computed, [by_load[i] for i in computed]
-
-
-def lines_of(
-    cases: Iterable[Case], by_load: Sequence[UnderLoad], orders: tuple[float, ...]
-) -> list[CampbellLine]:  # fmt: skip
-    """Lines of the Campbell diagram under every load, up to the largest oscillation that any stable motion has."""
-    largest = max((float(np.max(run[:, OSCILLATION])) for loaded in by_load for run, _ in loaded.runs), default=0.0)
-    return [line for case in cases for line in one_load.campbell(case, largest, orders)]
-
-
-def resonances_of(loaded: UnderLoad, lines: list[CampbellLine]) -> Iterator[Span]:
-    """Speeds over which every excited resonance bends: from small amplitudes to the peaks that lie on its line."""
-    tops = []
-    for run, _ in loaded.runs:
-        peak = int(np.argmax(run[:, OSCILLATION]))
-        tops += [run[peak]] if run[peak, OSCILLATION] > 2.0 * loaded.quasi_static else []
-    for line in lines:
-        if line.excited:
-            bent = [float(top[OMEGA]) for top in tops if abs(top[OMEGA] / line.at(top[OSCILLATION]) - 1.0) < LINE_GAP]
-            yield min([float(line.speed[0]), *bent]), max([float(line.speed[0]), *bent])

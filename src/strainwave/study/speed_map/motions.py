@@ -22,7 +22,7 @@ FINER_POINTS = 8  # places on a curve between two of its points
 OMEGA, OSCILLATION, TORQUE, LOW, HIGH, MOTOR, RMS, SMALLEST, MEAN = range(9)  # columns of a run
 
 
-class Loose(NamedTuple):
+class LooseMotion(NamedTuple):
     """Motion of a trajectory that no curve has: speed [rad/s], oscillation [rad] and torque [N*m]."""
 
     omega: float
@@ -32,7 +32,7 @@ class Loose(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Motions:
+class MotionCurve:
     """One curve of steady motions.
 
     Attributes
@@ -91,7 +91,7 @@ class Motions:
 
 
 @dataclass(frozen=True, eq=False)
-class UnderLoad:
+class LoadMotions:
     """Motions of a drive under one load, over the range of speeds.
 
     Attributes
@@ -118,13 +118,13 @@ class UnderLoad:
     """
 
     load: float
-    curves: tuple[Motions, ...]
+    curves: tuple[MotionCurve, ...]
     quasi_static: float
     jumps: tuple[tuple[float, bool, bool], ...] = ()
     jumping: tuple[tuple[float, float], ...] = ()
     flips: tuple[tuple[float, float], ...] = ()
     doubled: tuple[tuple[float, float], ...] = ()
-    loose: tuple[Loose, ...] = ()
+    loose: tuple[LooseMotion, ...] = ()
     remarks: tuple[str, ...] = field(default=())
 
     @cached_property

@@ -18,7 +18,7 @@ from ...model.gears.gear import Gear
 from ...model.train.drive_train import DriveTrain
 from ...model.train.motion import SpeedProfile
 from ...numerics.integration.methods import Dopri5
-from .bands import Motions
+from .size_curve import SizeCurve
 
 RUN_UP_TIME, SETTLING_TIME = 40.0, 8.0  # length of the run-up and of the time before it, in units of 1/mu
 ONSET, CORNERS = 0.2, 9  # share of the run-up in which its acceleration begins, and points of the speed in it
@@ -87,7 +87,7 @@ def ramp_of(train: DriveTrain, system: Any, speeds: tuple[float, float], gear: G
     return Ramp(drive_run(timed, None, times, gear=gear, method=METHOD), begin)
 
 
-def ramp_beside(project: Project) -> Motions | None:
+def run_up_sizes(project: Project) -> SizeCurve | None:
     """Motions of a run-up that has torques which the steady curve leaves out; None where the curve has all.
 
     Such a torque follows the angle of the load, as gravity does.
@@ -99,7 +99,7 @@ def ramp_beside(project: Project) -> Motions | None:
     return in_run(run.run, run.begin) if run.run.trajectory.status else None
 
 
-def in_run(run: DriveRun, begin: float) -> Motions | None:
+def in_run(run: DriveRun, begin: float) -> SizeCurve | None:
     """Oscillation of the pointing error in every turn of the motor of a run, from a time [s] on.
 
     It is the largest distance in the turn from the mean of the turns: a line through the mean of each turn at its
@@ -114,9 +114,9 @@ def in_run(run: DriveRun, begin: float) -> Motions | None:
     ends, starts = starts[1:], starts[:-1]
     error, speed, counts = error[: ends[-1]], speed[: ends[-1]], ends - starts
     means, middles = np.add.reduceat(error, starts) / counts, 0.5 * (starts + ends - 1)
-    slow = np.interp(np.arange(len(error)), _longer(middles), _longer(means))
+    slow = np.interp(np.arange(len(error)), _extended(middles), _extended(means))
     sizes = np.maximum.reduceat(sizes_of_samples(error - slow), starts)
-    return Motions(np.add.reduceat(speed, starts) / counts, sizes, np.ones(len(starts), bool))
+    return SizeCurve(np.add.reduceat(speed, starts) / counts, sizes, np.ones(len(starts), bool))
 
 
 def turns(t: Floats, speed: Floats) -> NDArray[np.int64]:
@@ -126,6 +126,6 @@ def turns(t: Floats, speed: Floats) -> NDArray[np.int64]:
     return np.searchsorted(angle, np.arange(int(angle[-1]) + 1))
 
 
-def _longer(row: Any) -> Floats:
+def _extended(row: Any) -> Floats:
     """A row with one number more at each end, on a straight line."""
     return np.concatenate([[2.0 * row[0] - row[1]], row, [2.0 * row[-1] - row[-2]]])

@@ -12,7 +12,7 @@ from ...drive.demands.usage import MotorUse, Usage, limit_findings
 from ...drive.project import Project
 from ...model.gears.limits import Finding, check_limits, gravest
 from .intervals import Span
-from .motions import MEAN, MOTOR, OMEGA, TORQUE, UnderLoad
+from .motions import MEAN, MOTOR, OMEGA, TORQUE, LoadMotions
 from .rules import Rules, needs_of
 
 NO_USAGE = Usage(0.0, 0.0, 0.0, 0.0)
@@ -20,42 +20,52 @@ NO_USAGE = Usage(0.0, 0.0, 0.0, 0.0)
 
 def with_ratings(rules: Rules, project: Project, span: Span) -> Rules:
     """The rules with the speeds and the motor torque by which a drive of this gear and motor fails."""
-    bounds = [f.bound * RPM for f in _findings(project, span[1], NO_USAGE) if f.fails]
-    largest = math.inf if project.motor_limits is None else project.motor_limits.torque
-    torque = largest if math.isfinite(largest) else None
+    speeds = [f.bound * RPM for f in _findings(project, span[1], NO_USAGE) if f.fails]
+    sheet = project.motor_limits
     findings = () if project.gear is None else check_limits(project.gear, peak_torque=0.0, average_torque=0.0)
-    ends = {f.limit: f.bound for f in findings}
-    mean = ends.pop("average_torque", None)
+    torques = {f.limit: f.bound for f in findings}
+    mean = torques.pop("average_torque", None)
     return replace(
-        rules, speed=min(bounds, default=None), motor_torque=torque, sheet=project.motor_limits,
-        gear_torque=min(ends.values(), default=None), mean_torque=mean,
+        rules, speed=min(speeds, default=None), sheet=sheet, gear_torque=min(torques.values(), default=None),
+        motor_torque=None if sheet is None or math.isinf(sheet.torque) else sheet.torque, mean_torque=mean,
     )  # fmt: skip
 
 
 def beyond_ratings(
-    project: Project, fastest: float, by_load: list[UnderLoad], texts: dict[float, str], resting: float
+    project: Project, fastest: float, by_load: list[LoadMotions], texts: dict[float, str], resting: float
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences about limits that the motions pass: those by which the drive fails, and others.
 
-    The largest speed [rad/s], the motions under each load, its name by the load, and the torque [N*m, motor side] of
-    the loads at rest.
+    Parameters
+    ----------
+    project : Project
+        The drive with its gear and its motor.
+    fastest : float
+        Largest speed [rad/s].
+    by_load : list of LoadMotions
+        The motions under each load.
+    texts : dict
+        Name of each load.
+    resting : float
+        Largest torque [N*m, motor side] of the loads at rest.
     """
     worst = dict[str, tuple[Finding, str]]()
     for loaded in by_load:
         used, use = asked_under(loaded)
         places = {"average_torque": used.at_average, PEAK: use.at}
         for finding in _findings(project, fastest, used, use, needs_of(loaded), resting):
-            omega = places.get(finding.limit, used.at_peak) if finding.omega is None else finding.omega
-            where = f" (at {project.speeds.said(omega, 5)} under {texts[loaded.load]})"
-            placed = finding.unit != "rpm" and finding.limit != BRAKE
-            row = finding, finding.sentence + where * placed
-            worst[finding.limit] = max(worst.get(finding.limit, row), row, key=lambda r: r[0].value - r[0].bound)
+            known = worst.get(finding.limit)
+            if known is None or known[0].value - known[0].bound < finding.value - finding.bound:
+                omega = places.get(finding.limit, used.at_peak) if finding.omega is None else finding.omega
+                where = f" (at {project.speeds.said(omega, 5)} under {texts[loaded.load]})"
+                placed = finding.unit != "rpm" and finding.limit != BRAKE
+                worst[finding.limit] = finding, finding.sentence + where * placed
     passed = gravest(tuple(finding for finding, _ in worst.values()))
-    sentences = [(f.fails, worst[f.limit][1]) for f in passed]
-    return tuple(text for fails, text in sentences if fails), tuple(text for fails, text in sentences if not fails)
+    failures = tuple(worst[finding.limit][1] for finding in passed if finding.fails)
+    return failures, tuple(worst[finding.limit][1] for finding in passed if not finding.fails)
 
 
-def asked_under(loaded: UnderLoad) -> tuple[Usage, MotorUse]:
+def asked_under(loaded: LoadMotions) -> tuple[Usage, MotorUse]:
     """Largest torques that the motions under a load ask of the gear and of the motor, with their speeds."""
     table = np.concatenate([np.zeros((1, MEAN + 1)), *(run for run, _ in loaded.runs)])
     torque, mean, motor = (table[np.argmax(table[:, column])] for column in (TORQUE, MEAN, MOTOR))
@@ -64,7 +74,7 @@ def asked_under(loaded: UnderLoad) -> tuple[Usage, MotorUse]:
     return used, MotorUse(float(motor[MOTOR]), motor[OMEGA], 0.0)
 
 
-def findings_under(project: Project, loaded: UnderLoad) -> tuple[Finding, ...]:
+def findings_under(project: Project, loaded: LoadMotions) -> tuple[Finding, ...]:
     """Limits of gear and motor that the motions under one load of a project pass, the gravest first."""
     resting = max(map(abs, project.load_torques)) / project.drive.N
     findings = _findings(project, project.speeds.given[-1], *asked_under(loaded), needs_of(loaded), resting)

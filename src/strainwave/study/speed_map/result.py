@@ -13,10 +13,10 @@ from ...base.records import Labelled, Result
 from ...base.results import Floats
 from ...base.units import ARCSEC, BASES, RPM, Speeds
 from ...drive.postures import titled
+from .campbell import CampbellLine
 from .decide import POSTURE
 from .intervals import common, listed, swept
 from .rules import Rules
-from .under_load import CampbellLine
 from .vendor_rule import VendorRule, vendor_sentence
 
 JUMP_VERBS = {True: "jumps up", False: "drops"}  # of the error at a jump
@@ -236,7 +236,7 @@ class SpeedMap(Result):
         return int(np.argmax(np.max(self.oscillation, axis=1)))
 
     @property
-    def allowed_said(self) -> str:
+    def allowed_text(self) -> str:
         """The speeds that every load allows, in words."""
         return f"allowed under every load: {listed(self.windows, self.axis) or 'no speed'}"
 
@@ -270,7 +270,7 @@ class SpeedMap(Result):
             Fact("", self._worst_sentence(), "largest oscillation: {}" if len(self.loads) > 1 else ""),
             Fact("allowed_under_every_load_rpm", self.windows),
             Fact("allowed_under_every_load_rad_per_s", self.windows),
-            Fact("", self.allowed_said, "{}"),
+            Fact("", self.allowed_text, "{}"),
             Fact("run_up_adds_rpm", self.run_up),
             Fact("", listed(passed, self.axis), "a run-up adds: {}" * bool(len(passed))),
             Fact("units", None if scatter is None else scatter.units),

@@ -11,10 +11,11 @@ import numpy as np
 from ...base.quantities import number
 from ...base.results import Floats
 from ...drive.demands.motor_limits import PEAK, RMS, MotorLimits, Need
-from .bands import AMPLIFIED, Motions
+from .error_equation import PEAK_AMPLIFICATION
 from .intervals import Span, clipped, complement, gaps
-from .motions import MEAN, MOTOR, OMEGA, OSCILLATION, TORQUE, UnderLoad
+from .motions import MEAN, MOTOR, OMEGA, OSCILLATION, TORQUE, LoadMotions
 from .motions import RMS as RMS_TORQUE
+from .size_curve import SizeCurve
 
 ROUNDING_FACTOR = 1.0 + 1e-9  # times a bound: beyond it, and not by rounding
 
@@ -59,15 +60,17 @@ class Rules:
 def rules_of(
     limit: float | None, amplification: float | None, margin: float | None, limit_of_project: float | None
 ) -> Rules:
-    """Rules from the arguments of the verb, or the project's own limit; by themselves twice the quasi-static error."""
+    """Rules from the arguments of `speed_map`; by default the limit of the project, or twice the quasi-static error."""
     limit = None if limit is None else number("limit [rad]", limit, positive=True)
     amplification = None if amplification is None else number("amplification", amplification, positive=True)
     margin = None if margin is None else number("margin", margin, positive=True)
     if margin is not None and not margin < 1.0:
         raise ValueError(f"margin is {margin:g}; it is a share of the speed and must be less than 1, as 0.1 for 10 %")
-    if limit is None and amplification is None and margin is None:
-        return Rules(limit=limit_of_project) if limit_of_project is not None else Rules(amplification=AMPLIFIED)
-    return Rules(limit, amplification, margin)
+    if limit is not None or amplification is not None or margin is not None:
+        return Rules(limit, amplification, margin)
+    if limit_of_project is not None:
+        return Rules(limit=limit_of_project)
+    return Rules(amplification=PEAK_AMPLIFICATION)
 
 
 class Bands(NamedTuple):
@@ -77,7 +80,7 @@ class Bands(NamedTuple):
     allowed: Floats
 
 
-def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: Iterable[Span], apart: float) -> Bands:
+def bands_of(loaded: LoadMotions, rules: Rules, span: Span, resonances: Iterable[Span], apart: float) -> Bands:
     """Apply the rules to all stable motions under a load.
 
     Parameters
@@ -94,16 +97,20 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: Iterable[S
         Distance of the speeds that were searched, relative to each: how far a motion that no curve has may reach.
     """
     level = rules.level(loaded.quasi_static)
-    bands: list[Span] = [band for run, _ in loaded.runs for band in above(run, level)]
-    for bound, column in ((rules.gear_torque, TORQUE), (rules.mean_torque, MEAN)):
-        if bound is not None:
-            bands += [band for run, _ in loaded.runs for band in above(run, bound * ROUNDING_FACTOR, column)]
-    bands += loaded.jumping
+    most_torque = inf if rules.gear_torque is None else rules.gear_torque
+    bounds = [(OSCILLATION, level), (TORQUE, most_torque * ROUNDING_FACTOR)]
+    if rules.mean_torque is not None:
+        bounds.append((MEAN, rules.mean_torque * ROUNDING_FACTOR))
+    bands: list[Span] = [*loaded.jumping]
+    for run, _ in loaded.runs:
+        for column, bound in bounds:
+            bands += above(run, bound, column)
     for flip in loaded.flips:  # what follows repeats after more turns: its own motions decide where they are known
-        bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, slower in loaded.runs if slower], flip)
+        bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, subharmonic in loaded.runs if subharmonic], flip)
     bands += gaps([(run[0, OMEGA], run[-1, OMEGA]) for run, _ in loaded.runs], span)
-    bands += [(w / (1.0 + apart), w * (1.0 + apart)) for w, size, torque, _ in loaded.loose
-              if size > level or torque > (inf if rules.gear_torque is None else rules.gear_torque)]  # fmt: skip
+    for one in loaded.loose:
+        if one.oscillation > level or one.torque > most_torque:
+            bands.append((one.omega / (1.0 + apart), one.omega * (1.0 + apart)))
     bands += beyond_sheet(needs_of(loaded), rules.sheet)
     if rules.speed is not None:
         bands.append((rules.speed, span[1]))
@@ -119,10 +126,10 @@ def bands_of(loaded: UnderLoad, rules: Rules, span: Span, resonances: Iterable[S
 
 def above(run: Floats, level: float, column: int = OSCILLATION) -> list[Span]:
     """Bands of a run in which the oscillation, or another column, is above a level; ends by linear interpolation."""
-    return Motions(run[:, OMEGA], run[:, column], np.ones(len(run), bool)).above(level)
+    return SizeCurve(run[:, OMEGA], run[:, column], np.ones(len(run), bool)).above(level)
 
 
-def needs_of(loaded: UnderLoad) -> list[Need]:
+def needs_of(loaded: LoadMotions) -> list[Need]:
     """Demands of the runs under a load on the motor."""
     return [
         Need(run[:, OMEGA], run[:, MOTOR], run[:, RMS_TORQUE], np.ones(len(run) - 1, bool)) for run, _ in loaded.runs
@@ -133,4 +140,4 @@ def beyond_sheet(needs: Iterable[Need], sheet: MotorLimits | None) -> Iterator[S
     """Bands in which motions ask for more than the motor's peak or rms torque."""
     for need, limit in product(needs, (PEAK, RMS) if sheet else ()):
         omega, torque, available, joined = need.against(sheet or MotorLimits(), limit)
-        yield from Motions(omega, torque - available, joined).above(0.0)
+        yield from SizeCurve(omega, torque - available, joined).above(0.0)

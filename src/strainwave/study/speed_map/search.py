@@ -12,7 +12,7 @@ import numpy as np
 
 from ...base.law import breakpoints_of, depends, is_spring, spring_stiffness, states_of, torque_of, torsion
 from ...base.quantities import leaf_of
-from ...base.results import Floats, largest_between
+from ...base.results import Booleans, Floats, largest_between
 from ...base.series import largest_of_samples
 from ...drive.response import TurnResponse, of_equation
 from ...drive.train_curve import of_train, torque_in
@@ -32,11 +32,11 @@ from ...numerics.continuation.trace import describe, series_of, solve
 from ...numerics.curves.parameter_response import both_ways
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
-from .motions import HIGH, LOW, OMEGA, OSCILLATION, Loose, Motions, extremes, stable_runs
-from .resonances import active_orders
+from ...theory.slow_flow.setting import active_orders
+from .motions import HIGH, LOW, OMEGA, OSCILLATION, LooseMotion, MotionCurve, extremes, stable_runs
 
 MOTION_DIFFERENCE = 0.03  # of the reach of a motion, by which the ends of one motion differ at most
-DECAY, LEAST_TURNS, MOST_TURNS = 20.0, 8, 3000  # transients die by exp(-20) in the longest time
+DECAY_CONSTANTS, LEAST_TURNS, MOST_TURNS = 20.0, 8, 3000  # time constants and turns that transients have to die
 MOST_STEPS = 500_000  # of a start, some seconds: a drive with parts that decay in microseconds takes more
 LOOSE_TURNS = 256  # turns after which a motion that is not followed is measured
 STAGES = 4  # shares of that time after which those on known motions end
@@ -55,26 +55,27 @@ BESIDE_SHARES, NEXT_SHARE = (0.01, 0.02), 0.06  # of its speed: beside a motion 
 END_DISTANCES = 2e-4, 6e-4, 2e-3  # relative distances from the end of a stable run at which others are looked for
 
 
-class Settling(NamedTuple):
-    """A motion to start from: speed [rad/s], state at base angle 0, and its turns."""
+class MotionStart(NamedTuple):
+    """Start of a trajectory: speed [rad/s], state at base angle 0, turns of the motor that its motion takes."""
 
     omega: float
     state: tuple[float, ...]
     turns: int
 
 
-class Found(NamedTuple):
-    """Result of a search: curves, motions that no curve has, whether all had time to settle, states that led there."""
+class SearchResult(NamedTuple):
+    """New curves, motions that no curve has, whether all starts had time to settle, and states that led to motions."""
 
-    curves: tuple[Motions, ...]
-    loose: tuple[Loose, ...]
+    curves: tuple[MotionCurve, ...]
+    loose: tuple[LooseMotion, ...]
     settled: bool
-    seeds: tuple[Settling, ...]
+    seeds: tuple[MotionStart, ...]
 
 
 def search(
-    case: Any, known_curves: tuple[Motions, ...], speeds: Floats, seeds: tuple[Settling, ...], span: tuple[float, float]
-) -> Found:
+    case: Any, known_curves: tuple[MotionCurve, ...], speeds: Floats, seeds: tuple[MotionStart, ...],
+    span: tuple[float, float],
+) -> SearchResult:  # fmt: skip
     """Look for stable motions that no known curve has, and follow them.
 
     Parameters
@@ -90,22 +91,22 @@ def search(
     span : (float, float)
         Range of speeds [rad/s].
     """
-    curves, loose, new, settled = known_curves, list[Loose](), list[Settling](), True
+    curves, loose, new, settled = known_curves, list[LooseMotion](), list[MotionStart](), True
     fresh = known_curves if len(speeds) else ()
     while len(speeds) or seeds:
-        result = _searched(case, curves, speeds, seeds, span, len(curves) - len(known_curves))
+        result = _search_once(case, curves, speeds, seeds, span, len(curves) - len(known_curves))
         curves, loose, new = (*curves, *result.curves), [*loose, *result.loose], [*new, *result.seeds]
         settled = settled and result.settled
-        ends = (seed for curve in (*fresh, *result.curves) for seed in beyond_ends(case.system, curve, span))
-        seeds = (*ends, *(beside(result.seeds, span) if len(speeds) else ()))
+        ends = (seed for curve in (*fresh, *result.curves) for seed in starts_beyond_ends(case.system, curve, span))
+        seeds = (*ends, *(starts_beside(result.seeds, span) if len(speeds) else ()))
         fresh, speeds = (), np.empty(0)
-    return Found(curves[len(known_curves) :], tuple(loose), settled, tuple(new))
+    return SearchResult(curves[len(known_curves) :], tuple(loose), settled, tuple(new))
 
 
-def _searched(
-    case: Any, known_curves: tuple[Motions, ...], speeds: Floats, seeds: tuple[Settling, ...],
+def _search_once(
+    case: Any, known_curves: tuple[MotionCurve, ...], speeds: Floats, seeds: tuple[MotionStart, ...],
     span: tuple[float, float], earlier: int,
-) -> Found:  # fmt: skip
+) -> SearchResult:  # fmt: skip
     """`search` from starts at these speeds and from these seeds alone; `earlier` of the curves are from it already."""
     system, spring = case.system, is_spring(case.equation)
     omega, start = starts_at(case, speeds) if len(speeds) else (np.empty(0), np.empty((0, 0)))
@@ -113,47 +114,48 @@ def _searched(
         given = np.array([seed.state for seed in seeds]).T
         omega = np.append(omega, [seed.omega for seed in seeds])
         start = np.concatenate([start.reshape(len(given), -1), given], axis=1)
-    ends, settled = _settle(case, omega, start, known_curves)
-    curves, loose, new = known_curves, list[Loose](), list[Settling]()
+    ends, settled = _march_starts(case, omega, start, known_curves)
+    curves, loose, new = known_curves, list[LooseMotion](), list[MotionStart]()
     effort = sum(map(_effort, known_curves[len(known_curves) - earlier :]))
-    while len(lanes := _unknown(curves, omega, ends)):
-        lane = int(max(lanes, key=lambda i: ends.highest[i] - ends.lowest[i]))
+    while lanes := _unknown_lanes(curves, omega, ends):
+        lane = max(lanes, key=lambda i: float(ends.highest[i] - ends.lowest[i]))
         low, high = float(ends.lowest[lane]), float(ends.highest[lane])
-        seed = Settling(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
+        seed = MotionStart(float(omega[lane]), tuple(ends.state[:, lane].tolist()), int(ends.period[lane]))
         followed = spring and 0 < seed.turns <= MOST_PERIODS and effort < MOST_CURVES
         whole_range = len(speeds) > 0 or seed.turns < MOST_PERIODS
         count = curves[0].branch.coefficients.shape[1] // 2 if whole_range else highest_order(system) + EXTRA_HARMONICS
-        orbit = solved(system, seed, count) if followed else None
-        on_curve = orbit is not None and _on(curves, orbit)
+        orbit = solve_orbit(system, seed, count) if followed else None
+        on_curve = orbit is not None and _is_on_curve(curves, orbit)
         curve = None
         if orbit is not None and not on_curve:
-            curve = follow(system, orbit, _reach(seed, span, whole_range), known_curves[0].every, case.level)
+            curve = follow_curve(system, orbit, _reach(seed, span, whole_range), known_curves[0].every, case.level)
         if curve is not None:
             curves, new, effort = (*curves, curve), [*new, seed], effort + _effort(curve)
         elif settled and not on_curve:
-            apart = _loose(system, seed, 0.5 * (high - low), curves)
-            loose += apart
-            new += [seed] if apart and seed.turns else []
+            unfollowed = _loose_motion(system, seed, 0.5 * (high - low), curves)
+            if unfollowed is not None:
+                loose.append(unfollowed)
+                new += [seed] if seed.turns else []
         same = np.abs(ends.lowest - low) + np.abs(ends.highest - high) < MOTION_DIFFERENCE * (high - low)
         if not (spring and seed.turns):  # the largest of those that are not followed stands for all at its speed
             same |= (ends.period == 0) | (not spring)
         ends.diverged[same & (omega == seed.omega)] = True  # looked at once
-    return Found(curves[len(known_curves) :], tuple(loose), settled, tuple(new))
+    return SearchResult(curves[len(known_curves) :], tuple(loose), settled, tuple(new))
 
 
-def _effort(curve: Motions) -> float:
+def _effort(curve: MotionCurve) -> float:
     """Effort of one curve with its harmonics, in curves of usual length."""
     return max(1.0, float(curve.branch.coefficients.shape[1] // 2 / USUAL_HARMONICS) ** 2)
 
 
-def _reach(seed: Settling, span: tuple[float, float], whole_range: bool) -> tuple[float, float]:
+def _reach(seed: MotionStart, span: tuple[float, float], whole_range: bool) -> tuple[float, float]:
     """Range in which a motion is followed: the whole, or what is near one of many turns that goes on from another."""
     if whole_range:
         return span
     return max(span[0], seed.omega * (1.0 - LONG_REACH)), min(span[1], seed.omega * (1.0 + LONG_REACH))
 
 
-class Start(NamedTuple):
+class SolvedMotion(NamedTuple):
     """A point of a balance problem from which a curve is followed, and the extremes of the error there [rad]."""
 
     problem: Any
@@ -162,8 +164,8 @@ class Start(NamedTuple):
     high: float
 
 
-def solved(system: Any, seed: Settling, per_turn: int) -> Start | None:
-    """The orbit on which a trajectory settled, with so many harmonics a turn; None where there is another or none."""
+def solve_orbit(system: Any, seed: MotionStart, per_turn: int) -> SolvedMotion | None:
+    """Solve for the orbit on which a trajectory settled, with so many harmonics a turn; None without it."""
     leaf, turns = leaf_of(system, "omega"), seed.turns
     at_speed = system._replace(omega=seed.omega)
     h = min(MOST_HARMONICS, turns * per_turn)
@@ -180,27 +182,26 @@ def solved(system: Any, seed: Settling, per_turn: int) -> Start | None:
     lows, highs = extremes(series_of(problem, point[None]))
     x = run.y[0]
     apart = max(abs(float(np.min(x)) - lows[0]), abs(float(np.max(x)) - highs[0]))
-    return None if apart > OTHER_DISTANCE * float(np.ptp(x)) else Start(problem, point, float(lows[0]), float(highs[0]))
+    if apart > OTHER_DISTANCE * float(np.ptp(x)):
+        return None
+    return SolvedMotion(problem, point, float(lows[0]), float(highs[0]))
 
 
-def follow(
-    system: Any, start: Start, span: tuple[float, float], per_turn: int, train: DriveTrain | None = None
-) -> Motions | None:
-    """The curve through a solved motion, inside the range; `train` has the ratio of an error equation.
-
-    None where no step from the motion succeeds.
-    """
+def follow_curve(
+    system: Any, start: SolvedMotion, span: tuple[float, float], per_turn: int, train: DriveTrain | None = None
+) -> MotionCurve | None:
+    """Follow a solved motion through the range; None where no step from it succeeds. `train` has the ratio."""
     trace = both_ways(start.problem, start.point, *span, 4.0 / POINTS)
     if not len(trace.points):
         return None
     tail = tail_along(start.problem, trace.points)
     branch = describe(start.problem, "omega", trace, tail, "settled on", locate=False)
     if isinstance(system, AtLoad):
-        return Motions(of_train(system, TurnResponse(start.problem, trace.points, branch)), per_turn)
-    return Motions(of_equation(system, branch, train=train), per_turn)
+        return MotionCurve(of_train(system, TurnResponse(start.problem, trace.points, branch)), per_turn)
+    return MotionCurve(of_equation(system, branch, train=train), per_turn)
 
 
-def _on(curves: tuple[Motions, ...], start: Start) -> bool:
+def _is_on_curve(curves: tuple[MotionCurve, ...], start: SolvedMotion) -> bool:
     """True if a solved motion is on one of the curves, stable there or not; one of more turns is on none of fewer."""
     omega, least = float(start.point[-1]), MOTION_DIFFERENCE * (start.high - start.low)
     for curve in (curve for curve in curves if curve.turns % start.problem.turns == 0):
@@ -213,26 +214,26 @@ def _on(curves: tuple[Motions, ...], start: Start) -> bool:
     return False
 
 
-def _settle(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
-    """March the starts until each is on a known motion, or its transients have died; whether they had the time.
+def _march_starts(case: Any, omega: Floats, start: Floats, curves: tuple[MotionCurve, ...]) -> tuple[Settled, bool]:
+    """Integrate starts until each is on a known motion or its transients have died; whether all had time for it.
 
     Transients take a time, not a number of turns: only speeds of one octave are marched together.
     """
     octave = np.floor(np.log2(omega / np.min(omega)))
     groups = [np.flatnonzero(octave == k) for k in np.unique(octave)]
-    results = [_settled(case, omega[group], start[:, group], curves) for group in groups]
+    results = [_march_octave(case, omega[group], start[:, group], curves) for group in groups]
     order = np.argsort(np.concatenate(groups))
     names = "state", "period", "diverged", "lowest", "highest"
     parts = [np.concatenate([getattr(ends, name) for ends, _ in results], axis=-1)[..., order] for name in names]
     return Settled(*parts), all(enough for _, enough in results)
 
 
-def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...]) -> tuple[Settled, bool]:
-    """`_settle` of starts at speeds that are near each other."""
+def _march_octave(case: Any, omega: Floats, start: Floats, curves: tuple[MotionCurve, ...]) -> tuple[Settled, bool]:
+    """`_march_starts` of starts whose speeds are within an octave."""
     system = case.system
     B, J = (system.B, system.J) if isinstance(system, Oscillator) else (system.train.B, system.train.load.end().J)
     turns = 2.0 * J / B * float(np.max(omega)) / (2.0 * np.pi) if B > 0.0 else MOST_TURNS
-    longest = int(np.clip(ceil(DECAY * turns), LEAST_TURNS, MOST_TURNS))
+    longest = int(np.clip(ceil(DECAY_CONSTANTS * turns), LEAST_TURNS, MOST_TURNS))
     sizes = [float(np.median(curve.table[:, OSCILLATION])) for curve in curves]
     smooth = isinstance(system, Oscillator) and is_spring(system) and not breakpoints_of(system.law)
     method = None if smooth else Dopri5(rtol=ROUGH_TOLERANCE, atol=ROUGH_TOLERANCE * min(sizes), max_steps=MOST_STEPS)
@@ -242,20 +243,20 @@ def _settled(case: Any, omega: Floats, start: Floats, curves: tuple[Motions, ...
     first = longest // STAGES
     ends = settled(
         model, {path: omega}, start, settle=first, longest=STAGES * first + 6 * SEEN, method=method, threads=1,
-        recognised=lambda ends: _matches(curves, omega, ends),
+        recognised=lambda ends: _are_known(curves, omega, ends),
     )  # fmt: skip
-    return ends, longest >= DECAY * turns and not np.any(ends.period < 0)
+    return ends, longest >= DECAY_CONSTANTS * turns and not np.any(ends.period < 0)
 
 
-def _unknown(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
-    """Lanes on motions that no curve has: those that settled, and others that reach beyond all known motions."""
-    good = ~ends.diverged & ~_matches(curves, omega, ends)
-    lanes = [lane for lane in np.flatnonzero(good).tolist() if ends.period[lane] or _beyond(curves, omega, ends, lane)]
-    return np.array(lanes, int)
+def _unknown_lanes(curves: tuple[MotionCurve, ...], omega: Floats, ends: Settled) -> list[int]:
+    """Numbers of the lanes on new motions: those that settled, and those that reach beyond all known motions."""
+    good = ~ends.diverged & ~_are_known(curves, omega, ends)
+    lanes = np.flatnonzero(good).tolist()
+    return [lane for lane in lanes if ends.period[lane] or _reaches_beyond(curves, omega, ends, lane)]
 
 
-def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
-    """True if each lane is on a motion of these curves."""
+def _are_known(curves: tuple[MotionCurve, ...], omega: Floats, ends: Settled) -> Booleans:
+    """True for each lane (n,) that is on a motion of these curves."""
     matched = np.zeros(len(omega), bool)
     for w in np.unique(omega):
         lanes = np.flatnonzero(omega == w)
@@ -265,7 +266,7 @@ def _matches(curves: tuple[Motions, ...], omega: Floats, ends: Settled) -> Any:
     return matched
 
 
-def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Settled, lane: int) -> bool:
+def _reaches_beyond(curves: tuple[MotionCurve, ...], omega: Floats, ends: Settled, lane: int) -> bool:
     """True if a lane that did not settle reaches beyond the largest motion at its speed."""
     rows = [row for curve in curves for row in curve.rows_at(float(omega[lane]))]
     if not rows:
@@ -275,8 +276,8 @@ def _beyond(curves: tuple[Motions, ...], omega: Floats, ends: Settled, lane: int
     return bool(ends.lowest[lane] < low - margin or ends.highest[lane] > high + margin)
 
 
-def _loose(system: Any, seed: Settling, size: float, curves: tuple[Motions, ...]) -> list[Loose]:
-    """A motion that is not followed, integrated on; none where that leads to a known one, slowly as beyond a fold.
+def _loose_motion(system: Any, seed: MotionStart, size: float, curves: tuple[MotionCurve, ...]) -> LooseMotion | None:
+    """A motion that is not followed, integrated on; None where that leads to a known one, slowly as beyond a fold.
 
     One that does not repeat is as large as the search saw it, `size` [rad], or larger.
     """
@@ -285,20 +286,20 @@ def _loose(system: Any, seed: Settling, size: float, curves: tuple[Motions, ...]
     angles = 2.0 * np.pi * np.append(0.0, LOOSE_TURNS + np.arange(SEEN * count + 1) / count)
     run = simulate(at_speed, seed.state, angles / seed.omega)
     if not run.status:
-        return [Loose(seed.omega, size, float("inf"), seed.turns)]
+        return LooseMotion(seed.omega, size, float("inf"), seed.turns)
     angles, y, v, step = angles[1:], run.y[:, 1:], run.rate[0, 1:], np.diff(angles[1:]) / seed.omega
     torque = torque_in(at_speed, angles, tuple(y))[None, :-1]
     mean, span = float(np.mean(y[0, :-1])), float(np.ptp(y[0]))
     shifted = y[0] - mean - span, y[0] - mean + span
     sizes = np.array([largest_between(step, x[:-1], v[:-1], x[1:], v[1:]) - span for x in shifted])
     ends = Settled(y[:, -1:], np.zeros(1, int), np.zeros(1, bool), mean - sizes[:1], mean + sizes[1:])
-    if _matches(curves, np.array([seed.omega]), ends)[0]:
-        return []
+    if _are_known(curves, np.array([seed.omega]), ends)[0]:
+        return None
     reach = max(*sizes.tolist(), 0.0 if seed.turns else size)
-    return [Loose(seed.omega, reach, float(largest_of_samples(torque)[0]), seed.turns)]
+    return LooseMotion(seed.omega, reach, float(largest_of_samples(torque)[0]), seed.turns)
 
 
-def beyond_ends(system: Any, curve: Motions, span: tuple[float, float]) -> Iterator[Settling]:
+def starts_beyond_ends(system: Any, curve: MotionCurve, span: tuple[float, float]) -> Iterator[MotionStart]:
     """Starts beyond the ends of the stable runs of a curve, from its state there.
 
     Where a motion doubles its period or begins to beat, others go on from it, which attract few states.
@@ -311,12 +312,12 @@ def beyond_ends(system: Any, curve: Motions, span: tuple[float, float]) -> Itera
             state = (series[0] + np.sum(series[1::2], axis=0)).tolist()
             for share in END_DISTANCES:
                 if span[0] < (speed := omega * (1.0 + side * share)) < span[1]:
-                    yield Settling(speed, (*state, *(0.0,) * (states - 2)), curve.turns)
+                    yield MotionStart(speed, (*state, *(0.0,) * (states - 2)), curve.turns)
 
 
-def beside(seeds: tuple[Settling, ...], span: tuple[float, float]) -> tuple[Settling, ...]:
+def starts_beside(seeds: tuple[MotionStart, ...], span: tuple[float, float]) -> tuple[MotionStart, ...]:
     """The same states beside their speeds, where the motions that no curve has go on, but towards the next seed."""
-    speeds, moved = np.array([seed.omega for seed in seeds]), list[Settling]()
+    speeds, moved = np.array([seed.omega for seed in seeds]), list[MotionStart]()
     for seed in seeds:
         for side in (-1.0, 1.0):
             away = side * (speeds / seed.omega - 1.0)
@@ -326,38 +327,36 @@ def beside(seeds: tuple[Settling, ...], span: tuple[float, float]) -> tuple[Sett
 
 
 def starts_at(case: Any, speeds: Floats) -> tuple[Floats, Floats]:
-    """Speeds (lanes,) and states (states, lanes): free vibrations that an order may keep up, and random starts."""
-    problem, system = _problem(case), case.system
+    """Speeds (lanes,) and states (states, lanes) of random starts and of free vibrations that an order may keep up."""
+    problem = _spring_problem(case)
     equation = problem.system
     draws = np.random.default_rng(SEED).random((4, RANDOM_STARTS))
-    free = _free(equation, case.point.mean_torque, start_reach(case, speeds))
+    free = _free_vibration(equation, case.point.mean_torque, start_reach(case, speeds))
     orders, spring = active_orders(equation), is_spring(case.equation)
-    lanes, blocks = [], []
+    lanes, starts = list[float](), list[Floats]()
     for omega in speeds.tolist():
-        two = [starts_in(box_at(problem, omega), draws)]
+        blocks = [starts_in(box_at(problem, omega), draws)]
         driven = set() if spring else {k * omega for k in orders}
         for nu in sorted({k * omega / q for k in orders for q in VIBRATION_TURNS}):
             count = MEMORY_PHASES if nu in driven else PHASES
             phases = 2.0 * np.pi * (np.arange(count) + 0.3) / count
-            for a in crossings(free, nu):
-                two.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))
-        both = np.concatenate(two, axis=1)
-        blocks.append(both)
-        lanes.append(np.full(both.shape[1], omega))
-    states = number_of_states(system)
-    start = np.concatenate([np.empty((2, 0)), *blocks], axis=1)
-    start = np.concatenate([start, np.zeros((states - 2, start.shape[1]))])
-    return np.concatenate([np.empty(0), *lanes]), start
+            for a in amplitudes_at(free, nu):
+                blocks.append(np.array([case.point.x + a * np.cos(phases), -a * nu * np.sin(phases)]))
+        starts += blocks
+        lanes += [omega] * sum(block.shape[1] for block in blocks)
+    start = np.concatenate([np.empty((2, 0)), *starts], axis=1)
+    more = np.zeros((number_of_states(case.system) - 2, start.shape[1]))
+    return np.array(lanes), np.concatenate([start, more])
 
 
 def start_reach(case: Any, speeds: Floats) -> float:
-    """Largest distance [rad] of a start from the operating point, at ascending speeds (n,)."""
-    problem = _problem(case)
+    """Largest distance [rad] of a start from the operating point, at ascending speeds (n,) [rad/s]."""
+    problem = _spring_problem(case)
     return max(box_at(problem, float(w)).size for w in speeds[[0, -1]])
 
 
-def _problem(case: Any) -> Any:
-    """The error equation of a case with the springs of its law, from whose balance boxes of starts come."""
+def _spring_problem(case: Any) -> Any:
+    """Harmonic balance of the error equation of a case with the springs of its law alone, for the boxes of starts."""
     law = case.equation.law
     equation = case.equation._replace(law=law if depends(law) == 1 else Springs(law))
     leaf = leaf_of(equation, "omega")
@@ -382,14 +381,14 @@ class Springs(NamedTuple):
         return tuple(breakpoints_of(self.law))
 
 
-def _free(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floats]:
+def _free_vibration(equation: Oscillator, mean: float, reach: float) -> tuple[Floats, Floats]:
     """Amplitudes [rad] and frequencies [rad/s] of the free vibration by one harmonic, up to the largest of a start."""
     amplitude = reach * np.geomspace(1e-3, 1.0, AMPLITUDES)
     stiffness = one_harmonic(equation.law, mean, amplitude)[1]
     return amplitude, np.sqrt(np.maximum(stiffness, 0.0) / equation.J)
 
 
-def crossings(free: tuple[Floats, Floats], nu: float) -> list[float]:
+def amplitudes_at(free: tuple[Floats, Floats], nu: float) -> list[float]:
     """Amplitudes [rad] of the free vibration at a frequency [rad/s]."""
     amplitude, side = free[0], free[1] - nu
     index = np.flatnonzero(side[1:] * side[:-1] < 0.0)

@@ -3,34 +3,55 @@
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base.quantities import interval, number, numbers, shown
-from ...base.results import Floats, Interrupted, SolveError
+from ...base.results import Booleans, Floats, Integers, Interrupted, SolveError
 from ...base.terminal import silent
 from ...base.units import ARCSEC
 from ...drive.postures import LoadCase, Posture
 from ...drive.project import Project
 from ...drive.train_curve import in_turns
 from .avoid import out_of_reach
-from .decide import POSTURE, Decision, decide, lines_of, resonances_of, under_each
+from .campbell import CampbellLine, lines_of, resonances_of
+from .decide import POSTURE, Decision, decide, under_each
 from .intervals import Span, as_intervals, common, holds
-from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, UnderLoad, row_at
-from .ramp import ramp_beside
+from .motions import OMEGA, OSCILLATION, SMALLEST, TORQUE, LoadMotions, row_at
+from .ramp import run_up_sizes
 from .ratings import beyond_ratings
 from .result import JumpSpeed, Scatter, SpeedMap, load_text
-from .rules import Rules, bands_of, rules_of
-from .under_load import CampbellLine, Case, case_of, is_searched, under_load
+from .rules import bands_of, rules_of
+from .under_load import Case, case_of, is_searched, under_load
 from .vendor_rule import vendor_rules
 
 CELLS = 500  # speeds of a range
 QUANTILES = (0.05, 0.5, 0.95)
 MOTION_DIFFERENCE = 0.01  # relative difference of the oscillations of one motion
 
-Cells = tuple[Floats, Floats, Any, Any, Floats]  # oscillation, torque, motions, subharmonic, smallest of one load
+
+class Cells(NamedTuple):
+    """Stable motions under one load at speeds (m,).
+
+    Attributes
+    ----------
+    oscillation, torque : (m,) arrays
+        Largest oscillation [rad] and largest torque in the gear [N*m]; inf where no motion is known.
+    motions : (m,) int array
+        How many motions there are.
+    subharmonic : (m,) bool array
+        Whether one of them may repeat after more than one turn.
+    smallest : (m,) array
+        Oscillation [rad] of the smallest turn of the largest motion.
+    """
+
+    oscillation: Floats
+    torque: Floats
+    motions: Integers
+    subharmonic: Booleans
+    smallest: Floats
 
 
 def speed_map(
@@ -123,9 +144,8 @@ def speed_map(
     if not any(loaded.curves for loaded in by_load):
         raise SolveError(by_load[0].remarks[0])
     lines = decided.lines(tuple(number("order", k, positive=True) for k in orders))
-    table = [cells_of(loaded, cells) for loaded in by_load]
-    oscillation, torque, motions, subharmonic, smallest = map(np.array, zip(*table, strict=True))
-    scatter = _scatter(drives if len(values) == decided.total else [], decided, cells, progress)
+    table = Cells(*map(np.array, zip(*(cells_of(loaded, cells) for loaded in by_load), strict=True)))
+    scatter = _scatter_of(drives if len(values) == decided.total else [], decided, cells, progress)
     resting = max(abs(torque) for variant in variants for torque in variant.load_torques) / project.drive.N
     texts = {value: load_text(value, name, title) for value, title in zip(values.tolist(), names, strict=True)}
     failures, warnings = beyond_ratings(project, float(cells[-1]), by_load, texts, resting)
@@ -133,10 +153,10 @@ def speed_map(
         speeds=cells,
         loads=values,
         load_name=name,
-        oscillation=oscillation,
-        torque=torque,
-        motions=motions,
-        subharmonic=subharmonic,
+        oscillation=table.oscillation,
+        torque=table.torque,
+        motions=table.motions,
+        subharmonic=table.subharmonic,
         forbidden=tuple(one.forbidden for one in bands),
         allowed=tuple(one.allowed for one in bands),
         windows=decided.allowed,
@@ -147,10 +167,10 @@ def speed_map(
         quasi_static=np.array([loaded.quasi_static for loaded in by_load]),
         crests=np.array([loaded.largest for loaded in by_load]),
         scatter=scatter,
-        remarks=(*_remarks(decided, lines, search), *warnings, *_without(decided.load_cases, project)),
+        remarks=(*_remarks(decided, lines, search), *warnings, *_posture_remarks(decided.load_cases, project)),
         failures=failures,
         postures=tuple(names) if name == POSTURE else (),
-        smallest=smallest if any(motions.branch.beat for loaded in by_load for motions in loaded.curves) else None,
+        smallest=table.smallest if any(one.branch.beat for loaded in by_load for one in loaded.curves) else None,
         shaft=project.speeds.base,
         run_up=_run_up(project, decided) if search and default else None,
     )
@@ -162,8 +182,8 @@ def speed_map(
     return result
 
 
-def cells_of(loaded: UnderLoad, speeds: Floats) -> Cells:
-    """Largest oscillation and torque, stable motions, flag of subharmonics, smallest turn of the largest, at speeds."""
+def cells_of(loaded: LoadMotions, speeds: Floats) -> Cells:
+    """Evaluate the stable motions under one load at speeds (m,) [rad/s]."""
     oscillation, torque, smallest = np.full((3, len(speeds)), -np.inf)
     motions, subharmonic = np.zeros(len(speeds), np.int64), np.zeros(len(speeds), bool)
     counted: list[Floats] = []
@@ -187,7 +207,7 @@ def cells_of(loaded: UnderLoad, speeds: Floats) -> Cells:
         motions[cell] += 1
         subharmonic[cell] |= turns != 1
     oscillation, torque, smallest = np.where(motions == 0, np.inf, [oscillation, torque, smallest])
-    return oscillation, torque, motions, subharmonic, smallest
+    return Cells(oscillation, torque, motions, subharmonic, smallest)
 
 
 def _speeds(project: Project, speeds: ArrayLike | None) -> tuple[Floats, Span]:
@@ -204,7 +224,7 @@ def _speeds(project: Project, speeds: ArrayLike | None) -> tuple[Floats, Span]:
 
 def _run_up(project: Project, decided: Decision) -> Floats | None:
     """Speeds (k, 2) [rad/s] that a run-up adds to the forbidden ones, where it has torques that no curve has."""
-    passed = ramp_beside(project)
+    passed = run_up_sizes(project)
     if passed is None:
         return None
     above = as_intervals(passed.above(decided.rules.level(float(decided.by_load[0].quasi_static))))
@@ -212,7 +232,7 @@ def _run_up(project: Project, decided: Decision) -> Floats | None:
 
 
 def _unreachable(result: SpeedMap) -> tuple[str, ...]:
-    """That no speed meets the limit of the oscillation under any load, in one sentence."""
+    """Sentence on a limit of the oscillation that no speed meets under any load; none where one does."""
     limit, slow = result.rules.limit, float(np.max(result.quasi_static))
     load, speed = np.unravel_index(np.argmin(result.oscillation), result.oscillation.shape)
     least = float(result.oscillation[load, speed])
@@ -226,33 +246,36 @@ def _unreachable(result: SpeedMap) -> tuple[str, ...]:
     )
 
 
-def _scatter(
-    drives: list[Any], decided: Decision, cells: Floats, progress: Callable[[str, float], None]
+def _scatter_of(
+    drives: list[Project], decided: Decision, cells: Floats, progress: Callable[[str, float], None]
 ) -> Scatter | None:  # fmt: skip
     """Quantiles over units, each followed along its main curve; after Ctrl-C over those finished, None without any."""
-    results, span, rules, values = [], decided.span, decided.rules, decided.loads
+    units: list[Floats] = []  # each (loads, 2, cells): oscillation [rad], and 1 where a speed is forbidden
     with suppress(KeyboardInterrupt):
         for i, drive in enumerate(drives):
-            pairs = zip(under_each(drive, decided.name, values, decided.load_cases), values, strict=True)
-            results.append([_of_unit(case_of(one, load, span), cells, span, rules) for one, load in pairs])
+            variants = under_each(drive, decided.name, decided.loads, decided.load_cases)
+            cases = [case_of(*each, decided.span) for each in zip(variants, decided.loads, strict=True)]
+            units.append(np.array([_cells_of_unit(case, cells, decided) for case in cases]))
             progress("units", 0.5 + 0.5 * (i + 1.0) / len(drives))
-    if not results:
+    if not units:
         return None
-    table, shares = np.array([[size for size, _ in rows] for rows in results]), np.array(QUANTILES)
-    forbidden = np.array([[bad for _, bad in rows] for rows in results], float)
-    quantiles = np.quantile(table, shares, axis=0, method="higher")
-    return Scatter(shares, quantiles, np.max(table, axis=0), np.mean(forbidden, axis=0), len(results))
+    oscillation, forbidden = np.moveaxis(np.array(units), 2, 0)
+    quantiles = np.quantile(oscillation, QUANTILES, axis=0, method="higher")
+    worst, share = np.max(oscillation, axis=0), np.mean(forbidden, axis=0)
+    return Scatter(np.array(QUANTILES), quantiles, worst, share, len(units))
 
 
-def _of_unit(case: Case, cells: Floats, span: Span, rules: Rules) -> tuple[Floats, Any]:
+def _cells_of_unit(case: Case, cells: Floats, decided: Decision) -> tuple[Floats, Booleans]:
     """Largest oscillation (m,) [rad] of one unit under a load by its main curve, and where it is forbidden."""
-    one, _ = under_load(case, span, None, rules=rules)
-    lines = [] if rules.margin is None else lines_of([case], [one], ())
-    return cells_of(one, cells)[0], holds(bands_of(one, rules, span, resonances_of(one, lines), 0.0).forbidden, cells)
+    span, rules = decided.span, decided.rules
+    loaded, _ = under_load(case, span, None, rules=rules)
+    lines = [] if rules.margin is None else lines_of([case], [loaded], ())
+    bands = bands_of(loaded, rules, span, resonances_of(loaded, lines), 0.0)
+    return cells_of(loaded, cells)[0], holds(bands.forbidden, cells)
 
 
-def _without(cases: Sequence[LoadCase], project: Project) -> tuple[str, ...]:
-    """That postures have no torque of gravity, in one sentence."""
+def _posture_remarks(cases: Sequence[LoadCase], project: Project) -> tuple[str, ...]:
+    """Sentence on postures that have no torque of gravity, or that are left out."""
     rows = [case.posture for case in cases if case.posture is not None]
     if project.postures and not rows:
         return ("the postures of the project are left out, as loads are given",)

@@ -1,6 +1,6 @@
-"""Goals that shall be small and limits that hold, over all loads and units of a drive.
+"""What gains cost: goals that shall be small and limits that hold, over all loads and units of a drive.
 
-A gain is a logarithm in here. All is deterministic.
+Gains come as logarithms. All is deterministic.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -21,10 +21,10 @@ from ...drive.two_turns import BeatCrest
 from ...model.controllers.closed_loop import Sampling
 from ..move.move import move
 from ..move.profiles import path_of
-from .linear import UNSTABLE, LoopFigures, OpenLoop
+from .open_loop import UNSTABLE, LoopFigures, OpenLoop
 
-CRESTS, APART = 3, 0.1  # of a drive that are kept, and the least relative distance of their speeds
-SHORT = 1e-4  # s: a move that is settled at its end counts as settled then
+CRESTS, CREST_DISTANCE = 3, 0.1  # crests of a drive that are kept, and the least relative distance of their speeds
+SHORTEST_S = 1e-4  # s: a move that is settled at its end counts as settled then
 SETTLED_S = 1e-3  # s: shorter settling times of a move are equal, where no goal is one
 STEP = 0.05  # of a gain, of its sensitivity
 CLIFF = 0.2  # of a number, from which on a small change of a gain costs too much
@@ -121,8 +121,24 @@ class TuningPoint(NamedTuple):
         }
 
 
-class Setting(NamedTuple):
-    """Of a trial: loads [N*m] of each drive or None for its own, goals, limits, share of units, delay [s], samples."""
+class TuningTask(NamedTuple):
+    """Requirements of a tuning.
+
+    Attributes
+    ----------
+    loads : sequence of float or None
+        Torques [N*m] on the load of each drive; None for its own.
+    goals : tuple of str
+        Names of `GOALS`.
+    limits : TuningLimits
+        Limits that hold.
+    share : float
+        Share of the units for which each goal and each limit holds.
+    delay : float
+        Delay [s] of the loop beside its lag, in the margins.
+    sampling : Sampling or None
+        Samples of the controller, of whose loop the margins are; None of a continuous one.
+    """
 
     loads: Sequence[float] | None
     goals: tuple[str, ...]
@@ -132,31 +148,40 @@ class Setting(NamedTuple):
     sampling: Sampling | None = None
 
 
-Cost = tuple[float, int, float, str, float, float, str]  # ratio, a gain's number, its change, what, before, after, unit
+class WorseMeasure(NamedTuple):
+    """Measure that a change of one gain makes worse: ratio, number of the gain, its change, measure, values, unit."""
+
+    ratio: float
+    gain: int
+    step: float
+    measure: str
+    before: float
+    after: float
+    unit: str
 
 
 class Trial:
-    """Drives that one set of gains serves: the project's first, then other units of it, each under all its loads.
+    """Trial of gains on the drives that one loop serves: the project, then other units of it, each under all its loads.
 
     Of units the worst counts, or of a share of them. Gains come as logarithms.
     """
 
-    def __init__(self, drives: Sequence[Project], setting: Setting, control: Callable[[Floats], Any]) -> None:
+    def __init__(self, drives: Sequence[Project], setting: TuningTask, control: Callable[[Floats], Any]) -> None:
         self.setting, self.control, self.drives = setting, control, drives
         self.loaded = [loads_of(drive, setting.loads) for drive in drives]
         self.loops = [
             [OpenLoop(case.train, setting.delay, setting.sampling) for case in cases if case.train]
             for cases in self.loaded
         ]
-        self.order = list(range(len(drives)))  # those that refused gains last come first
-        self.last: tuple[bytes, Any, dict[int, list[LoopFigures]]] = (b"", None, {})
+        self.order = list(range(len(drives)))  # numbers of the drives; those that refused gains last come first
+        self.last: tuple[bytes, Any, dict[int, list[LoopFigures]]] = (b"", None, {})  # gains, control, by drive
         self.harmonics: int | None = None
         self.crests: dict[tuple[int, int], list[Any]] = {}  # of drive and load, with gains before
         motor, task = setting.limits.motor, drives[0].move
         self.motions = len(path_of(task.profile, task.start).motions()) if task and task.profile else 0
         self.of_move = any(GOALS[name].of_move for name in setting.goals)
-        self.full = isfinite(motor.most) or motor.lasts  # the torque of the motor and stability are computed
-        self.with_move = False  # the move is computed, too, where no goal or limit asks for it
+        self.full = isfinite(motor.most) or motor.lasts  # True: torque of the motor and stability are computed
+        self.with_move = False  # True: the move is computed where no goal or limit asks for it, too
         self.points: dict[tuple[bytes, bool, bool], TuningPoint] = {}
         self.computed = 0  # responses and moves
 
@@ -168,7 +193,7 @@ class Trial:
     def linear(self, x: Floats) -> TuningPoint:
         """The linear figures alone; goals are infinite."""
         units = [np.max(list(map(_inverse, self._figures(i, x))), axis=0) for i in range(len(self.drives))]
-        figures = LoopFigures(*_inverse(self._over(units)).tolist())
+        figures = LoopFigures(*_inverse(self._share_of_units(units)).tolist())
         return TuningPoint(gains_of(x), (inf,) * len(self.setting.goals), figures)
 
     def broken(self, x: Floats) -> float:
@@ -182,12 +207,12 @@ class Trial:
         for i in self.order:
             points = (TuningPoint((), (), figures) for figures in self._figures(i, x))
             if any(max(point.used(self.setting.limits).values()) > 1.0 for point in points):
-                self._first(i)
+                self._move_to_front(i)
                 return False
         return True
 
     def _figures(self, i: int, x: Floats) -> list[LoopFigures]:
-        """Figures of the loops of a drive; those of the last gains are at hand."""
+        """Figures of the loops of a drive, one for each load; those of the last gains are kept."""
         key = x.tobytes()
         if key != self.last[0]:
             control = self.control(x)
@@ -197,17 +222,17 @@ class Trial:
             figures[i] = [loop.figures(*parts) for loop in self.loops[i]]
         return figures[i]
 
-    def _first(self, i: int) -> None:
+    def _move_to_front(self, i: int) -> None:
         self.order.sort(key=lambda k: k != i)
 
     def point(self, x: Floats) -> TuningPoint:
         """All that gains give, also where they break a limit; computed once."""
         key = x.tobytes(), self.full, self.moved
         if key not in self.points:
-            self.points[key] = self.evaluated(x) or self.linear(x)
+            self.points[key] = self.evaluate(x) or self.linear(x)
         return self.points[key]
 
-    def evaluated(self, x: Floats, surplus: Callable[[Floats], bool] | None = None) -> TuningPoint | None:
+    def evaluate(self, x: Floats, surplus: Callable[[Floats], bool] | None = None) -> TuningPoint | None:
         """Worst figures of gains over all drives and loads.
 
         With `surplus`, a test of the goals so far, a search cuts short: goals are infinite where the linear loop breaks
@@ -218,7 +243,7 @@ class Trial:
         point = self.linear(x)
         if not isfinite(point.figures.peak_sensitivity):
             return point
-        if surplus and self._exceeds(point, surplus):
+        if surplus and self._exceeds_at_crests(point, surplus):
             return None
         begin, limits = 3 + self.motions, self.setting.limits.settlings  # column of the first goal; of the motions
         worst = np.full((len(self.drives), begin + len(self.setting.goals)), nan)
@@ -229,43 +254,45 @@ class Trial:
                 if not surplus or self.setting.share < 1.0 or last:
                     continue
                 if (limits and np.any(row[3:begin] > limits)) or surplus(np.fmax.reduce(worst)[begin:]):
-                    self._first(i)
+                    self._move_to_front(i)
                     return None
-        torque, share, pointing, *of_moves = self._over(worst).tolist()
+        torque, share, pointing, *of_moves = self._share_of_units(worst).tolist()
         times, goals = of_moves[: self.motions], of_moves[self.motions :]
         return TuningPoint(point.gains, tuple(goals), point.figures, torque, share, pointing, tuple(times))
 
     def sturdy(self, x: Floats, wholly: bool = False) -> bool:
         """True where no gain, 5 % more or less, costs compliance or settling (`wholly`: or goals) more than 20 %."""
-        return all(ratio <= 1.0 + CLIFF for ratio, *_ in self.costs(x, self.point if wholly else self.linear))
+        costs = self.costs(x, self.point if wholly else self.linear)
+        return all(cost.ratio <= 1.0 + CLIFF for cost in costs)
 
-    def costs(self, x: Floats, of: Callable[[Floats], TuningPoint]) -> Iterator[Cost]:
-        """Measures that become worse where a gain is 5 % more or less."""
+    def costs(self, x: Floats, of: Callable[[Floats], TuningPoint]) -> Iterator[WorseMeasure]:
+        """Measures, from the points `of` gives, that become worse where a gain is 5 % more or less."""
         base = of(x).measures(self.setting.goals)
         for i, change, step in small_steps(x):
             after = of(x + step).measures(self.setting.goals)
             for name, (value, unit) in base.items():
-                if after[name][0] > value > 0.0:
-                    yield after[name][0] / value, i, change, name, value, after[name][0], unit
+                worse, _ = after[name]
+                if worse > value > 0.0:
+                    yield WorseMeasure(worse / value, i, change, name, value, worse, unit)
 
-    def _exceeds(self, point: TuningPoint, surplus: Callable[[Floats], bool]) -> bool:
+    def _exceeds_at_crests(self, point: TuningPoint, surplus: Callable[[Floats], bool]) -> bool:
         """True for a surplus of goals at the speed alone about which, with gains before, a drive oscillated most."""
         if self.of_move or self.setting.share < 1.0:
             return False
         control = self.control(np.log(point.gains))
         for i in tuple(self.order):
             for k, case in enumerate(self.loaded[i]):
-                train, crests = having(case, control).train, self.crests.get((i, k), [])
+                train, crests = with_control(case, control).train, self.crests.get((i, k), [])
                 for crest in crests:
                     size = train and crest.size_of(train)
-                    if size and surplus(self._goals(pointing=size, compliance=point.figures.compliance)):
+                    if size and surplus(self._goal_values(pointing=size, compliance=point.figures.compliance)):
                         self.computed += 1
-                        self._first(i)
+                        self._move_to_front(i)
                         crests.sort(key=lambda other: other is not crest)
                         return True
         return False
 
-    def _goals(self, **values: float) -> Floats:
+    def _goal_values(self, **values: float) -> Floats:
         return np.array([values.get(name, 0.0) for name in self.setting.goals])
 
     def _rows(self, i: int, point: TuningPoint) -> Iterator[tuple[int, Floats]]:
@@ -276,26 +303,26 @@ class Trial:
         control, cases = self.control(np.log(point.gains)), self.loaded[i]
         if self.of_move:
             self.computed += 1
-            yield len(cases), self._of_move(having(self.drives[i], control))
+            yield len(cases), self._move_figures(with_control(self.drives[i], control))
         late, unknown = self.moved and not self.of_move, [nan] * self.motions
         for k, case in enumerate(cases):
             torque, share, largest = nan, nan, nan
             if "pointing" in self.setting.goals or self.full:
                 self.computed += 1
-                torque, share, largest = self._of_speeds(having(case, control), (i, k))
-            goals = self._goals(pointing=largest, compliance=point.figures.compliance)
+                torque, share, largest = self._speed_figures(with_control(case, control), (i, k))
+            goals = self._goal_values(pointing=largest, compliance=point.figures.compliance)
             yield len(cases) - k - 1 + late, np.array([torque, share, largest, *unknown, *goals])
         if late:
             self.computed += 1
-            yield 0, self._of_move(having(self.drives[i], control))
+            yield 0, self._move_figures(with_control(self.drives[i], control))
 
-    def _of_speeds(self, drive: Project, case: tuple[int, int]) -> tuple[float, float, float]:
+    def _speed_figures(self, drive: Project, case: tuple[int, int]) -> tuple[float, float, float]:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
         train, speeds = drive.train, drive.speeds.limits
         if train is not None and self.harmonics is not None:
             top = top_of(train, speeds, self.harmonics, False)
             if top:
-                self._keep(top, case)
+                self._keep_crest(top, case)
             if not self.full:
                 return nan, nan, top[1] if top else inf
         curve = train and drive_curve(train, speeds, harmonics=self.harmonics, coexisting=False, points=PEAK_POINTS)
@@ -306,22 +333,23 @@ class Trial:
         share = max(need.share(self.setting.limits.motor, limit) for limit in (PEAK, RMS))
         return curve.motor.torque, share, float(np.max(curve.oscillation[curve.curve.inside]))
 
-    def _keep(self, crest: Crest | BeatCrest, case: tuple[int, int]) -> None:
+    def _keep_crest(self, crest: Crest | BeatCrest, case: tuple[int, int]) -> None:
         """Keep a crest, which stands for those of about the same speed."""
-        others = (other for other in self.crests.get(case, []) if abs(np.log(other.speed / crest.speed)) > APART)
+        kept = self.crests.get(case, [])
+        others = (other for other in kept if abs(np.log(other.speed / crest.speed)) > CREST_DISTANCE)
         self.crests[case] = [crest, *others][:CRESTS]
 
-    def _of_move(self, drive: Project) -> Floats:
+    def _move_figures(self, drive: Project) -> Floats:
         try:
             run = move(drive)
         except SolveError:
             return np.full(3 + self.motions + len(self.setting.goals), inf)
-        times = [inf if time is None else max(time, SHORT) for time in run.settling_times]
+        times = [inf if time is None else max(time, SHORTEST_S) for time in run.settling_times]
         share = max([0.0, *(finding.value / finding.bound for finding in run.findings if finding.limit in (PEAK, RMS))])
-        goals = self._goals(move=run.peak_error, settling=max(times), motor_rms=run.rms_motor_torque)
+        goals = self._goal_values(move=run.peak_error, settling=max(times), motor_rms=run.rms_motor_torque)
         return np.array([run.peak_motor_torque, share, nan, *times, *goals])
 
-    def _over(self, units: Any) -> Floats:
+    def _share_of_units(self, units: Any) -> Floats:
         """Worst values of a share of the units."""
         return np.asarray(np.quantile(np.array(units), self.setting.share, axis=0, method="higher"))
 
@@ -345,7 +373,7 @@ def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:
     return [drive.under(float(torque)) for torque in torques]
 
 
-def having(drive: Project, control: Any) -> Project:
+def with_control(drive: Project, control: Any) -> Project:
     """A drive with another loop of its motor."""
     return replace(drive, subject=drive.subject.with_motor(control=control))
 

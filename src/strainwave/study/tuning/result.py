@@ -15,7 +15,7 @@ from ...drive.project import Project
 from ...drive.sources import DriveUnit
 from ...model.train.controls import HERTZ
 from ...model.train.filters import apart
-from .cost import CLIFF, GOALS, TuningLimits, TuningPoint, having
+from .cost import CLIFF, GOALS, TuningLimits, TuningPoint, with_control
 
 LABELS = {"settling": "settling of the move", "move": "error in the move", "motor_rms": "rms of the motor"}
 
@@ -124,7 +124,7 @@ class TunedLoop(Result):
 
     def applied(self, project: Project, *, notch: bool = False) -> Project:
         """The project with the recommended loop, or with the one that has the notch filter."""
-        tuned = having(project, self.notch.control if notch and self.notch else self.control)
+        tuned = with_control(project, self.notch.control if notch and self.notch else self.control)
         kept = tuple(f"motor.loop.{name}" for name in apart(tuned.whole and tuned.whole.motor.control)[1])
         changed = [s.name.startswith("motor.loop") and not s.name.startswith(kept) for s in project.sources]
         sources = [s._replace(word="yours") if new else s for s, new in zip(project.sources, changed, strict=True)]
@@ -158,6 +158,7 @@ class TunedLoop(Result):
         )
 
     def _row(self, p: TuningPoint) -> tuple[Fact, ...]:
+        """Gains, goals and figures of a point."""
         return (
             *(Fact(n, p.gains[i], f"{n} [{unit_text(gain_unit(self.control, n))}]") for i, n in enumerate(self.gains)),
             *(Fact(GOALS[n].key, v, LABELS.get(n, n)) for n, v in zip(self.goals, p.goals, strict=True)),
@@ -177,21 +178,25 @@ class TunedLoop(Result):
                 yield name, value if isfinite(value) else None
 
     def _cost(self, cost: GainCost) -> Iterator[Fact]:
+        """Numbers of the largest cost, and a sentence where it is a cliff."""
         yield from (Fact(f"cost.{key}", value) for key, value in cost._asdict().items())
         if cost.after > (1.0 + CLIFF) * cost.before:
             yield Fact("", str(cost), "{}")
 
     def _in_drive_units(self) -> Iterator[Fact]:
-        """The recommended gains as the drive has them."""
-        gains, units = dict(zip(self.gains, self.recommended.gains, strict=True)), self.drive_units
-        usable = [one for one in units if one.gain in gains and gain_unit(self.control, one.gain) == one.unit]
-        values = {one.gain: gains[one.gain] / one.size for one in usable}
+        """The recommended gains in the drive's own units, where the file gives their sizes."""
+        gains = dict(zip(self.gains, self.recommended.gains, strict=True))
+        values = {}
+        for one in self.drive_units:
+            if one.gain in gains and gain_unit(self.control, one.gain) == one.unit:
+                values[one.gain] = gains[one.gain] / one.size
         if values:
-            yield Fact("in_drive_units", values)
             text = ", ".join(f"{gain} {number(value)}" for gain, value in values.items())
+            yield Fact("in_drive_units", values)
             yield Fact("", text, "recommended, in the drive's own units: {}")
 
     def _notch(self, notch: NotchAdvice) -> tuple[Fact, ...]:
+        """Numbers of the notch filter, and a sentence on what it changes."""
         change = np.mean(np.log(np.array(notch.point.goals) / np.array(self.recommended.goals)))
         before, after = self.recommended.figures.settling, notch.point.figures.settling
         sentence = (

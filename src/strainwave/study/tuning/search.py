@@ -15,9 +15,9 @@ from typing import Any
 import numpy as np
 
 from ...base.results import Floats
-from .cost import Trial, TuningPoint, having
+from .cost import Trial, TuningPoint, with_control
 
-SPREAD, TRIED, STARTS = 400, 12, 3  # points of the box that are linear, of these nonlinear, and descents
+SPREAD, TRIED, STARTS = 400, 12, 3  # points of the box with linear figures, of these with responses, and descents
 COARSE, FINE, PROOF = (0.5, 0.2), (0.1, 0.04), (0.2, 0.05, 0.02)  # relative changes of gains
 WORTH, SMALL, GAINED = 0.02, 0.003, 0.008  # of the measure: what a coarse, a fine and a proving step must gain
 INSIDE = 1e-9
@@ -53,21 +53,22 @@ class Search:
             return inf
         key = tuple(x.round(12).tolist())
         if key not in self.computed:
-            point = self.trial.evaluated(x, lambda goals: self._mean(goals) > bound and self._beaten(goals, x))
+            point = self.trial.evaluate(x, lambda goals: self._mean(goals) > bound and self._beaten(goals, x))
             if point is None:
                 return inf
             self.computed[key] = point
-        value = self.of(self.computed[key])
+        value = self.measure_of(self.computed[key])
         return inf if self.sturdy and value < bound and not self.trial.sturdy(x) else value
 
-    def first(self, best: Floats) -> Floats:
+    def sturdiest(self, best: Floats) -> Floats:
         """Best gains that stay about as good where one is 5 % more or less; the best of all if none does."""
         value = self.measure(best)
-        others = sorted((self.of(point), key) for key, point in self.computed.items() if value < self.of(point) < inf)
+        measures = {key: self.measure_of(point) for key, point in self.computed.items()}
+        others = sorted((other, key) for key, other in measures.items() if value < other < inf)
         candidates = [best, *(np.array(key) for _, key in others[:CHOICES])]
         return next((x for x in candidates if self.measure(x) < inf and self.trial.sturdy(x, True)), best)
 
-    def of(self, point: TuningPoint) -> float:
+    def measure_of(self, point: TuningPoint) -> float:
         """The measure of a point; infinite where it breaks a limit."""
         broken = max(point.used(self.trial.setting.limits).values()) > 1.0
         return inf if broken else self._mean(np.array(point.goals))
@@ -97,11 +98,11 @@ class Search:
             progress(f"descent {i + 1} of {STARTS}", 0.2 + 0.15 * i)
             ends.append(self.descend(begins[index], COARSE, WORTH))
         progress("fine steps", 0.6)
-        x = self.fine(min(ends, key=self.measure))
+        x = self.refine(min(ends, key=self.measure))
         progress("proof", 0.7)
         return self.descend(x, PROOF, GAINED, mixed=True)
 
-    def fine(self, x: Floats) -> Floats:
+    def refine(self, x: Floats) -> Floats:
         """Lower the measure by steps of all gains; by those of one or two where goals are not largest values."""
         goals, share = self.trial.setting.goals, self.trial.setting.share
         if share < 1.0 or not {*goals} <= {"pointing", "compliance"}:
@@ -150,17 +151,17 @@ class Search:
         return step, float(solution.fun)
 
     def _highest(self, x: Floats) -> list[Any]:
-        """Crests, with drive and load, that gains make about as high as the highest, whose slopes are known."""
+        """Numbers of drive and load with a crest of it: the crests about as high as the highest with these gains."""
         crests = self.trial.crests if "pointing" in self.trial.setting.goals else {}
         every = [(case, crest) for case, some in crests.items() for crest in some]
         sizes = self._parts(x, every)[0][: len(every)]
         return [every[i] for i in np.flatnonzero(sizes > np.fmax.reduce(sizes, initial=-inf) + np.log(COUNTED))]
 
     def _parts(self, x: Floats, crests: Sequence[Any]) -> tuple[Floats, Floats, Floats]:
-        """Logarithms (m,) of which each goal is the largest, whose they are (m, goals), and those of limits' shares."""
+        """Logarithms (m,) of the parts of goals, 1 for the goal of each (m, goals), and those of the limits' shares."""
         trial, control, linear = self.trial, self.trial.control(x), self.trial.linear(x)
         goals, limits = trial.setting.goals, trial.setting.limits
-        sizes = [crest.size_of(having(trial.loaded[i][k], control).train) or nan for (i, k), crest in crests]
+        sizes = [crest.size_of(with_control(trial.loaded[i][k], control).train) or nan for (i, k), crest in crests]
         names = ["pointing"] * len(sizes) + [name for name in goals if name == "compliance"]
         of_goal = np.array([[name == goal for goal in goals] for name in names], float).reshape(-1, len(goals))
         sizes += [linear.figures.compliance] * (len(names) - len(sizes))
@@ -201,7 +202,7 @@ def least_broken(trial: Trial, x: Floats) -> Floats:
 
 def front(search: Search) -> tuple[TuningPoint, ...]:
     """Points within the limits that no other beats in all goals and in the peak sensitivity at once."""
-    marks = {(*p.goals, p.figures.peak_sensitivity): p for p in search.computed.values() if search.of(p) < inf}
+    marks = {(*p.goals, p.figures.peak_sensitivity): p for p in search.computed.values() if search.measure_of(p) < inf}
     best: list[tuple[float, ...]] = []
     for mark in sorted(marks):
         if not any(all(a <= b for a, b in zip(other, mark, strict=True)) for other in best):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...base.number_text import number
-from ...base.quantities import choice, shown
+from ...base.quantities import choice
 from ...base.quantities import number as checked_number
 from ...base.results import Floats, SolveError
 from ...base.sentences import listed
@@ -17,40 +17,26 @@ from ...drive.demands.motor_limits import MotorLimits
 from ...drive.drive_response import DriveResponse
 from ...drive.operating_point import refuse_overload
 from ...drive.project import Project
-from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
-from ...model.train.filters import NotchFilter, apart, around
+from ...model.train.controls import SpeedLoop
+from ...model.train.filters import NotchFilter
 from . import cost
-from .cost import Setting, Trial, TuningLimits, TuningPoint
+from .cost import Trial, TuningLimits, TuningPoint, TuningTask
+from .loop import Loop, rule
 from .result import GainCost, GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, WORTH, Search, front, least_broken
 
-ASSUMED = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
+ASSUMED_DELAY_S = 0.5e-3  # s: delay of a loop where the file gives neither a lag nor samples
 SPAN = 10.0  # times the gains of the rule and of the file, up and down; squared of those that go with the frequency
 SLOWER = np.geomspace(1.0, 1e3, 121)  # times the sum of lags and delays, of the rule
 MARGINS = ("peak sensitivity", "gain margin", "phase margin")
 BINDING_SHARE = 0.97  # share of a limit from which on it binds
-NOTCH = 0.5, 0.1  # width over the frequency, and depth
-BETTER = 0.01  # of the measure: a notch that gains less is not offered
-DEFAULT = 2.0
+NOTCH_WIDTH, NOTCH_DEPTH = 0.5, 0.1  # width over the frequency, and depth
+NOTCH_GAIN = 0.01  # of the measure: a notch that gains less is not offered
+USUAL_SENSITIVITY = 2.0  # largest peak sensitivity where no margin is given
 WHOSE = "the gains of the file", "those of the rule", "the recommended gains"
 NO_NOTCH = "A notch filter at the resonance with the motor free makes the goals no better."
 SLACK = 1.015  # times the compliance and settling of the file, where no goal is given
 NOTHING = 1e-12  # rad, s, N*m: a goal that rounding makes
-
-
-def rule(core: Any, inertia: float, time: float) -> Any:
-    """Gains of the symmetric optimum for an inertia [kg*m^2] and the sum of lags and delays [s] of its loop.
-
-    With the sum T of small times the speed loop has K_p = J/(2 T), T_n = 4 T; closed it is about a lag of 4 T, behind
-    which the position gain K_v = 1/(16 T) gives the damping ratio 1. Without the position loop K_i = K_p/T_n. A PD loop
-    of the position is the same loop with other names.
-    """
-    K_p = (inertia + getattr(core, "inertia", lambda: 0.0)()) / (2.0 * time)
-    if isinstance(core, CascadeLoop):
-        return CascadeLoop(1.0 / (16.0 * time), K_p, 4.0 * time)
-    if isinstance(core, SpeedLoop):
-        return core._replace(K_p=K_p, K_i=K_p / (4.0 * time))
-    return PositionLoop(K_p / (4.0 * time), K_p)
 
 
 def tune(
@@ -134,7 +120,7 @@ def tune(
         if some is not None and not len(some):
             raise ValueError(f"{name} is empty; give one or more, or leave it out")
     if peak_sensitivity is None:
-        peak_sensitivity = DEFAULT if gain_margin is phase_margin is None else inf
+        peak_sensitivity = USUAL_SENSITIVITY if gain_margin is phase_margin is None else inf
     motor = project.motor_limits or MotorLimits()
     limits = TuningLimits(peak_sensitivity, gain_margin or 0.0, phase_margin or 0.0, motor)
     loop = Loop(project, gains)
@@ -144,18 +130,18 @@ def tune(
     drives = _drives(project, units, loop)
     if project.postures:
         remarks = (*remarks, f"The {len(project.postures)} postures of the project are drives with the same gains.")
-    named, samples = _goals(project, ("pointing",) if goals is None else goals), project.sampling
-    setting = Setting(loads, named, limits, share, time, samples if delay is None else None)
+    named, samples = _goal_names(project, ("pointing",) if goals is None else goals), project.sampling
+    setting = TuningTask(loads, named, limits, share, time, samples if delay is None else None)
     progress("linear loops", 0.0)
     trial = Trial(drives, setting, loop.control)
     search, by_rule = _search(trial, loop)
     starts = [by_rule, of_file := loop.logs(loop.core)]
     if goals is None:
         both, whose = _baseline(trial, project, of_file, by_rule)
-        remarks = (*remarks, _spare(search, both, whose))
+        remarks = (*remarks, _limit_to_given(search, both, whose))
     best = search.run(starts, progress)
     if goals is None and search.measure(best) == inf:
-        remarks = (*remarks[:-1], _as_today(search, both[-1], whose, any(bounds.values())))
+        remarks = (*remarks[:-1], _allow_margins_of(search, both[-1], whose, any(bounds.values())))
         best = search.run(starts, progress)
     if not trial.full and search.measure(best) < inf:
         trial.full = True
@@ -164,7 +150,7 @@ def tune(
             search.computed.clear()
             best = search.run(starts, progress)
     if search.sturdy:
-        best = search.first(best)
+        best = search.sturdiest(best)
     if search.measure(best) == inf:
         raise ValueError(_goal_sentence(search, loop.names, trial.linear(of_file)))
     progress("before and after", 0.9)
@@ -182,40 +168,8 @@ def tune(
         recommended=recommended, front=front(search), binding=tuple(_binding(search, best, recommended, loop.names)),
         sensitivities=sensitivities, control=loop.control(best), response_before=before, response_after=after,
         computed=trial.computed, notch=advice, remarks=(*remarks, *([NO_NOTCH] if notch and advice is None else [])),
-        drive_units=project.drive_units, cost=dearest and GainCost(loop.names[dearest[1]], *dearest[2:]),
+        drive_units=project.drive_units, cost=dearest and GainCost(loop.names[dearest.gain], *dearest[2:]),
     )  # fmt: skip
-
-
-class Loop:
-    """The loop of a project: its gains by name, and the control with others."""
-
-    def __init__(self, project: Project, names: Sequence[str] | None) -> None:
-        self.core, self.about = apart(None if project.whole is None else project.whole.motor.control)
-        if not project.motor_named or not isinstance(self.core, CascadeLoop | SpeedLoop | PositionLoop):
-            raise ValueError(
-                "the motor of this project has no loop to tune: it is held, free or not named; write for example "
-                "'motor: {loop: {type: cascade, bandwidth: 30 Hz, lag: 0.5 ms}}'"
-            )
-        self.inertia, self.lag = project.loop_inertia, self.about.get("lag", 0.0)
-        tunable = [name for name, gain in rule(self.core, self.inertia, 1.0)._asdict().items()
-                   if gain != getattr(self.core, name) > 0.0]  # fmt: skip
-        self.names = tuple(tunable if names is None else dict.fromkeys(map(str, names)))
-        if wrong := [name for name in self.names if name not in tunable]:
-            raise ValueError(f"there is no gain {shown(wrong[0])} to tune in this loop; it has {', '.join(tunable)}")
-
-    def logs(self, core: Any) -> Floats:
-        """Logarithms of the gains of a loop."""
-        return np.log([getattr(core, name) for name in self.names])
-
-    def powers(self) -> Floats:
-        """Powers of the frequency of the loop that its gains go with."""
-        rules = [self.logs(rule(self.core, self.inertia, time)) for time in (1.0, np.e)]
-        return np.round(rules[0] - rules[1])
-
-    def control(self, x: Floats, *more: Any) -> Any:
-        """The control with gains of these logarithms, and with more filters."""
-        core = self.core._replace(**dict(zip(self.names, cost.gains_of(x), strict=True)))
-        return around(core, **self.about | {"filters": (*self.about.get("filters", ()), *more)})
 
 
 def _drives(project: Project, units: Sequence[Project], loop: Loop) -> tuple[Project, ...]:
@@ -226,7 +180,7 @@ def _drives(project: Project, units: Sequence[Project], loop: Loop) -> tuple[Pro
     return tuple(postured) or (project, *units)
 
 
-def _goals(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
+def _goal_names(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
     for name in goals:
         choice("goal", name, *cost.GOALS)
         if cost.GOALS[name].of_move and project.move is None:
@@ -240,8 +194,8 @@ def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tu
         fact = "The margins are those of the loop as its controller samples it; responses are not."
         return project.sampling.lead, (fact,)
     if given is None and not lag:
-        fact = f"a delay of {number(1e3 * ASSUMED)} ms is assumed in the margins"
-        return ASSUMED, (
+        fact = f"a delay of {number(1e3 * ASSUMED_DELAY_S)} ms is assumed in the margins"
+        return ASSUMED_DELAY_S, (
             f"The project has neither a lag of the loop nor a controller: {fact}, which without one allow any gain.",
         )
     if given is not None and given < 0.0:
@@ -251,7 +205,7 @@ def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tu
 
 def _search(trial: Trial, loop: Loop) -> tuple[Search, Floats]:
     """The search about the rule, slowed down until it keeps the linear limits; else about the nearest gains that do."""
-    times = SLOWER * ((loop.lag + trial.setting.delay) or ASSUMED)
+    times = SLOWER * ((loop.lag + trial.setting.delay) or ASSUMED_DELAY_S)
     series = [loop.logs(rule(loop.core, loop.inertia, time)) for time in times]
     start = next((x for x in series if trial.broken(x) <= 1.0), None)
     if start is None:
@@ -274,8 +228,8 @@ def _baseline(trial: Trial, project: Project, of_file: Floats, by_rule: Floats) 
     return [of_file, by_rule] if assumed else [of_file], "today's"
 
 
-def _spare(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = True) -> str:
-    """Limit compliance and settling to the least of some gains; the sentence that says so."""
+def _limit_to_given(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = True) -> str:
+    """Limit compliance and settling to the least of the given gains; return the sentence that says so."""
     trial = search.trial
     trial.with_move = True
     points = [trial.point(x) for x in given]
@@ -291,16 +245,16 @@ def _spare(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = T
     return f"No goal is given: compliance and settling stay within 2 % of {whose}; name goals to give them up."
 
 
-def _as_today(search: Search, x: Floats, whose: str, asked: bool) -> str:
-    """Allow what some gains have, but no less margin than is asked, where no others are better; the sentence on it."""
+def _allow_margins_of(search: Search, x: Floats, whose: str, asked: bool) -> str:
+    """Allow the margins, compliance and settling of gains x, but no less margin than is asked; return the sentence."""
     trial = search.trial
     peak = trial.setting.limits.peak_sensitivity
     if not asked:
         peak = max(peak, (1.0 + 1e-9) * trial.linear(x).figures.peak_sensitivity)
     trial.setting = trial.setting._replace(limits=trial.setting.limits._replace(peak_sensitivity=peak))
     return (
-        f"{_spare(search, [x], whose, False)} No gains keep them and the margins where 5 % more or less of one costs "
-        f"little{'' if asked else f'; a peak sensitivity of {number(peak)} is allowed'}."
+        f"{_limit_to_given(search, [x], whose, False)} No gains keep them and the margins where 5 % more or less of "
+        f"one costs little{'' if asked else f'; a peak sensitivity of {number(peak)} is allowed'}."
     )
 
 
@@ -313,7 +267,7 @@ def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
         for train in filter(None, (case.train for case in chain(*trial.loaded))):
             refuse_overload(train)
         return "no gains make the loop stable; shorten its lag and delay, or move its filters to higher frequencies"
-    field, bound, value, ratio = _against(name, limits, point)
+    field, bound, value, ratio = _margin_texts(name, limits, point)
     return (
         f"no gains keep the {name} of {bound}: the nearest, {gains_text(trial.control(x), names, point.gains)}, have "
         f"{value}, {number(100.0 * abs(ratio - 1.0), 3)} % {'above' if ratio > 1.0 else 'below'} it; loosen {field}, "
@@ -321,9 +275,10 @@ def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
     )
 
 
-def _against(margin: str, limits: TuningLimits, point: TuningPoint) -> tuple[str, str, str, float]:
+def _margin_texts(margin: str, limits: TuningLimits, point: TuningPoint) -> tuple[str, str, str, float]:
     """Argument of a margin, its bound and its value with some gains as texts, and their ratio."""
-    field, scale, unit = margin.replace(" ", "_"), *((180.0 / pi, "°") if margin == "phase margin" else (1.0, ""))
+    field = margin.replace(" ", "_")
+    scale, unit = (180.0 / pi, "°") if margin == "phase margin" else (1.0, "")
     bound, value = scale * getattr(limits, field), scale * getattr(point.figures, field)
     return field, f"{number(bound)}{unit}", f"{number(value)}{unit}", value / bound if bound else inf
 
@@ -333,7 +288,7 @@ def _goal_sentence(search: Search, names: tuple[str, ...], today: TuningPoint) -
     limits = search.trial.setting.limits
     if isfinite(limits.compliance):
         name = max(MARGINS, key=today.used(limits).__getitem__)
-        field, bound, value, _ = _against(name, limits, today)
+        field, bound, value, _ = _margin_texts(name, limits, today)
         return (
             f"no gains keep the {name} of {bound} with compliance and settling no worse than today, when it is "
             f"{value}; loosen {field}, or name goals to give compliance and settling up"
@@ -378,7 +333,8 @@ def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str,
 def _response(drives: Sequence[Project], loads: Sequence[float] | None, control: Any) -> DriveResponse | None:
     """Response of drives under the load with the largest oscillation; None where one has no stable motion."""
     try:
-        responses = [cost.having(case, control).response() for drive in drives for case in cost.loads_of(drive, loads)]
+        cases = [case for drive in drives for case in cost.loads_of(drive, loads)]
+        responses = [cost.with_control(case, control).response() for case in cases]
     except SolveError:
         return None
     return max(responses, key=lambda response: float(response.oscillation[response.top]))
@@ -389,12 +345,12 @@ def _notched(search: Search, loop: Loop, best: Floats) -> NotchAdvice | None:
     frequency, trial = max(loop.resonance for loop in search.trial.loops[0]), search.trial
     if not frequency:
         return None
-    added = NotchFilter(frequency, NOTCH[0] * frequency, NOTCH[1])
+    added = NotchFilter(frequency, NOTCH_WIDTH * frequency, NOTCH_DEPTH)
     with_notch = Trial(trial.drives, trial.setting, lambda x: loop.control(x, added))
     notched = Search(with_notch, (search.low, search.high), search.reference)
-    x = notched.fine(notched.descend(least_broken(notched.trial, best), COARSE, WORTH))
+    x = notched.refine(notched.descend(least_broken(notched.trial, best), COARSE, WORTH))
     trial.computed += with_notch.computed
-    if notched.measure(x) > search.measure(best) - BETTER:
+    if notched.measure(x) > search.measure(best) - NOTCH_GAIN:
         return None
     with_notch.full = with_notch.with_move = True
-    return NotchAdvice(frequency, *NOTCH, with_notch.point(x), with_notch.control(x))
+    return NotchAdvice(frequency, NOTCH_WIDTH, NOTCH_DEPTH, with_notch.point(x), with_notch.control(x))

@@ -9,10 +9,10 @@ from direct_project import project_of
 
 import strainwave as sw
 from strainwave.drive.response import exact_response
-from strainwave.study.analysis.knobs import Subject, knobs, line_that_matters
-from strainwave.study.analysis.remedies import every_knob, remedies
+from strainwave.study.analysis.design_variables import Subject, design_variables, line_that_matters
+from strainwave.study.analysis.remedies import every_variable, remedies
 from strainwave.study.speed_map.avoid import speeds_to_avoid
-from strainwave.study.speed_map.resonances import operating_point
+from strainwave.study.speed_map.error_equation import operating_point
 
 K, J, ZETA, A = 1e5, 1.0, 0.03, 1e-4
 OMEGA_0 = math.sqrt(K / J)
@@ -122,7 +122,7 @@ def test_other_gears_come_first_so_that_no_number_of_drives_leaves_them_out():
     gear = sw.catalogue.gear("CSG-40-80")
     drive = replace(project(), gear=gear, subject=gear.drive(load_inertia=J, B=B).train(control=sw.train.Held()))
     subject, response = Subject(SYSTEM, None, SPEEDS, drive), exact_response(SYSTEM, SPEEDS)
-    known = [knob.what for knob in every_knob(subject, response, 100.0)]
+    known = [variable.what for variable in every_variable(subject, response, 100.0)]
     others = [what for what in known if what.startswith("next ")]
     assert known[: len(others)] == others
     assert known[0].startswith("next size of the gear")
@@ -137,8 +137,10 @@ def test_a_preload_is_among_the_remedies_of_a_law_that_it_stiffens():
 
 def test_where_the_load_has_a_range_of_torques_more_of_it_is_no_remedy():
     subject = Subject(SYSTEM._replace(law=sw.Cubic(K, 6.9e4)), None, SPEEDS)
-    assert "preload" in {knob.what for knob in knobs(subject, float, 1500.0)}
-    assert "preload" not in {knob.what for knob in knobs(subject._replace(load_torque=10.0), float, 1500.0)}
+    assert "preload" in {variable.what for variable in design_variables(subject, float, 1500.0)}
+    assert "preload" not in {
+        variable.what for variable in design_variables(subject._replace(load_torque=10.0), float, 1500.0)
+    }
 
 
 def test_the_line_that_matters_is_the_one_that_is_largest_at_the_peak():

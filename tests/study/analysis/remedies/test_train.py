@@ -12,10 +12,10 @@ from strainwave.drive.train_curve import train_curve
 from strainwave.model.train.controls import PositionLoop, SpeedLoop, from_bandwidth, tuning_of
 from strainwave.model.train.filters import around
 from strainwave.model.train.shafts import Elastic, Load
-from strainwave.study.analysis.knobs import Subject, knobs, stiffer
+from strainwave.study.analysis.design_variables import Subject, design_variables, stiffer
 from strainwave.study.analysis.remedies import neighbours, remedies, with_gear
 from strainwave.study.speed_map.avoid import speeds_to_avoid
-from strainwave.study.speed_map.resonances import operating_point
+from strainwave.study.speed_map.error_equation import operating_point
 
 # the torsion stays far below the first kink of the gear, so that its law is the line K1
 A2, A4 = 4e-7, 2e-7
@@ -126,11 +126,11 @@ def test_bandwidth_and_damping_are_those_that_the_loop_is_specified_by(kind, lag
     inertia = train.loop_inertia
     assert inertia == pytest.approx(HAND["J_m"] + (HAND["J_l"] + HAND["J_g"]) / 2500.0, rel=1e-12)
     subject = subject_of(from_bandwidth(2.0 * pi * 30.0, inertia, 0.7, kind=kind, lag=lag))
-    first, second, *_ = knobs(subject, float, 100.0)
+    first, second, *_ = design_variables(subject, float, 100.0)
     assert (first.what, first.value, first.unit) == ("bandwidth of the loop", pytest.approx(30.0), "Hz")
     assert (second.what, second.value, second.unit) == ("damping of the loop", pytest.approx(0.7), "")
-    for knob, wanted in ((first, (33.0, 0.7)), (second, (30.0, 0.77))):
-        tuning = tuning_of(knob.turned(0.1).train.motor.control, inertia)
+    for variable, wanted in ((first, (33.0, 0.7)), (second, (30.0, 0.77))):
+        tuning = tuning_of(variable.changed_by(0.1).train.motor.control, inertia)
         assert (tuning.bandwidth / (2.0 * pi), tuning.damping) == pytest.approx(wanted)
         assert (tuning.kind, tuning.lag) == (kind, lag)
 
@@ -139,9 +139,9 @@ def test_a_bandwidth_beyond_half_the_inverse_lag_is_refused_with_a_reason():
     _, train = train_of()
     lag = 0.48 / (2.0 * pi * 30.0)
     subject = subject_of(from_bandwidth(2.0 * pi * 30.0, train.loop_inertia, 0.7, lag=lag))
-    first = next(iter(knobs(subject, float, 100.0)))
-    assert "above half the inverse lag" in first.turned(0.1)
-    assert isinstance(first.turned(-0.1), Subject)
+    first = next(iter(design_variables(subject, float, 100.0)))
+    assert "above half the inverse lag" in first.changed_by(0.1)
+    assert isinstance(first.changed_by(-0.1), Subject)
 
 
 @pytest.mark.parametrize("encoder", ["load", "both"])
@@ -149,13 +149,13 @@ def test_an_encoder_of_the_load_leaves_the_lag_inside_it(encoder):
     _, train = train_of()
     tuning = from_bandwidth(2.0 * pi * 30.0, train.loop_inertia, 0.7, kind="cascade", lag=0.48 / (2.0 * pi * 30.0))
     control = around(tuning.loop, tuning.lag, encoder=encoder, mixing_frequency=100.0)
-    first = next(iter(knobs(subject_of(control), float, 100.0)))
-    assert "above half the inverse lag" in first.turned(0.1)
+    first = next(iter(design_variables(subject_of(control), float, 100.0)))
+    assert "above half the inverse lag" in first.changed_by(0.1)
 
 
 def test_a_gain_without_which_there_is_no_bandwidth_or_damping_is_left_alone():
     names = [
-        [knob.what for knob in knobs(subject_of(control), float, 100.0) if "loop" in knob.what]
+        [variable.what for variable in design_variables(subject_of(control), float, 100.0) if "loop" in variable.what]
         for control in (PositionLoop(50.0, 0.0), SpeedLoop(0.5), sw.train.Held())
     ]
     assert names == [["bandwidth of the loop"], ["bandwidth of the loop"], []]
@@ -165,20 +165,22 @@ def test_a_loop_of_a_users_class_is_changed_as_that_which_it_inherits_from():
     class Own(PositionLoop):
         pass
 
-    first, second, *_ = knobs(subject_of(Own(50.0, 0.5)), float, 100.0)
-    assert first.turned(1.0).train.motor.control == Own(200.0, 1.0)
-    assert second.turned(1.0).train.motor.control == Own(50.0, 1.0)
+    first, second, *_ = design_variables(subject_of(Own(50.0, 0.5)), float, 100.0)
+    assert first.changed_by(1.0).train.motor.control == Own(200.0, 1.0)
+    assert second.changed_by(1.0).train.motor.control == Own(50.0, 1.0)
 
 
 def test_every_coupling_of_a_chain_has_its_stiffness_and_damping():
     subject = subject_of()
     chain = Elastic(0.1, 1.0, sw.Linear(1e5), Elastic(0.2, 0.0, sw.Linear(2e5), Load(1.0)))
     subject = subject._replace(train=subject.train._replace(load=chain))
-    found = {knob.what: knob for knob in knobs(subject, float, 100.0) if "coupling" in knob.what}
+    found = {
+        variable.what: variable for variable in design_variables(subject, float, 100.0) if "coupling" in variable.what
+    }
     assert sorted(found) == ["damping of the coupling 1", "stiffness of the coupling 1", "stiffness of the coupling 2"]
-    assert pytest.approx(2.2e5) == found["stiffness of the coupling 2"].turned(0.1).train.load.load.law.K
-    assert pytest.approx(1.1e5) == found["stiffness of the coupling 1"].turned(0.1).train.load.law.K
-    assert pytest.approx(1.3) == found["damping of the coupling 1"].turned(0.3).train.load.B
+    assert pytest.approx(2.2e5) == found["stiffness of the coupling 2"].changed_by(0.1).train.load.load.law.K
+    assert pytest.approx(1.1e5) == found["stiffness of the coupling 1"].changed_by(0.1).train.load.law.K
+    assert pytest.approx(1.3) == found["damping of the coupling 1"].changed_by(0.3).train.load.B
 
 
 def test_the_neighbours_of_a_gear_are_of_its_series():

@@ -6,7 +6,8 @@ import click
 
 from ....base.quantities import parse
 from ....files.order_table import OrderTable, format_of
-from ...console import echo, to_json
+from ...console import to_json
+from ...console.terminal import echo
 from ..options import file_type, json_option, written_type
 
 

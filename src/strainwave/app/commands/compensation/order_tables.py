@@ -10,11 +10,12 @@ import numpy as np
 from ....base.protocols import terms_of
 from ....base.units import ARCSEC, RPM
 from ....files.order_table import OrderTable
-from ....model.controllers import AdaptiveCancellation, AngleFeedforward, TorqueTable
+from ....model.controllers.adaptive import AdaptiveCancellation
+from ....model.controllers.feedforward import AngleFeedforward, TorqueTable
 from ....model.excitation import Harmonic, Harmonics, KinematicError, Line, mean_torque
 from ....numerics.ensemble.loops import LoopRun, loop_ensemble
 from ....study.compensation.bench import Bench
-from ....study.compensation.gains import behind_of, own_rate, times_of
+from ....study.compensation.gains import learning_rate, motor_lag_of, times_of
 from ....study.compensation.result import Compensation
 
 DIGITS = 12  # of a delay [s], behind which is rounding
@@ -106,7 +107,7 @@ def _adapted_lines(bench: Bench, case: Compensation) -> tuple[Any, list[Line]]:
     controller, lines = case.controller, list[Line]()
     if not isinstance(controller, AdaptiveCancellation):
         return controller, lines
-    settle, _ = times_of(bench, case.speed, own_rate(bench, case.speed, controller))
+    settle, _ = times_of(bench, case.speed, learning_rate(bench, case.speed, controller))
     run = bench.run(controller, case.speed, settle)
     memory: Any = run.memory.state
     while isinstance(controller, AdaptiveCancellation):
@@ -130,7 +131,7 @@ def _ripple(bench: Bench, controller: AdaptiveCancellation, run: LoopRun, speed:
 
     a' = -g y cos(k theta + phi) and b' = -g y sin(k theta + phi) of a constant y are waves about the converged values.
     """
-    error = run.error if controller.on_load else behind_of(bench)(run.states)
+    error = run.error if controller.on_load else motor_lag_of(bench)(run.states)
     turn = round(2.0 * pi / abs(speed) / bench.sampling.period)
     step = controller.order * speed * bench.sampling.period
     size = controller.period * controller.gain * float(np.mean(error[-turn:])) / (2.0 * sin(0.5 * step))

@@ -14,7 +14,8 @@ from .... import __version__
 from ....base.facts import Fact, data, lines
 from ....compile import cache, jit
 from ....compile.numba_import import target_cpu
-from ...console import echo, to_json
+from ...console import to_json
+from ...console.terminal import echo
 from ..options import json_option
 
 CORE = ("numpy", "scipy", "numba", "llvmlite", "xarray", "zarr", "pint", "ruamel.yaml", "click", "rich", "platformdirs")

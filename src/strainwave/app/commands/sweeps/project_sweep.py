@@ -20,7 +20,8 @@ from ....files.notes import load_remark, unsaid
 from ....files.variants.names import keys_of, quantity
 from ....files.variants.replaced import replaced
 from ....files.yaml_text import read
-from ...console import Progress, echo, number, to_json
+from ...console import Progress, number, to_json
+from ...console.terminal import echo
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -27,7 +27,8 @@ from ....files.notes import remarks
 from ....files.reading import read_project
 from ....files.variants.names import quantity as parted
 from ....files.variants.replaced import tuning
-from ...console import Progress, echo, number, to_json
+from ...console import Progress, number, to_json
+from ...console.terminal import echo
 from ...curves import WHAT_X_IS
 from ..options import json_option, output_option, project_argument, retune_option
 from . import project_sweep

@@ -47,7 +47,7 @@ def compensation(view: View) -> Part:
         ],
         notes=remarks,
         figures=[(figure([panels], 180.0, "pointing error before and after"), TURNS.format(speeds.base, speed))],
-        lines=[f"controller {result.name} at {speed}: {result.said}" for result in results],
+        lines=[f"controller {result.name} at {speed}: {result.rms_text}" for result in results],
     )
 
 

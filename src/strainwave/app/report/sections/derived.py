@@ -5,11 +5,12 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from ....base.law import spring_stiffness
+from ....base.number_text import percent
 from ....base.protocols import terms_of
 from ....base.sentences import Angle
 from ....drive.train_curve import in_turns
-from ....study.speed_map.resonances import equation_orders
-from ...console import number, percent
+from ....study.speed_map.error_equation import equation_orders
+from ...console import number
 from ...view import View
 from ..section import Part, Table
 from .opening import YIELDS

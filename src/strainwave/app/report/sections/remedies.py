@@ -3,7 +3,7 @@
 from typing import Any
 
 from ....base.sentences import Sentence, Speed
-from ....study.analysis.load_cases import worst_of
+from ....study.analysis.load_cases import largest_case
 from ....study.analysis.remedies import CANCELLED, NO_EFFECT, Remedy
 from ....study.speed_map.avoid import Avoid
 from ...console import number
@@ -27,7 +27,7 @@ def remedies_data(view: View, avoid: Avoid) -> dict[str, Any]:
 
 def largest_of(view: View, avoid: Avoid) -> tuple[float, float]:
     """Oscillation [rad] to which the remedies are related, and its speed [rad/s]."""
-    worst = worst_of(view.analysis.load_cases)
+    worst = largest_case(view.analysis.load_cases)
     deciding = avoid if worst is None or worst.avoid is None else worst.avoid
     return deciding.largest, deciding.at
 
@@ -71,7 +71,7 @@ def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
     helpful, useless = [remedy for remedy in remedies if remedy.helps], no_help(remedies)
     if not helpful:
         return useless
-    worst = worst_of(view.analysis.load_cases)
+    worst = largest_case(view.analysis.load_cases)
     load = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
     effects = Sentence("; ").join(_effect(remedy, speed) for remedy in helpful[:MOST_EFFECTS])
     others = f"; the table of the report has {len(helpful) - MOST_EFFECTS} more" if len(helpful) > MOST_EFFECTS else ""

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from ....base.number_text import percent
 from ....base.sentences import Angle, Sentence, Speed, listed
 from ....drive.drive_response import DriveResponse
 from ....plot.drive import draw_exact, draw_folds, simulated
@@ -11,9 +12,10 @@ from ....plot.panels import DOT_DASH, GREY, ORANGE, Panel, of_speeds
 from ....plot.smooth_curve import fine
 from ....plot.svg import figure
 from ....study.analysis.analysis import Analysis
-from ....study.speed_map.resonances import Regime, equation_orders
+from ....study.analysis.regimes import Regime
+from ....study.speed_map.error_equation import equation_orders
 from ....theory.slow_flow.results import Certificate
-from ...console import number, percent
+from ...console import number
 from ...view import View, sizes
 from ..section import Part, Table
 

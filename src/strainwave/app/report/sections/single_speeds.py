@@ -9,8 +9,8 @@ from ....base.results import Floats
 from ....base.sentences import Sentence, Speed
 from ....plot.panels import BLACK, BLUE, DASHES, DOT_DASH, ORANGE, TIME, Axis, Panel
 from ....plot.svg import figure
-from ....study.analysis.in_time import DriveMotion
-from ....study.analysis.time_case import Cycle, TimeCase
+from ....study.analysis.time_domain.drive_motion import DriveMotion
+from ....study.analysis.time_domain.time_case import Cycle, TimeCase
 from ...console import number
 from ...view import AngleUnit, View, sizes
 from ..section import Part, Table

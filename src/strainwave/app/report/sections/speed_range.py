@@ -4,13 +4,14 @@ from typing import Any
 
 import numpy as np
 
+from ....base.number_text import percent
 from ....base.sentences import Angle, Sentence, Speed
 from ....drive.drive_response import DriveResponse
 from ....drive.two_turns import A_TURN, beat_said
 from ....plot import drive
 from ....plot.panels import BLACK, BLUE, Axis, Panel
 from ....plot.svg import figure, stacked
-from ...console import number, percent
+from ...console import number
 from ...curves import curve_data, waves_data
 from ...view import View, sizes
 from ..section import Part, Table

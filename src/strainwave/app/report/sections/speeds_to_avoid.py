@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 from ....base.sentences import Angle, Sentence, Speed, listed
 from ....study.analysis.verdict_words import apart_said, band_data
-from ....study.analysis.words import MOTOR, under_load
+from ....study.analysis.words import MOTOR, load_text
 from ....study.speed_map.avoid import Avoid
-from ....study.speed_map.bands import AMPLIFIED
+from ....study.speed_map.error_equation import PEAK_AMPLIFICATION
 from ...console import number
 from ...view import View, sizes
 from ..section import Part
@@ -118,7 +118,8 @@ def _rule(avoid: Avoid) -> str:
     if avoid.limit is not None:
         text = f"A speed is to be avoided where {OSCILLATION} is above the project's limit of "
         return text + Angle(avoid.limit) + f", {APART}."
-    return f"A speed is to be avoided where {OSCILLATION} is above {AMPLIFIED:g} times that of slow rotation, {APART}."
+    level = f"{PEAK_AMPLIFICATION:g} times that of slow rotation"
+    return f"A speed is to be avoided where {OSCILLATION} is above {level}, {APART}."
 
 
 def _avoided(view: View, avoid: Avoid) -> Sentence:
@@ -129,11 +130,12 @@ def _avoided(view: View, avoid: Avoid) -> Sentence:
     if avoid.peaks:
         slow = Angle(avoid.slow) + " of quasi-static rotation"
         tops = listed(Angle(size) + " at " + bare_speed(speed) for speed, size in avoid.peaks)
-        reasons.append(Sentence(f"the error oscillates with more than {AMPLIFIED:g} times the {{}}: {{}}", slow, tops))
+        fact = f"the error oscillates with more than {PEAK_AMPLIFICATION:g} times the {{}}: {{}}"
+        reasons.append(Sentence(fact, slow, tops))
     if avoid.limit is not None and avoid.largest > avoid.limit:
         text = "the error oscillates with more than the limit of {}, at most {} at {}"
         reasons.append(Sentence(text, Angle(avoid.limit), Angle(avoid.largest), bare_speed(avoid.at)))
-    if avoid.apart is not None and avoid.apart[1] > (avoid.limit or AMPLIFIED * avoid.slow):
+    if avoid.apart is not None and avoid.apart[1] > (avoid.limit or PEAK_AMPLIFICATION * avoid.slow):
         text = "a motion apart from the curve oscillates with up to {}, at {}"
         reasons.append(Sentence(text, apart_said(avoid.apart)[0], bare_speed(avoid.apart[0])))
     if jumps := _jumps(view):
@@ -166,4 +168,4 @@ def _jumps(view: View) -> list[Sentence]:
     """Bands at whose ends a sweep of the drive's curve jumps, or those of its curves under other torques."""
     sweep = view.analysis.drive.sweep
     jumping = [(None, band) for band in sweep.jumping] if sweep is not None else []
-    return [_between(band.low, band.high) + under_load(at) for at, band in jumping or view.analysis.jumping]
+    return [_between(band.low, band.high) + load_text(at) for at, band in jumping or view.analysis.jumping]

@@ -19,9 +19,9 @@ from ....plot.loop import loop_rows
 from ....plot.panels import BLACK, BLUE, DASHES, MOTOR, ORANGE, Panel
 from ....plot.svg import figure
 from ....study.analysis.train_study import TrainStudy
-from ....study.analysis.words import under_load
+from ....study.analysis.words import load_text
+from ....study.speed_map.error_equation import equation_orders
 from ....study.speed_map.ramp import Ramp, turns
-from ....study.speed_map.resonances import equation_orders
 from ...console import number
 from ...curves import curve_data
 from ...view import View, sizes
@@ -194,7 +194,7 @@ def reduction(view: View) -> dict[str, Any] | None:
     if curve is None or top is None or top_reduced is None:
         return None
     motor = "a free motor" if view.project.motor == "free" else "an ideally held motor"
-    load = under_load(view.project.mean_load_torque if view.analysis.load_cases else None)
+    load = load_text(view.project.mean_load_torque if view.analysis.load_cases else None)
     full, reduced = float(curve.oscillation[top]), float(exact.oscillation[top_reduced])
     fast, slow = float(curve.omega[top]), float(exact.omega[top_reduced])
     return {

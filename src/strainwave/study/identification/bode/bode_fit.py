@@ -49,7 +49,7 @@ LOSS_CAUSE = "something saturates, or a loss grows with the motion"
 NO_SPREAD = Spread(np.empty((0, 0)), np.empty(0), np.empty(0))
 
 
-class Modelled(NamedTuple):
+class ModelledBode(NamedTuple):
     """The Bode plot of a train, as one was measured, about a speed [rad/s] of the motor."""
 
     train: DriveTrain
@@ -164,7 +164,7 @@ class BodeFit(Fit):
         if self.measured.quantity != "plant":
             facts.append(Fact("loop", self.loop, "loop of the drive: {}"))
         for name, response in (("drive", self.model), ("fit", self.computed))[: 1 + bool(self.values)]:
-            size, phase = self._off(response)
+            size, phase = self._differences(response)
             facts.append(Fact(f"{name}.off_dB", size, "off by {} dB"))
             facts.append(Fact(f"{name}.off_degrees", phase, "{} degrees rms" if self.measured.phased else ""))
         if self.values:
@@ -184,7 +184,7 @@ class BodeFit(Fit):
             Fact("unit", UNITS[name], "unit"),
         )  # fmt: skip
 
-    def _off(self, response: Complexes) -> tuple[float, float]:
+    def _differences(self, response: Complexes) -> tuple[float, float]:
         """Root mean square differences from the measurement in dB and degrees."""
         ratio = response / self.measured.value
         size, phase = np.sqrt(np.mean([np.log(np.abs(ratio)) ** 2, np.angle(ratio) ** 2], axis=1)).tolist()
@@ -235,7 +235,7 @@ def fit_bode(
     loop = name or motor_name(train.motor.control, train.loop_inertia)
     if plot.quantity != "plant" and (train.motor.free or train.motor.held):
         raise ValueError(f"the {plot.quantity} was measured and the motor of the drive has no loop; give it one")
-    modelled = Modelled(train, plot, number("speed [rad/s]", speed))
+    modelled = ModelledBode(train, plot, number("speed [rad/s]", speed))
     start, unknown = modelled.start(), {} if plot.phased else {"delay": NO_PHASE}
     names = tuple(name for name in USUAL_NUMBERS if name not in unknown) if free is None else tuple(free)
     wrong = next((name for name in names if name not in UNITS or names.count(name) > 1 or name in unknown), None)
@@ -247,12 +247,12 @@ def fit_bode(
     noisy = bool(np.all(plot.deviation > 0.0))
     missed = float(np.sqrt(np.mean(modelled.off(computed) ** 2))) if noisy else nan
     return BodeFit(
-        plot, values, scatter.covariance, scatter.freedom, unknown, start, computed, model, missed, loop, train.N,
-        dependence,
+        measured=plot, values=values, covariance=scatter.covariance, freedom=scatter.freedom, unidentified=unknown,
+        start=start, computed=computed, model=model, missed=missed, loop=loop, ratio=train.N, dependence=dependence,
     )  # fmt: skip
 
 
-def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -> tuple[dict[str, float], Spread]:
+def _fitted(modelled: ModelledBode, names: Sequence[str], start: dict[str, float]) -> tuple[dict[str, float], Spread]:
     """Values by name, and their scatter."""
     count, fastest = len(modelled.measured.omega), float(modelled.measured.omega[-1])
 
@@ -260,21 +260,21 @@ def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -
         pairs = zip(names, p.tolist(), strict=True)
         return {name: (late + x) / fastest if name == "delay" else start[name] * exp(x) for name, x in pairs}
 
-    def off_by(late: float, p: Floats) -> Floats:
+    def residual_after(late: float, p: Floats) -> Floats:
         return modelled.off(modelled.of(values(late, p)))
 
-    def off_in_size(p: Floats) -> Floats:  # leads to the fit from farther away
+    def size_residual(p: Floats) -> Floats:  # leads to the fit from farther away
         return np.asarray(np.log(np.abs(modelled.of(values(0.0, p)) / modelled.measured.value)))
 
     begins = [np.array([log(factor) if name == "K" else 0.0 for name in names]) for factor in STARTS]
     ways: Any = {"bounds": (-FARTHEST_LOG, FARTHEST_LOG), "diff_step": STEP}
-    rough = [least_squares(off_in_size, begin, max_nfev=START_EVALUATIONS, **ways) for begin in begins]
+    rough = [least_squares(size_residual, begin, max_nfev=START_EVALUATIONS, **ways) for begin in begins]
     fits = [
-        (late, least_squares(partial(off_by, late), fit.x, x_scale="jac", **ways))
+        (late, least_squares(partial(residual_after, late), fit.x, x_scale="jac", **ways))
         for late, fit in product(_delays(modelled) if "delay" in names else (0.0,), rough)
     ]
     late, best = min(fits, key=lambda fit: float(fit[1].cost))
-    misfit, x = partial(off_by, late), np.asarray(best.x)
+    misfit, x = partial(residual_after, late), np.asarray(best.x)
     for name, moved in zip(names, np.abs(x), strict=True):
         if moved > 0.99 * FARTHEST_LOG:
             raise ValueError(f"{name} runs to the end of what is searched; leave it out of free")
@@ -286,7 +286,7 @@ def _fitted(modelled: Modelled, names: Sequence[str], start: dict[str, float]) -
     return solved, scatter._replace(covariance=scatter.covariance * np.outer(sizes, sizes))
 
 
-def _delays(modelled: Modelled) -> tuple[float, ...]:
+def _delays(modelled: ModelledBode) -> tuple[float, ...]:
     """Phases [rad] of the delay at the highest frequency to begin with: 0, and how late a measurement is beyond pi."""
     if not modelled.measured.phased:
         return (0.0,)

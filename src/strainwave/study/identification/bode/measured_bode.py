@@ -19,7 +19,7 @@ from .measured_margins import MeasuredMargins, measured_margins
 Quantity = Literal["plant", "open loop", "closed loop"]
 Estimator = Literal["H1", "instrument", "unknown"]
 
-POINTS = 8  # frequencies
+FEWEST_FREQUENCIES = 8
 PERIOD_DIFFERENCE = 1e-3  # of a reference's power: by how much its periods may differ
 SEGMENTS = 8  # of a record whose reference does not repeat
 EXCITED_POWER = 1e-6  # of the largest power of the reference: below it a frequency is not excited
@@ -151,8 +151,10 @@ def measured_bode(
     choice("estimator", estimator, *get_args(Estimator))
     w, z = numbers("omega [rad/s]", omega), complex_numbers("value", value)
     noise = np.full(len(w), nan) if deviation is None else array_of("deviation", deviation, len(w))
-    if len(w) < POINTS or z.shape != w.shape:
-        raise ValueError(f"there are {len(w)} frequencies and {z.size} values; give {POINTS} or more, a value for each")
+    if len(w) < FEWEST_FREQUENCIES or z.shape != w.shape:
+        raise ValueError(
+            f"there are {len(w)} frequencies and {z.size} values; give {FEWEST_FREQUENCIES} or more, a value for each"
+        )
     order = np.argsort(w, kind="stable")
     w, z, noise = w[order], z[order], noise[order]
     wrong = np.append(w[0] <= 0.0, np.diff(w) <= 0.0)
@@ -216,12 +218,12 @@ def bode_of_records(
     # averaged, as a weight with the torque's own noise would let in the bias of H1
     deviation = _noise(y - P * u, power) / np.sqrt(_mean(np.abs(S_ru) ** 2, NOISE_WIDTH))
     clear = np.abs(S_ru) > TORQUE_DEVIATIONS * _noise(u - S_ru / power * r, power)
-    if np.sum(clear) < POINTS:
+    if np.sum(clear) < FEWEST_FREQUENCIES:
         raise ValueError(
             f"the torque follows the reference above its noise at {np.sum(clear)} frequencies; excite it more"
         )
     plain = np.sum(u.conj() * y, axis=0) / np.sum(np.abs(u) ** 2, axis=0)
-    bias = _bias(omega[clear], (plain / P - 1.0)[clear], (deviation / np.abs(P))[clear])
+    bias = _bias_sentence(omega[clear], (plain / P - 1.0)[clear], (deviation / np.abs(P))[clear])
     hidden = (
         f"{np.sum(~clear)} of {len(clear)} frequencies, where noise hides what the reference excites, were left out"
     )
@@ -241,10 +243,14 @@ def _noise(left: Complexes, power: Floats) -> Floats:
     return np.asarray(np.sqrt(_mean(np.sum(np.abs(left) ** 2, axis=0), NOISE_WIDTH) / (len(left) - 1) * power))
 
 
-def _bias(omega: Floats, off: Complexes, relative: Floats) -> str:
-    """By how much H1 differs from the instrument's estimate."""
-    size = np.hypot(*_mean(np.stack([off.real, off.imag]), BIAS_WIDTH))
-    sure = size > np.maximum(CLEAR_DEVIATIONS * np.sqrt(_mean(relative**2, BIAS_WIDTH) / BIAS_WIDTH), LEAST_DIFFERENCE)
+def _bias_sentence(omega: Floats, difference: Complexes, deviation: Floats) -> str:
+    """Sentence on the largest relative difference (n,) of H1 from the instrument's estimate, above its noise.
+
+    Both the difference and the relative standard deviation (n,) of the estimate are averaged over neighbours.
+    """
+    size = np.hypot(*_mean(np.stack([difference.real, difference.imag]), BIAS_WIDTH))
+    noise = np.sqrt(_mean(deviation**2, BIAS_WIDTH) / BIAS_WIDTH)
+    sure = size > np.maximum(CLEAR_DEVIATIONS * noise, LEAST_DIFFERENCE)
     if not np.any(sure):
         return "a plain H1 would not differ from it by more than the noise"
     worst = int(np.argmax(size * sure))
@@ -258,7 +264,7 @@ def _period(reference: Floats) -> int:
     """Samples after which a reference repeats; 0 where it does not twice."""
     r, n = reference - np.mean(reference), len(reference)
     products = np.fft.irfft(np.abs(np.fft.rfft(r, 2 * n)) ** 2, 2 * n)
-    power, lags = np.append(0.0, np.cumsum(r * r)), np.arange(2 * POINTS, n // 2 + 1)
+    power, lags = np.append(0.0, np.cumsum(r * r)), np.arange(2 * FEWEST_FREQUENCIES, n // 2 + 1)
     both = power[n - lags] + power[n] - power[lags]
     return int(next(iter(lags[both - 2.0 * products[lags] <= PERIOD_DIFFERENCE * both]), 0))
 
@@ -280,13 +286,13 @@ def _spectra(rows: Floats, step: float) -> tuple[Floats, Complexes, str]:
             f"the reference does not repeat: segments of {size * step:.3g} s with Hann's window smear what is narrower "
             f"than {2.0 / max(size * step, step):.3g} Hz; repeat the sweep"
         )
-    if size < 2 * POINTS:
+    if size < 2 * FEWEST_FREQUENCIES:
         raise ValueError(f"the records have {n} samples, which is too short; record several sweeps")
     parts = np.stack([rows[:, start : start + size] for start in starts], axis=1)
     table = np.fft.rfft((parts - np.mean(parts, axis=2, keepdims=True)) * window, axis=2)[:, :, 1:]
     power = np.sum(np.abs(table[0]) ** 2, axis=0)
     excited = (power > EXCITED_POWER * np.max(power)) & np.all(table[1] != 0.0, axis=0)
-    if np.sum(excited) < POINTS:
+    if np.sum(excited) < FEWEST_FREQUENCIES:
         raise ValueError(f"the reference excites {np.sum(excited)} frequencies of the torque; sweep it, or add lines")
     omega = 2.0 * pi * np.arange(1, len(power) + 1) / (size * step)
     return omega[excited], table[:, :, excited], cut

@@ -1,4 +1,4 @@
-"""A joint from its logs: the fit, what it explains, and why it does not explain more."""
+"""`fit_joint`: a joint from its logs, what the fit explains, and why it does not explain more."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -9,26 +9,26 @@ import numpy as np
 from ....base.results import Floats, SolveError
 from ....base.units import ARCSEC, RPM
 from . import solve
-from .estimates import Estimates, estimated, one_way
+from .estimates import Estimates, estimates_of, one_way
 from .march import spring_torque
 from .meter import OF_GEAR, OF_MOTOR, meters
 from .metered import LIKELY, Metered, constant_of, doubt, joined, lacking, linear, metered
 from .model import Joint, scales
 from .pieces import pieces_of
 
-RESOLVED = 0.06  # of 1/omega of the stiffest slope: a step of the grid
-CLOUD = 600  # points
-MISSED = 0.2  # of the torsion: a residual from which on the joint's own frequency is not known
-GUESSES = (6.0, 12.0, 24.0)  # Hz, resonances that are tried where no inertia is given
-LEFT, BAND_LEFT = 1.2, 1.3  # of the readings' scatter: a residual, and one in the band, that needs another cause
+GRID_STEP = 0.06  # of 1/omega of the stiffest slope: a step of the grid
+CLOUD_POINTS = 600  # points
+MISSED_SHARE = 0.2  # of the torsion: a residual from which on the joint's own frequency is not known
+GUESSES_HZ = (6.0, 12.0, 24.0)  # Hz, resonances that are tried where no inertia is given
+CHANCE_RATIO, BAND_CHANCE_RATIO = 1.2, 1.3  # times the readings' scatter: more, also in the band, needs a cause
 BAND = 4.0  # of the joint's resonance: the band in which loads move
 CAUSE_LEFT = 3.0  # of the readings' scatter: what a named cause leaves at most
-BETTER = 0.8  # of the residual: what a cause leaves at most
-UNLIKE = 2.0  # times: a K1 so far off the datasheet's, or an inertia off the one given
+CAUSE_SHARE = 0.8  # of the residual: what a cause leaves at most
+UNLIKE_RATIO = 2.0  # times: a K1 so far off the datasheet's, or an inertia off the one given
 MOST_UNEVEN = 0.25  # of the stiffness, to either side: more is no spring's
-PEAK, CLOSE, OVER = 0.3, 0.1, 8.0  # of a residual's power, how near to its place, and over what is beside: a peak
-ABOVE = 1.3  # of the joint's own resonance: the least second one
-LOWEST_ORDER, BETWEEN = 0.2, 0.1  # per turn; how far from whole an order is that no line of the model has
+PEAK_SHARE, PEAK_WIDTH, PEAK_HEIGHT = 0.3, 0.1, 8.0  # of a residual's power; of its place; over what is beside
+SECOND_RESONANCE = 1.3  # of the joint's own resonance: the least second one
+LOWEST_ORDER, ORDER_GAP = 0.2, 0.1  # per turn; how far from whole an order is that no line of the model has
 CAUSES = {
     "gap": "a gap (backlash) of {:.3g} arcsec between the two sides of the gear",
     "asymmetry": "a stiffness that differs by {:.3g} % of itself to either side (asymmetry)",
@@ -77,7 +77,7 @@ class Answer:
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of motions that leave every bound
-def answered(
+def fit_joint(
     logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None, constant: float | None,
     progress: solve.Progress,
 ) -> Answer:  # fmt: skip
@@ -90,7 +90,7 @@ def answered(
     SolveError
         If the motion leaves every bound.
     """
-    joint, causes = _best(logs, ratio, law, inertia, progress)
+    joint, causes = _first_fit(logs, ratio, law, inertia, progress)
     if not np.isfinite(solve.rms(joint)):
         fastest = max(float(np.max(np.abs(piece.motor_rate))) for piece in joint.pieces) / RPM
         raise SolveError(
@@ -99,11 +99,11 @@ def answered(
         )
     by, notes = None, list[str]()
     if inertia is None:
-        joint, by, notes = _weighed(joint, logs, ratio, law, constant, progress)
+        joint, by, notes = _with_weighed_inertia(joint, logs, ratio, law, constant, progress)
         inertia = None if by is None else joint.values["inertia"]
     noise = solve.scatter(joint)
     if not causes:
-        joint, causes = _doubted(joint, logs, ratio, law, inertia, by is None, progress)
+        joint, causes = _fit_or_cause(joint, logs, ratio, law, inertia, by is None, progress)
     progress("intervals", 0.95)
     if "load_friction" not in joint.free and not one_way(joint):  # without a reversal it is a stiffness
         joint = replace(joint, free=(*joint.free, "load_friction"))  # after a choice intervals are too narrow
@@ -111,8 +111,8 @@ def answered(
     residual = float(np.sqrt(np.mean(np.concatenate(joint.residuals()) ** 2)))
     torsion = np.concatenate([torsion_of(joint, i) for i in range(len(joint.pieces))])
     explained = 1.0 - residual / max(float(np.sqrt(np.mean(torsion**2))), 1e-300)
-    joint = _scaled(joint, logs, by, constant)
-    of_joint, channels = estimated(joint, inertia is not None), list[Metered]()
+    joint = _with_measured_torques(joint, logs, by, constant)
+    of_joint, channels = estimates_of(joint, inertia is not None), list[Metered]()
     for names in (OF_GEAR, OF_MOTOR):
         meter, why = meters(joint, logs, names)
         notes += why
@@ -126,11 +126,12 @@ def answered(
         notes += channels[-1].notes
     estimates = joined(of_joint, channels, next((c for c in channels if c.name == by), None), joint.values["inertia"])
     return Answer(
-        joint, estimates, explained, residual, noise, tuple(causes), inertia is not None, tuple(channels), tuple(notes)
+        joint=joint, estimates=estimates, explained=explained, residual=residual, scatter=noise, causes=tuple(causes),
+        inertia_known=inertia is not None, channels=tuple(channels), notes=tuple(notes),
     )  # fmt: skip
 
 
-def _weighed(
+def _with_weighed_inertia(
     joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], constant: float | None,
     progress: solve.Progress,
 ) -> tuple[Joint, str | None, list[str]]:  # fmt: skip
@@ -151,13 +152,13 @@ def _weighed(
         if doubts or lacking(meter, fit, float(np.sqrt(fit.covariance[0, 0])) / scale):
             continue
         inertia = factor * joint.values["inertia"]
-        first = _first(logs, ratio, law, inertia, solve.BASIC)
+        first = _start_of(logs, ratio, law, inertia, solve.BASIC)
         again = solve.fitted(first, float(np.sqrt(law[0] / inertia)), progress)
-        return _scaled(again, logs, meter.name, constant), meter.name, notes
+        return _with_measured_torques(again, logs, meter.name, constant), meter.name, notes
     return joint, None, notes
 
 
-def _scaled(joint: Joint, logs: Sequence[Any], by: str | None, constant: float | None) -> Joint:
+def _with_measured_torques(joint: Joint, logs: Sequence[Any], by: str | None, constant: float | None) -> Joint:
     """The joint with the torques that a channel says."""
     meter, one = (None, None) if by is None else (meters(joint, logs, (by,))[0], constant_of(by, constant))
     if meter is None or one is None or (fit := linear(meter)) is None:
@@ -171,8 +172,9 @@ def torsion_of(joint: Joint, i: int, about: float = 1.0) -> Floats:
     return torsion - about * np.mean(torsion)
 
 
-def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float, free: tuple[str, ...]) -> Joint:
-    pieces, _ = pieces_of(logs, ratio, RESOLVED / float(np.sqrt(max(law[:3]) / inertia)))
+def _start_of(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float, free: tuple[str, ...]) -> Joint:
+    """Joint before a fit: numbers of the datasheet, and offsets by the mean torsion of each log."""
+    pieces, _ = pieces_of(logs, ratio, GRID_STEP / float(np.sqrt(max(law[:3]) / inertia)))
     of = scales(inertia, law, float(np.sqrt(law[0] / inertia)))
     values = {name: scale.first for name, scale in of.items()} | {"hysteresis": 0.0}
     empty = Joint(tuple(pieces), ratio, of, values, (), np.zeros((len(pieces), 3)), free, np.zeros(2))
@@ -183,7 +185,7 @@ def _first(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: flo
     return replace(empty, values=values | more, scales=of, free=(*free, *more))
 
 
-def _best(
+def _first_fit(
     logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None, progress: solve.Progress
 ) -> tuple[Joint, list[str]]:  # fmt: skip
     """The fit, and that the inertia given does not fit; without one the best of several resonances, K1 as printed.
@@ -191,37 +193,39 @@ def _best(
     With an inertia that is far too small a fit takes long: where a first one is unlikely, others are asked first.
     """
     if inertia is None:
-        return _of_any_inertia(logs, ratio, law, lambda joint, omega: solve.fitted(joint, omega, progress)), []
-    first, omega = _first(logs, ratio, law, inertia, solve.BASIC), float(np.sqrt(law[0] / inertia))
-    if omega > 2.0 * np.pi * GUESSES[-1] and not _likely(solve.running(first, omega, solve.FIRST_LINES, False), law):
-        other, causes = _other(logs, ratio, law, inertia, np.inf, memory=False)
+        return _fit_any_inertia(logs, ratio, law, lambda joint, omega: solve.fitted(joint, omega, progress)), []
+    first, omega = _start_of(logs, ratio, law, inertia, solve.BASIC), float(np.sqrt(law[0] / inertia))
+    stiff = omega > 2.0 * np.pi * GUESSES_HZ[-1]
+    if stiff and not _likely(solve.running(first, omega, solve.FIRST_LINES, False), law):
+        other, causes = _other_inertia(logs, ratio, law, inertia, np.inf, memory=False)
         if causes:
             return other, causes
     return solve.fitted(first, omega, progress), []
 
 
-def _of_any_inertia(
+def _fit_any_inertia(
     logs: Sequence[Any], ratio: float, law: Sequence[float], fit: Callable[[Joint, float], Joint]
 ) -> Joint:  # fmt: skip
     """The best of fits from several resonances, with K1 as the datasheet has it."""
-    free, guesses = ("inertia", *(name for name in solve.BASIC if name != "K1")), [2.0 * np.pi * f for f in GUESSES]
-    return min((fit(_first(logs, ratio, law, law[0] / w**2, free), w) for w in guesses), key=solve.rms)
+    free = "inertia", *(name for name in solve.BASIC if name != "K1")
+    guesses = [2.0 * np.pi * frequency for frequency in GUESSES_HZ]
+    return min((fit(_start_of(logs, ratio, law, law[0] / w**2, free), w) for w in guesses), key=solve.rms)
 
 
-def _doubted(
+def _fit_or_cause(
     joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None, given: bool,
     progress: solve.Progress,
 ) -> tuple[Joint, list[str]]:  # fmt: skip
     """The fit with what the model lacks, or with an inertia that is not the one given: what leaves less."""
     likely, misgiven, limit = _likely(joint, law), list[str](), solve.rms(joint)
     if not likely and given and inertia is not None:
-        limit *= BETTER
-        other, misgiven = _other(logs, ratio, law, inertia, limit, memory="hysteresis" in joint.free)
+        limit *= CAUSE_SHARE
+        other, misgiven = _other_inertia(logs, ratio, law, inertia, limit, memory="hysteresis" in joint.free)
         limit = solve.rms(other)
     if likely and not solve.shown(joint, solve.OUTSIDE):
         return joint, []
     progress("causes", 0.8)
-    fitted, causes = _caused(joint, logs, ratio, law, inertia)
+    fitted, causes = _fit_with_cause(joint, logs, ratio, law, inertia)
     return (joint, misgiven) if misgiven and limit < solve.rms(fitted) else (fitted, causes)
 
 
@@ -229,7 +233,7 @@ def _likely(joint: Joint, law: Sequence[float]) -> bool:
     """True for a fit that leaves nothing, with a stiffness like that of the datasheet."""
     v = joint.values
     spring = v["K1"] + v["hysteresis"] * (v["yield_twist"] > v["T1"] / v["K1"])  # what does not yield is a spring
-    return not unexplained(joint) and bool(1.0 / UNLIKE < spring / law[0] < UNLIKE)
+    return not unexplained(joint) and bool(1.0 / UNLIKE_RATIO < spring / law[0] < UNLIKE_RATIO)
 
 
 def unexplained(joint: Joint) -> bool:
@@ -240,32 +244,33 @@ def unexplained(joint: Joint) -> bool:
         frequencies, spectrum = _spectrum(piece.time, residual)
         inside = frequencies < highest
         power, many = power + float(np.sum(spectrum[inside])), many + int(np.count_nonzero(inside))
-    return solve.rms(joint) > LEFT * scatter or power > many * (BAND_LEFT * scatter) ** 2
+    return solve.rms(joint) > CHANCE_RATIO * scatter or power > many * (BAND_CHANCE_RATIO * scatter) ** 2
 
 
-def _other(
+def _other_inertia(
     logs: Sequence[Any], ratio: float, law: Sequence[float], given: float, limit: float, *, memory: bool
 ) -> tuple[Joint, list[str]]:  # fmt: skip
     """The fit with any inertia, completed where it leaves less than a limit; and that the one given does not fit."""
-    free = _of_any_inertia(logs, ratio, law, lambda first, w: solve.running(first, w, solve.FIRST_LINES, memory))
+    free = _fit_any_inertia(logs, ratio, law, lambda first, w: solve.running(first, w, solve.FIRST_LINES, memory))
     free = solve.completed(free) if solve.rms(free) < limit else free
     fitted = free.values["inertia"]
-    if unexplained(free) or 1.0 / UNLIKE < fitted / given < UNLIKE:
+    if unexplained(free) or 1.0 / UNLIKE_RATIO < fitted / given < UNLIKE_RATIO:
         return free, []
     hint = f"with the gear's K1 it is near {fitted:.3g} kg·m²"
     return free, [f"that the load inertia given, {given:.3g} kg·m², does not fit ({hint})"]
 
 
-def _caused(
+def _fit_with_cause(
     joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None
 ) -> tuple[Joint, list[str]]:  # fmt: skip
     """The fit with what a test supports beyond the model, and the names of it."""
     given = joint.values["inertia"] if inertia is None else inertia
-    omega, part = float(np.sqrt(law[0] / given)), BETTER if solve.rms(joint) > LEFT * solve.scatter(joint) else 1.0
+    omega = float(np.sqrt(law[0] / given))
+    part = CAUSE_SHARE if solve.rms(joint) > CHANCE_RATIO * solve.scatter(joint) else 1.0
     for afresh in (False, True):
         trials = dict[str, Joint]()
         for cause in solve.OUTSIDE:
-            first = _first(logs, ratio, law, given, solve.BASIC) if afresh else joint
+            first = _start_of(logs, ratio, law, given, solve.BASIC) if afresh else joint
             first = replace(first, free=(*first.free, cause))
             if cause == "gap":
                 first = _with_gap(first)
@@ -277,36 +282,37 @@ def _caused(
         if solve.fell(joint, best) and solve.rms(best) < min(part * solve.rms(joint), CAUSE_LEFT * solve.scatter(best)):
             best = solve.without(best, name)
             if name not in best.free:  # it has but led out of a trap
-                return best, _left(best) if unexplained(best) else []
+                return best, _cause_of_residual(best) if unexplained(best) else []
             value = best.values[name]
             size = {"gap": value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
             return best, [CAUSES[name].format(size)]
-    return joint, _left(joint) if unexplained(joint) else []
+    return joint, _cause_of_residual(joint) if unexplained(joint) else []
 
 
 def _with_gap(joint: Joint) -> Joint:
     """The joint with a first gap: where its law is soft up to T1, that is the gap, and the datasheet's law beyond."""
     v, first = joint.values, {name: joint.scales[name].first for name in ("K1", "K2", "K3", "T1", "T2")}
-    soft = v["K1"] < first["K1"] / UNLIKE
+    soft = v["K1"] < first["K1"] / UNLIKE_RATIO
     more = first | {"gap": v["T1"] / v["K1"]} if soft else {"gap": 10.0 * joint.scales["gap"].unit}
     return replace(joint, values=v | more)
 
 
-def _left(joint: Joint) -> list[str]:
+def _cause_of_residual(joint: Joint) -> list[str]:
     """Cause of the residual in the longest piece, if a test supports it: a line of the motor's turn, or a resonance."""
     i = int(np.argmax([len(piece.time) for piece in joint.pieces]))
     piece, residual = joint.pieces[i], joint.residuals()[i]
     turned = piece.turned / (2.0 * np.pi)
     size = float(np.sqrt(np.mean(residual**2))) / ARCSEC
     resonance = np.sqrt(joint.values["K1"] / joint.values["inertia"]) / (2.0 * np.pi)
-    frequency, of_time = _peak(piece.time, residual, ABOVE * resonance)
+    frequency, of_time = _peak(piece.time, residual, SECOND_RESONANCE * resonance)
     if len(set(np.sign(np.diff(turned)).tolist())) == 1:
         torsion = torsion_of(joint, i)  # a line that the model lacks bends its fit, and the residual with it
         slow = np.polynomial.Polynomial.fit(turned, torsion, 4)(turned)
         order, of_turn = _peak(turned * np.sign(turned[-1] - turned[0]), torsion - slow, LOWEST_ORDER)
-        if of_turn and abs(order - round(order)) > BETWEEN:
+        if of_turn and abs(order - round(order)) > ORDER_GAP:
             return [f"a line of order {order:.3g} of the motor's turn, {size:.3g} arcsec rms"]
-    if of_time and float(np.std(residual)) < MISSED * float(np.std(torsion_of(joint, i))):  # else K1 is no measure
+    known = float(np.std(residual)) < MISSED_SHARE * float(np.std(torsion_of(joint, i)))  # else K1 is no measure
+    if of_time and known:
         return [f"a motion that rings near {frequency:.3g} Hz (a second resonance), {size:.3g} arcsec rms"]
     return []
 
@@ -316,9 +322,10 @@ def _peak(places: Floats, values: Floats, lowest: float) -> tuple[float, float]:
     frequencies, power = _spectrum(places, values)
     frequency = float(frequencies[np.argmax(power * (frequencies >= lowest))])
     off = np.abs(frequencies / frequency - 1.0)
-    share = float(np.sum(power[off < CLOSE]) / max(np.sum(power), 1e-300))
-    beside = np.mean(power[(off > CLOSE) & (off < 3.0 * CLOSE)])
-    return frequency, share if share > PEAK and np.mean(power[off < 0.5 * CLOSE]) > OVER * beside else 0.0
+    share = float(np.sum(power[off < PEAK_WIDTH]) / max(np.sum(power), 1e-300))
+    beside = np.mean(power[(off > PEAK_WIDTH) & (off < 3.0 * PEAK_WIDTH)])
+    stands_out = share > PEAK_SHARE and np.mean(power[off < 0.5 * PEAK_WIDTH]) > PEAK_HEIGHT * beside
+    return frequency, share if stands_out else 0.0
 
 
 def _spectrum(places: Floats, values: Floats) -> tuple[Floats, Floats]:
@@ -348,7 +355,7 @@ def law_cloud(joint: Joint) -> tuple[Floats, Floats, tuple[Floats, Floats]]:
     p = joint.kernel_numbers(joint.values)
     twists, torques = [], []
     for left, twist in zip(joint.residuals(), joint.twists(), strict=True):
-        some = np.linspace(0, len(left) - 1, CLOUD // len(joint.pieces)).astype(int)
+        some = np.linspace(0, len(left) - 1, CLOUD_POINTS // len(joint.pieces)).astype(int)
         twists.append((twist - left)[some])
         torques.append(np.array([spring_torque(float(x), p) for x in twist[some]]))
     reach = float(np.max(np.abs(np.concatenate(twists))))

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....base.results import Floats
+from ....base.results import Booleans, Floats
 from ....base.sentences import listed
 from ..intervals import basis_of, derived_freedom, orthogonal, spread
 from .model import Joint, line_names
@@ -42,14 +42,35 @@ class Estimates(NamedTuple):
     of_free: Floats
 
 
-def estimated(joint: Joint, inertia_given: bool) -> Estimates:
-    """Numbers of a joint with their scatter, and what its logs cannot tell."""
+class FreeScatter(NamedTuple):
+    """Scatter of the free numbers and starts of a joint, in units.
+
+    Attributes
+    ----------
+    covariance : (p, p) array
+        Of all of them.
+    freedom : (p,) array
+        Degrees of freedom of its diagonal.
+    seen : (p,) bool array
+        True for those that the readings tell beyond what is known before.
+    basis, back : (rows, seen), (seen, seen) arrays
+        As of `basis_of`, of the readings and of what is known before.
+    """
+
+    covariance: Floats
+    freedom: Floats
+    seen: Booleans
+    basis: Floats
+    back: Floats
+
+
+def _scatter_of_free(joint: Joint) -> FreeScatter:
+    """Scatter by the residual, and by what the encoders of motor and load may misread."""
     weights = joint.weights
     table = joint.jacobian() * weights[:, None]
     residual = np.concatenate(joint.residuals()) * weights
     priors = joint.away()[1]
     seen = np.linalg.norm(table, axis=0) * priors > SEEN * rms(joint)
-    many = len(joint.free)
     covariance, freedom = np.diag(priors**2), np.ones(len(priors))
     few = int(np.count_nonzero(seen))
     held = np.concatenate([table[:, seen], np.diag(rms(joint) / priors[seen])])  # what is known before is a row each
@@ -62,16 +83,27 @@ def estimated(joint: Joint, inertia_given: bool) -> Estimates:
     variance = variance * wider**2
     covariance[np.ix_(seen, seen)] = scatter.covariance * np.outer(wider, wider) + by_input
     freedom[seen] = (variance + other) ** 2 / (variance**2 / scatter.freedom + other**2 / DRAWS)
-    values, rates = _named_values(joint)
-    full = rates @ covariance[:many, :many] @ rates.T
+    return FreeScatter(covariance, freedom, seen, basis, back)
+
+
+def _covariance_of_values(joint: Joint, free: FreeScatter, values: dict[str, float], rates: Floats) -> Floats:
+    """Covariance (values, values) [SI], wider for faint lines and where the sum of squares is no parabola."""
+    many = len(joint.free)
+    covariance = np.asarray(rates @ free.covariance[:many, :many] @ rates.T)
+    deviation = np.sqrt(np.diag(covariance))
     lines = np.array([value if name.startswith("line") else np.inf for name, value in values.items()])
-    wide = np.where(lines < FAINT * np.sqrt(np.diag(full)), CIRCLE, 1.0)
-    wide *= _farther(joint, basis, back, seen, rates, list(values), np.sqrt(np.diag(full)))
-    full *= np.outer(wide, wide)
+    wider = np.where(lines < FAINT * deviation, CIRCLE, 1.0) * _farther(joint, free, rates, list(values), deviation)
+    return covariance * np.outer(wider, wider)
+
+
+def estimates_of(joint: Joint, inertia_given: bool) -> Estimates:
+    """Numbers of a joint with their scatter, and what its logs cannot tell."""
+    free, (values, rates) = _scatter_of_free(joint), _named_values(joint)
+    full = _covariance_of_values(joint, free, values, rates)
     deviation = np.sqrt(np.diag(full))
     lost = [n for (n, value), sd in zip(values.items(), deviation, strict=True) if not sd <= _limit(joint, n, value)]
     tied = _ties(joint, lost, inertia_given, full, list(values))
-    if "asymmetry" not in joint.free and not _sided(joint, basis):
+    if "asymmetry" not in joint.free and not _sided(joint, free.basis):
         tied.append((("asymmetry",), "torques of both signs"))
     seen_lines = [name for name in values if name.startswith("line") and name not in lost]
     if seen_lines and {"K1", "B"} <= {*lost}:  # a resonance that is not known makes any size of a line
@@ -82,11 +114,12 @@ def estimated(joint: Joint, inertia_given: bool) -> Estimates:
             others = [other for other in group if other != name]
             apart = f" apart from {listed(others)}" if others else ""
             unidentified.setdefault(name, f"the log does not tell {name}{apart}; it takes {move}")
-    kept = [i for i, name in enumerate(values) if name not in unidentified]
+    many, kept = len(joint.free), [i for i, name in enumerate(values) if name not in unidentified]
     return Estimates(
-        {name: value for name, value in values.items() if name not in unidentified}, full[np.ix_(kept, kept)],
-        derived_freedom(rates[kept], covariance[:many, :many], freedom[:many]), unidentified, tied,
-        covariance,
+        values={name: value for name, value in values.items() if name not in unidentified},
+        covariance=full[np.ix_(kept, kept)],
+        freedom=derived_freedom(rates[kept], free.covariance[:many, :many], free.freedom[:many]),
+        unidentified=unidentified, tied=tied, of_free=free.covariance,
     )  # fmt: skip
 
 
@@ -96,23 +129,21 @@ def _sided(joint: Joint, basis: Floats) -> bool:
     return bool(np.linalg.norm(orthogonal(basis, np.pad(column, (0, len(basis) - len(column))))) > rms(joint))
 
 
-def _farther(
-    joint: Joint, basis: Floats, back: Floats, seen: Floats, rates: Floats, names: list[str], deviation: Floats
-) -> Floats:  # fmt: skip
+def _farther(joint: Joint, free: FreeScatter, rates: Floats, names: list[str], deviation: Floats) -> Floats:
     """Factor (m,) of each number's deviation by the sum of squares: from 1 on.
 
     A number is moved off by so much, the others to their least squares by chords, and the sum of squares rises less
     than the derivatives say: a profile, as Bates & Watts 1988, ch. 6, have it. Lines are linear.
     """
-    full_back, factors = np.zeros((len(seen), len(back))), np.ones(len(names))
-    full_back[seen] = back
+    full_back, factors = np.zeros((len(free.seen), len(free.back))), np.ones(len(names))
+    full_back[free.seen] = free.back
 
     def left(by: Floats) -> Floats:
         trial = joint.moved(full_back @ by)
         residual = np.concatenate(trial.residuals()) * joint.weights
-        return np.append(residual, -rms(joint) * trial.away()[0][seen])
+        return np.append(residual, -rms(joint) * trial.away()[0][free.seen])
 
-    before = left(np.zeros(len(back)))
+    before = left(np.zeros(len(free.back)))
     for n in (n for n, name in enumerate(names) if not name.startswith("line")):
         row = rates[n] @ full_back[: rates.shape[1]]
         if not (square := row @ row):
@@ -125,7 +156,7 @@ def _farther(
                 least = min(least, float(after @ after - before @ before) / expected)
                 if not abs(least - 1.0) > STRAIGHT:
                     break
-                step = basis.T @ after
+                step = free.basis.T @ after
                 by = by + step - row * (row @ step) / square
             factors[n] = max(factors[n], max(least, 1e-4) ** -0.5)
     return factors

@@ -14,14 +14,16 @@ from scipy.special import fdtrc
 
 from ....base.quantities import checked, number
 from ....base.results import Floats, SolveError
-from ....model.laws import Backlash, BoucWen, Linear, Parallel, PiecewiseLinear, Play
+from ....model.laws import Linear
+from ....model.laws.hysteresis import BoucWen, Parallel
+from ....model.laws.springs import Backlash, PiecewiseLinear, Play
 from ..fitted import derivatives
 from ..intervals import Spread, derived_freedom, orthogonal, restricted
-from ..law_fit import Candidate, LackOfFit, compared
+from ..law_fit import Candidate, LackOfFit, compare_candidates
 from .loop_model import FULL_STATE, LoopFit, Shape, state_after
 from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
-from .loop_solve import RANK, Solution, left_out, scatter, shifts_of_begins, solve, started
+from .loop_solve import RANK, Solution, left_out, scatter, shifts_of_begins, solve, start_values
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted
 SLOPE_SAMPLES, NOISE_FACTOR = 12, 3.0  # samples that a slope needs, and how many times the noise beyond its corner
@@ -37,7 +39,7 @@ RANGE_FACTOR = 1.25  # times the torque measured: from there on a number is told
 MOST_DOUBLINGS = 60
 
 
-class Twisted:
+class TwistedLaw:
     """A candidate law that is twisted slowly from torque to torque, from rest; offsets and start left out."""
 
     def __init__(self, shape: Shape, p: Floats) -> None:
@@ -81,7 +83,7 @@ class Twisted:
 
 def loop_sizes(shape: Shape, p: Floats, full: float) -> tuple[float, float]:
     """Width [rad] at no torque and from end to end of the loop 0 -> +full -> -full -> +full [N*m]."""
-    law = Twisted(shape, p)
+    law = TwistedLaw(shape, p)
     law.to(full, 1.0)
     first = law.to(0.0, -1.0, stay=False)
     low = law.to(-full, -1.0)
@@ -121,7 +123,7 @@ def structure(loop: Loop, fit: Solution) -> Structure | None:
     return Structure(LackOfFit(pure, missed, ratio, chance, "loop"), noise)
 
 
-def wider(loop: Loop, fit: Solution, structure: Structure | None) -> Spread:
+def widened_scatter(loop: Loop, fit: Solution, structure: Structure | None) -> Spread:
     """Scatter of the unknowns; where structure was found at least that of the noise times the ratio."""
     spread_of_noise = scatter(loop, fit)
     if structure is None or not structure.lack.found:
@@ -226,12 +228,12 @@ def _candidates(loop: Loop) -> tuple[list[Solution], dict[str, str]]:
 def _with_slopes(loop: Loop, slopes: int) -> list[Solution]:
     pieces = len(loop.path.first)
     plain = Shape(slopes, False, 1, False, pieces)
-    first = solve(loop, plain, started(loop, plain))
+    first = solve(loop, plain, start_values(loop, plain))
     values = plain.named(first.p)
     values |= {"kappa": 0.2, "half_gap": 0.01 * (0.5 * float(np.ptp(loop.torsion)))}
 
     def fitted(shape: Shape) -> Solution:
-        start = np.array([values.get(name, 0.0) for name in shape.names()]) if shape.n else started(loop, shape)
+        start = np.array([values.get(name, 0.0) for name in shape.names()]) if shape.n else start_values(loop, shape)
         return first if shape == plain else solve(loop, shape, start)
 
     return [fitted(Shape(slopes, gap, n, free_beta, pieces)) for n, free_beta in ELEMENTS for gap in (False, True)]
@@ -265,8 +267,8 @@ def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[Candidat
     """The simplest candidate within two standard errors of the best in blocks left out, the table, and the reason."""
     errors, given = np.array([left_out(loop, fit) for fit in fits]), [(str(fit.shape), len(fit.p)) for fit in fits]
     units = [1.0 / float(np.median(fit.weight)) for fit in fits]
-    taken, _, _ = compared(given, errors, 1.0, "")
-    return fits[taken], *compared(given, errors, units[taken], "in blocks left out")[1:]
+    taken, _, _ = compare_candidates(given, errors, 1.0, "")
+    return fits[taken], *compare_candidates(given, errors, units[taken], "in blocks left out")[1:]
 
 
 def _spring(shape: Shape, unknowns: Floats, reached: float) -> Any:
@@ -313,7 +315,7 @@ def _result(
     rated: float, remarks: tuple[str, ...], ratio: float | None,
 ) -> LoopFit:  # fmt: skip
     pattern = structure(loop, fit)
-    covariance, freedoms, _ = wider(loop, fit, pattern)
+    covariance, freedoms, _ = widened_scatter(loop, fit, pattern)
     values = _numbers(fit, fit.p, rated)
     steps = 0.05 * np.sqrt(np.diag(covariance))
     rates = derivatives(lambda p: np.array([*_numbers(fit, p, rated).values()]), fit.p, steps)
@@ -321,8 +323,10 @@ def _result(
     fitted = torque_along(fit.shape, fit.p, loop.path, loop.torsion).value
     reached = float(np.max(np.abs(loop.torque - fit.p[-1])))
     return LoopFit(
-        _law(fit, reached), values, rates @ covariance @ rates.T, freedom, unidentified, comparison, reason,
-        float(np.sqrt(np.mean((loop.torque - fitted) ** 2))), loop.torque, fitted, remarks, rated,
-        loop.cycles, closed_energy(loop.torsion, loop.torque, loop.path), loop.torsion, ratio,
+        law=_law(fit, reached), values=values, covariance=rates @ covariance @ rates.T, freedom=freedom,
+        unidentified=unidentified, comparison=comparison, reason=reason,
+        residual_rms=float(np.sqrt(np.mean((loop.torque - fitted) ** 2))), torque=loop.torque, fitted=fitted,
+        remarks=remarks, rated_torque=rated, cycles=loop.cycles,
+        energy=closed_energy(loop.torsion, loop.torque, loop.path), torsion=loop.torsion, ratio=ratio,
         lack_of_fit=None if pattern is None else pattern.lack,
     )  # fmt: skip

@@ -19,7 +19,8 @@ from ....base.facts import Fact
 from ....base.number_text import unit_text
 from ....base.records import Along
 from ....base.results import Floats, Integers
-from ....model.laws import Parallel, Play
+from ....model.laws.hysteresis import Parallel
+from ....model.laws.springs import Play
 from ..law_fit import Candidate, LawFit
 
 SPRING = ("K1", "K2", "K3", "x1", "x2")

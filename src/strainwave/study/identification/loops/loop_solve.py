@@ -58,7 +58,7 @@ class Solution(NamedTuple):
         return float(self.residual @ self.residual)
 
 
-def linearised(
+def linearise(
     loop: Loop, shape: Shape, p: Floats, torsions: Floats | None = None, names: tuple[str, ...] | None = None
 ) -> Solution:
     """Residual and Jacobian, over all unknowns or those named, at the measured torsions or others."""
@@ -73,7 +73,7 @@ def linearised(
 
 def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
     """Fit a candidate from start values (p,)."""
-    solution = linearised(loop, shape, _inside(loop, shape, p))
+    solution = linearise(loop, shape, _inside(loop, shape, p))
     damping = 1e-3
     for _ in range(MOST_STEPS):
         scale = np.sqrt(np.sum(solution.jacobian**2, axis=0)) + 1e-300
@@ -84,7 +84,7 @@ def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
         gram, gradient = J.T @ J, J.T @ solution.residual
         for _ in range(12):
             step = np.linalg.solve(gram + damping * np.eye(len(p)), gradient) / scale
-            tried = linearised(loop, shape, _inside(loop, shape, solution.p + step), solution.torsion, ())
+            tried = linearise(loop, shape, _inside(loop, shape, solution.p + step), solution.torsion, ())
             if tried.cost <= solution.cost:
                 break
             damping = max(damping * 8.0, 1e-12)
@@ -92,7 +92,7 @@ def solve(loop: Loop, shape: Shape, p: Floats) -> Solution:
             break
         gain = solution.cost - tried.cost
         damping = max(0.1 * damping, 1e-13)  # the least that rounding leaves of it beside 1
-        solution = linearised(loop, shape, tried.p, tried.nearest)
+        solution = linearise(loop, shape, tried.p, tried.nearest)
         if gain <= SMALL_GAIN * solution.cost:
             break
     return solution
@@ -111,7 +111,7 @@ def _inside(loop: Loop, shape: Shape, p: Floats) -> Floats:
     return p
 
 
-def started(loop: Loop, shape: Shape) -> Floats:
+def start_values(loop: Loop, shape: Shape) -> Floats:
     """Start values (p,): the best of a grid of corners, yield twists and offsets, slopes by linear least squares."""
     take = np.unique(np.linspace(0, len(loop.torsion) - 1, START_SAMPLES).astype(int))
     x, t = loop.torsion[take], loop.torque[take]
@@ -163,7 +163,7 @@ def left_out(loop: Loop, solution: Solution) -> Floats:
         rows = J[block]
         others = gram - rows.T @ rows + 1e-12 * np.eye(gram.shape[0])
         p = _inside(loop, solution.shape, solution.p - np.linalg.solve(others, rows.T @ r[block]) / scale)
-        miss = linearised(loop, solution.shape, p, solution.torsion, ()).residual[block]
+        miss = linearise(loop, solution.shape, p, solution.torsion, ()).residual[block]
         errors.append(float(np.mean(miss**2)))
     return np.array(errors)
 

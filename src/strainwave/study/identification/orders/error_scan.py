@@ -284,16 +284,13 @@ def _scan(
         low, high = extremes([places[i] for i in whole_orders], difference.real, -difference.imag)
         error = math.sqrt(sum(v * float(fit.inverse[0, 0]) for v, fit in zip(variances(0), fits, strict=True)))
         reversal = Reversal(float(fits[0].slow[0] - fits[1].slow[0]), error, high - low)
+    thresholds = [fit.floor.threshold(false_alarm, trials) for fit in fits]
+    drifts = [np.sum(fit.slow[1:]) / run.travel for run, fit in zip(runs, fits, strict=True)]
     return ErrorScan(
-        tuple(lines[i] for i in whole_orders),
-        float(np.mean([fit.slow[0] for fit in fits])),
-        float(np.mean([np.sum(fit.slow[1:]) / run.travel for run, fit in zip(runs, fits, strict=True)])),
-        math.sqrt(float(left @ left) / len(left)),
-        neighbours,
-        "white" if white else "autocorrelated",
-        math.sqrt(sum(fit.floor.threshold(false_alarm, trials) ** 2 for fit in fits)) / len(fits),
-        len(left),
-        min(run.turns for run in runs),
-        reversal,
-        tuple(line for i, line in enumerate(lines) if i not in whole_orders),
-    )
+        lines=tuple(lines[i] for i in whole_orders), mean=float(np.mean([fit.slow[0] for fit in fits])),
+        drift=float(np.mean(drifts)), residual=math.sqrt(float(left @ left) / len(left)), autocorrelation=neighbours,
+        noise="white" if white else "autocorrelated",
+        threshold=math.sqrt(sum(size**2 for size in thresholds)) / len(fits), samples=len(left),
+        turns=min(run.turns for run in runs), reversal=reversal,
+        between=tuple(line for i, line in enumerate(lines) if i not in whole_orders),
+    )  # fmt: skip

@@ -306,7 +306,7 @@ class Joint:
     freedom: int
 
 
-def together(orders: Floats, speeds: Floats, fits: Sequence[RunFit], delay: float, *, delayed: bool) -> Joint:
+def fit_together(orders: Floats, speeds: Floats, fits: Sequence[RunFit], delay: float, *, delayed: bool) -> Joint:
     """Lines and the delay behind the lines of several runs, which were fitted with a first delay [s].
 
     Parameters

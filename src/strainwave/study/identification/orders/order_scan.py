@@ -14,7 +14,7 @@ from ....model.orders import Turn
 from ..run import Run
 from .beats import clocks, named, unparted
 from .error_result import Polar, polar
-from .order_fit import DELAY_S, ROUNDS, SAME_SPEED, Joint, RunFit, fit_run, together
+from .order_fit import DELAY_S, ROUNDS, SAME_SPEED, Joint, RunFit, fit_run, fit_together
 from .order_result import OrderLine, OrderScan
 from .order_search import DECISION, FoundLine
 from .places import CHANCE, placed_lines
@@ -103,26 +103,19 @@ def order_scan(
         fits, joint = _fitted(runs, over_angle, limit, delayed, standing)
     forms = responses(chosen, speeds, fits, joint.delay) if several and not too_long else None
     if forms is not None and forms.hold:
-        joint = together(chosen, speeds, _unheld(fits, chosen, speeds, forms.hold), joint.delay, delayed=delayed)
+        joint = fit_together(chosen, speeds, _unheld(fits, chosen, speeds, forms.hold), joint.delay, delayed=delayed)
     lines = [*_lines(over_angle, fits, joint, several)]
     steady = [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
     lines += [k for k in steady if len(runs) < FEW_RUNS or k.amplitude >= COHERENT_SHARE * float(np.median(k.by_run))]
     forward, backward = _by_direction(over_angle, speeds, fits, joint, several)
     left = np.concatenate([fit.residual for fit in fits])
     scan = OrderScan(
-        tuple(sorted(lines, key=lambda line: line.order)),
-        joint.delay if delayed else 0.0,
-        math.sqrt(max(joint.covariance[-1, -1], 0.0)) * _birge(joint) if delayed else math.inf,
-        speeds,
-        float(np.sqrt(np.mean(left * left))),
-        base,
-        tuple(_notes(lines, speeds, several, too_long, forms)),
-        runs[0].unit,
-        _freedom(joint),
-        forward,
-        backward,
-        forms,
-    )
+        lines=tuple(sorted(lines, key=lambda line: line.order)), delay=joint.delay if delayed else 0.0,
+        delay_error=math.sqrt(max(joint.covariance[-1, -1], 0.0)) * _birge(joint) if delayed else math.inf,
+        speeds=speeds, residual=float(np.sqrt(np.mean(left * left))), base=base,
+        notes=tuple(_notes(lines, speeds, several, too_long, forms)), unit=runs[0].unit, freedom=_freedom(joint),
+        forward=forward, backward=backward, responses=forms,
+    )  # fmt: skip
     notes = (*scan.notes, *_differences(scan, joint, spread > SAME_SPEED), *unparted(over_angle, turning, runs))
     return replace(scan, notes=notes)
 
@@ -180,7 +173,7 @@ def _by_direction(
     for direction in (1.0, -1.0):
         some = [i for i, speed in enumerate(speeds) if speed * direction > 0.0]
         part = [fits[i] for i in some]
-        one = together(orders, speeds[some], part, joint.delay, delayed=False)
+        one = fit_together(orders, speeds[some], part, joint.delay, delayed=False)
         directions.append(tuple(_lines(placed, part, one, several)))
     return directions[0], directions[1]
 
@@ -204,12 +197,8 @@ def _notes(
             "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
         )
     for line in lines:
-        if (
-            line.order not in grown
-            and line.kind != "frequency"
-            and len(line.by_run) > 1
-            and line.same < CHANCE / len(lines)
-        ):
+        over_angle = line.order not in grown and line.kind != "frequency"
+        if over_angle and len(line.by_run) > 1 and line.same < CHANCE / len(lines):
             i, middle = int(np.argmax(line.by_run)), float(np.median(line.by_run))
             if line.by_run[i] > 1.5 * middle:
                 yield (
@@ -251,7 +240,7 @@ def _fitted(
         fits = [fit_run(run, list(orders), delay, top, standing, loose) for run in runs]
         if not len(orders):
             return fits, Joint(np.zeros(0), np.zeros((1, 1)), 0.0, 0.0, 0)
-        joint = together(orders, speeds, fits, delay, delayed=several)
+        joint = fit_together(orders, speeds, fits, delay, delayed=several)
         if abs(joint.delay - delay) < 1e-7 or i + 1 == rounds:
             break
         delay = joint.delay
@@ -269,7 +258,7 @@ def _freedom(joint: Joint) -> float:
 
 
 def _differ(joint: Joint) -> bool:
-    """True if runs differ by more than their noise, with a probability of 1 - `DOUBTFUL`."""
+    """True if runs differ by more than their noise, with a probability of 1 - `DOUBT_CHANCE`."""
     return joint.freedom > 0 and float(gammaincc(0.5 * joint.freedom, 0.5 * joint.misfit)) < DOUBT_CHANCE
 
 
@@ -283,8 +272,8 @@ def _lines(
         by_run, errors = np.array([fit.amplitude(i) for fit in fits]).T
         same, freedom = _same(by_run, errors)[0], _freedom(joint)
         yield OrderLine(
-            line.place, line.error, *mean, line.kind, why, line.false_alarm, math.nan, by_run, errors, same,
-            freedom, line.pairs,
+            line.place, line.error, *mean, kind=line.kind, why=why, false_alarm=line.false_alarm, frequency=math.nan,
+            by_run=by_run, by_run_error=errors, same=same, freedom=freedom, pairs=line.pairs,
         )  # fmt: skip
 
 
@@ -322,6 +311,6 @@ def _frequency_line(line: FoundLine, runs: Sequence[Run], fits: Sequence[RunFit]
     period = 2.0 * math.pi / abs(runs[0].speed)
     size, why = Polar(mean, error, 0.0, math.pi), _why(line, several=True)
     return OrderLine(
-        line.place * period, line.error * period, *size, "frequency", why, line.false_alarm, line.place, a, s, same,
-        float(max(len(a) - 1, 1)),
+        line.place * period, line.error * period, *size, kind="frequency", why=why, false_alarm=line.false_alarm,
+        frequency=line.place, by_run=a, by_run_error=s, same=same, freedom=float(max(len(a) - 1, 1)),
     )  # fmt: skip

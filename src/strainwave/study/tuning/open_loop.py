@@ -1,4 +1,4 @@
-"""A motor's loop about an operating point, for any gains: margins and disturbance response, without a new linear train.
+"""`OpenLoop`: margins and disturbance response of a motor's loop about an operating point, for any gains.
 
 The train without its loop does not depend on the gains. It is made linear once; every set of gains is then algebra.
 """
@@ -17,11 +17,11 @@ from ...drive.operating_point import mean_state
 from ...model.controllers.closed_loop import Sampling
 from ...model.train.drive_train import DriveTrain
 
-POINTS, BEYOND = 500, 30.0  # frequencies, and the factor by which they go beyond the slowest and fastest pole
-STEP = 0.05  # of the logarithm of a frequency, below these where a loop with other gains is slower
-ABOUT = np.tan(np.linspace(-1.45, 1.45, 30))  # places around a resonance, in half widths
-AT_REST = 1e-9  # of the largest pole: one that stands for 0
-SETTLED, TIMES = 0.02, 4000  # share of the largest deviation, and number of times
+FREQUENCIES, BEYOND = 500, 30.0  # number, and the factor by which they go beyond the slowest and fastest pole
+LOG_STEP = 0.05  # of frequencies below these, where a loop with other gains is slower
+HALF_WIDTHS = np.tan(np.linspace(-1.45, 1.45, 30))  # of a resonance: distances of the frequencies around it
+ZERO_POLE = 1e-9  # of the largest pole: a smaller one stands for 0
+SETTLED_SHARE, TIMES = 0.02, 4000  # share of the largest deviation, and number of times
 
 
 class LoopFigures(NamedTuple):
@@ -66,9 +66,11 @@ class OpenLoop:
         loop = MotorLoop(train, mean_state(train), train.omega)
         self.plant, self.delay, self.loop, self.sampling = loop.plant, delay, loop, sampling
         self.sampled: tuple[Any, SampledPlant] | None = None  # by lag and filters, which may be others
-        (self.seen, _, self.rate), self.load = loop.outputs, self.plant.C[self.plant.outputs.index("load speed")]
-        self.motor, self.torque = self.plant.B[:, 0], self.plant.B[:, self.plant.inputs.index("load torque")]
-        self.grid = loop.frequencies(POINTS, ABOUT, BEYOND)
+        self.seen, _, self.rate = loop.outputs
+        self.load_speed = self.plant.C[self.plant.outputs.index("load speed")]
+        self.motor_torque = self.plant.B[:, 0]
+        self.load_torque = self.plant.B[:, self.plant.inputs.index("load torque")]
+        self.grid = loop.frequencies(FREQUENCIES, HALF_WIDTHS, BEYOND)
         self.answer = self.loop.answer(self.grid)
 
     @property
@@ -82,19 +84,19 @@ class OpenLoop:
         count = len(parts.A)
         closed = self._closed(parts)
         poles, vectors = np.linalg.eig(closed)
-        moving = np.abs(poles) > AT_REST * np.max(np.abs(poles))
+        moving = np.abs(poles) > ZERO_POLE * np.max(np.abs(poles))
         drifts = not np.any(closed[:, self.plant.states.index("motor deviation")])
         if np.sum(~moving) > self.plant.memory + drifts or np.any(poles[moving].real >= 0.0):
             return UNSTABLE
-        into = np.linalg.solve(vectors, np.pad(self.torque, (0, count)))
-        angle = (np.pad(self.load, (0, count)) @ vectors * into)[moving] / poles[moving]
-        lower = np.arange(STEP, np.log(BEYOND * self.grid[0] / np.min(np.abs(poles[moving]))), STEP)
-        extra = np.append(around_poles(poles, ABOUT), self.grid[0] * np.exp(-lower))
+        into = np.linalg.solve(vectors, np.pad(self.load_torque, (0, count)))
+        angle = (np.pad(self.load_speed, (0, count)) @ vectors * into)[moving] / poles[moving]
+        lower = np.arange(LOG_STEP, np.log(BEYOND * self.grid[0] / np.min(np.abs(poles[moving]))), LOG_STEP)
+        extra = np.append(around_poles(poles, HALF_WIDTHS), self.grid[0] * np.exp(-lower))
         margins = self._sampled(control, self.sampling) if self.sampling else self._delayed(parts, extra)
         if margins is None:
             return UNSTABLE
-        answered = _disturbed(poles[moving], angle, np.concatenate([self.grid, extra]))
-        return LoopFigures(*map(float, (*margins, *answered)))
+        disturbance = _compliance_and_settling(poles[moving], angle, np.concatenate([self.grid, extra]))
+        return LoopFigures(*map(float, (*margins, *disturbance)))
 
     def _delayed(self, parts: LinearControl, extra: Floats) -> tuple[float, float, float] | None:
         """Peak sensitivity, gain and phase margin behind the delay, at `extra` frequencies too; None if unstable."""
@@ -122,17 +124,18 @@ class OpenLoop:
         loop = SampledLoop(self.sampled[1], control_parts(inner))
         if not loop.stable:
             return None
-        grid = loop.frequencies(POINTS, ABOUT)
+        grid = loop.frequencies(FREQUENCIES, HALF_WIDTHS)
         L = loop(grid)
         return _margins(loop, grid, L, [-1.0 / L[-1].real])  # half the rate, where L is real
 
     def _closed(self, parts: LinearControl) -> Floats:
         """Matrix of the closed loop, the states of the control last."""
         by_angle, by_speed, inertia, A, B, C = parts
-        heavy = 1.0 + inertia * float(self.rate @ self.motor)
+        heavy = 1.0 + inertia * float(self.rate @ self.motor_torque)
         against = (by_angle * self.seen + by_speed * self.rate + inertia * self.rate @ self.plant.A) / heavy
-        top = np.hstack([self.plant.A - np.outer(self.motor, against), -np.outer(self.motor, C[0] / heavy)])
-        return np.vstack([top, np.hstack([B @ np.vstack([self.seen, self.rate]), A])])
+        motor = self.motor_torque
+        plant = np.hstack([self.plant.A - np.outer(motor, against), -np.outer(motor, C[0] / heavy)])
+        return np.vstack([plant, np.hstack([B @ np.vstack([self.seen, self.rate]), A])])
 
 
 def _margins(loop: Any, grid: Floats, L: Complexes, more: Sequence[float] = ()) -> tuple[float, float, float]:
@@ -155,9 +158,9 @@ def crossings(grid: Floats, L: Complexes) -> tuple[Floats, Floats]:
     return rows[0], np.column_stack([rows[1][:, 0], np.exp(rows[1][:, 1])])
 
 
-def _disturbed(poles: Complexes, angle: Complexes, grid: Floats) -> tuple[float, float]:
-    """Compliance and settling of the load's angle, whose answer to a torque has these parts at these poles."""
+def _compliance_and_settling(poles: Complexes, angle: Complexes, grid: Floats) -> tuple[float, float]:
+    """Compliance [rad/(N*m)] at frequencies and settling [s] of the load's angle, of residues at poles [1/s]."""
     t = np.linspace(0.0, 10.0 / float(np.min(np.abs(poles.real))), TIMES)
     off = np.abs(np.exp(np.multiply.outer(t, poles)) @ (angle / poles)).real
     largest = np.max(np.abs((angle / (1j * grid[:, None] - poles)).sum(axis=1)))
-    return max(float(largest), off[0]), t[np.flatnonzero(off > SETTLED * np.max(off))[-1]]
+    return max(float(largest), off[0]), t[np.flatnonzero(off > SETTLED_SHARE * np.max(off))[-1]]

@@ -1,7 +1,4 @@
-"""Numbers that an engineer can change on a drive: loop, lines of the error, mean torque, inertia, damping, stiffness.
-
-The drive whose remedies are looked for: what is followed, and how another drive is made of it.
-"""
+"""Numbers of a drive that an engineer can change: loop, error lines, mean torque, inertia, damping, stiffness."""
 
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
@@ -22,7 +19,7 @@ from ...model.drive import Drive
 from ...model.train.controls import FASTEST, HERTZ, CascadeLoop, PositionLoop, SpeedLoop, core_of, with_core
 from ...model.train.drive_train import DriveTrain
 from ...model.train.filters import apart
-from ..speed_map.resonances import operating_point
+from ..speed_map.error_equation import operating_point
 
 CHANGES = 0.1, 0.3  # relative; the second where the first does next to nothing
 ONE_WAY, BOTH_WAYS = (1.0,), (1.0, -1.0)
@@ -54,7 +51,7 @@ class Subject(NamedTuple):
         """The model that is followed: the train, else the error equation."""
         return self.system if self.train is None else self.train
 
-    def having(self, model: Any) -> "Subject":
+    def with_model(self, model: Any) -> "Subject":
         """The same with another model in place of the one that is followed."""
         return self._replace(system=model) if self.train is None else self._replace(train=model)
 
@@ -82,8 +79,8 @@ class Subject(NamedTuple):
         return crest and crest[:2]
 
 
-class Knob(NamedTuple):
-    """One thing that can be turned.
+class DesignVariable(NamedTuple):
+    """One number of a drive that can be changed.
 
     Attributes
     ----------
@@ -93,8 +90,8 @@ class Knob(NamedTuple):
         Where it stands, in `unit`.
     unit : str
         In which engineers give it.
-    turned : callable
-        The drive after a relative change; a sentence where it cannot be.
+    changed_by : callable
+        The drive after a relative change; a sentence on why it cannot be changed so.
     signs : tuple of float
         Directions that may help.
     changes : tuple of float
@@ -106,14 +103,14 @@ class Knob(NamedTuple):
     what: str
     value: float
     unit: str
-    turned: Callable[[float], Subject | str]
+    changed_by: Callable[[float], Subject | str]
     signs: tuple[float, ...] = BOTH_WAYS
     changes: tuple[float, ...] = CHANGES
     by: float = 0.0
 
 
-def knobs(subject: Subject, amplitude: Callable[[float], float], torque: float) -> Iterator[Knob]:
-    """Everything that can be turned, what is turned most easily first.
+def design_variables(subject: Subject, amplitude: Callable[[float], float], torque: float) -> Iterator[DesignVariable]:
+    """Design variables of a drive, what is changed most easily first.
 
     Parameters
     ----------
@@ -134,7 +131,7 @@ def knobs(subject: Subject, amplitude: Callable[[float], float], torque: float) 
     yield from _of_parts(subject)
 
 
-def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
+def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[DesignVariable]:
     """Bandwidth and damping of the motor's loop, as `from_bandwidth` takes them."""
     control = train.motor.control
     loop, lag = core_of(control), apart(control)[1].get("lag", 0.0)
@@ -151,7 +148,7 @@ def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
         return
     bandwidth, damping = tuning
 
-    def turned(powers: dict[str, int], share: float, wider: float) -> Subject | str:
+    def changed_by(powers: dict[str, int], share: float, wider: float) -> Subject | str:
         if bandwidth * wider * lag > FASTEST:
             return f"the bandwidth would be above half the inverse lag, {FASTEST / lag / HERTZ:.4g} Hz"
         gains = {n: getattr(loop, n) * (1.0 + share) ** power for n, power in powers.items()}
@@ -163,12 +160,12 @@ def _of_loop(subject: Subject, train: DriveTrain) -> Iterator[Knob]:
 
     faster, calmer = next(powers for kind, powers in POWERS.items() if isinstance(loop, kind))
     if bandwidth > 0.0:
-        yield Knob("bandwidth of the loop", bandwidth / HERTZ, "Hz", lambda s: turned(faster, s, 1.0 + s))
+        yield DesignVariable("bandwidth of the loop", bandwidth / HERTZ, "Hz", lambda s: changed_by(faster, s, 1.0 + s))
     if damping > 0.0:
-        yield Knob("damping of the loop", damping, "", lambda s: turned(calmer, s, 1.0))
+        yield DesignVariable("damping of the loop", damping, "", lambda s: changed_by(calmer, s, 1.0))
 
 
-def _of_error(subject: Subject, amplitude: Callable[[float], float]) -> Iterator[Knob]:
+def _of_error(subject: Subject, amplitude: Callable[[float], float]) -> Iterator[DesignVariable]:
     """The line of the kinematic error that matters: made smaller, and cancelled by feed-forward."""
     model = subject.model
     i = line_that_matters(model.error, amplitude)
@@ -176,12 +173,12 @@ def _of_error(subject: Subject, amplitude: Callable[[float], float]) -> Iterator
         return
     line = model.error.lines[i]
 
-    def turned(share: float) -> Subject:
-        return subject.having(replace(model, {f"error.lines.{i}.amplitude": (1.0 + share) * line.amplitude}))
+    def changed_by(share: float) -> Subject:
+        return subject.with_model(replace(model, {f"error.lines.{i}.amplitude": (1.0 + share) * line.amplitude}))
 
     name, size = f"kinematic error of order {in_turns(line.order, subject.train)}", line.amplitude / ARCSEC
-    yield Knob(name, size, "arcsec", turned, (-1.0,), (1.0,))
-    yield Knob(name, size, "arcsec", turned, (-1.0,))
+    yield DesignVariable(name, size, "arcsec", changed_by, (-1.0,), (1.0,))
+    yield DesignVariable(name, size, "arcsec", changed_by, (-1.0,))
 
 
 def line_that_matters(error: Any, amplitude: Callable[[float], float]) -> int | None:
@@ -190,27 +187,27 @@ def line_that_matters(error: Any, amplitude: Callable[[float], float]) -> int | 
     return max(sizes, key=sizes.__getitem__) if sizes else None
 
 
-def _preload(subject: Subject, torque: float) -> Knob | None:
+def _preload(subject: Subject, torque: float) -> DesignVariable | None:
     """More mean torque on the load, where the gear's law bends under it; None where the load has a range of torques."""
     system, train = subject.system, subject.train
     if subject.load_torque is not None or not is_spring(system):
         return None
 
-    def further(excitation: Any, share: float) -> Any:
+    def with_preload(excitation: Any, share: float) -> Any:
         return with_more(excitation, share * (torque if mean_torque(excitation).mean >= 0.0 else -torque))
 
-    def turned(share: float) -> Subject:
+    def changed_by(share: float) -> Subject:
         if train is None:
-            return subject._replace(system=system._replace(excitation=further(system.excitation, share)))
-        return subject._replace(train=train.with_load(excitation=further(train.load.end().excitation, share)))
+            return subject._replace(system=system._replace(excitation=with_preload(system.excitation, share)))
+        return subject._replace(train=train.with_load(excitation=with_preload(train.load.end().excitation, share)))
 
-    if not _bends(system, system._replace(excitation=further(system.excitation, CHANGES[0]))):
+    if not _changes_stiffness(system, system._replace(excitation=with_preload(system.excitation, CHANGES[0]))):
         return None
     mean = sum(term.mean for term in subject.load_torques)
-    return Knob("preload", abs(float(mean)), "N·m", turned, ONE_WAY, by=torque)
+    return DesignVariable("preload", abs(float(mean)), "N·m", changed_by, ONE_WAY, by=torque)
 
 
-def _bends(system: System, loaded: Any) -> bool:
+def _changes_stiffness(system: System, loaded: Any) -> bool:
     """True if a preload that the law carries changes the stiffness at the operating point."""
     try:
         before, after = operating_point(system).stiffness, operating_point(loaded).stiffness  # 0 in the play of a gear
@@ -219,20 +216,20 @@ def _bends(system: System, loaded: Any) -> bool:
         return False
 
 
-def _of_load(subject: Subject) -> Iterator[Knob]:
+def _of_load(subject: Subject) -> Iterator[DesignVariable]:
     """Inertia of the load, behind its couplings; the gains of a loop stay as they are."""
     name, unit, train, project = "inertia of the load", "kg·m²", subject.train, subject.project
     if train is not None:
         J = train.load.end().J
-        yield Knob(name, J, unit, lambda s: subject._replace(train=train.with_load(J=(1.0 + s) * J)))
+        yield DesignVariable(name, J, unit, lambda s: subject._replace(train=train.with_load(J=(1.0 + s) * J)))
     elif project is not None:
         drive = project.drive
-        yield Knob(
+        yield DesignVariable(
             name, drive.J_l, unit, lambda s: subject.of_drive(drive._replace(J_l=(1.0 + s) * drive.J_l))
         )  # fmt: skip
 
 
-def _of_parts(subject: Subject) -> Iterator[Knob]:
+def _of_parts(subject: Subject) -> Iterator[DesignVariable]:
     """Damping and stiffness of the gear, and of every coupling of a train."""
     model = subject.model
     for p in parameters(model):
@@ -249,22 +246,26 @@ def _of_parts(subject: Subject) -> Iterator[Knob]:
         yield from _stiffness(subject, name, f"{path}.law", law)
 
 
-def _number(subject: Subject, what: str, path: str, value: float, unit: str) -> Knob:
+def _number(subject: Subject, what: str, path: str, value: float, unit: str) -> DesignVariable:
     model = subject.model
-    return Knob(what, value, unit, lambda s: subject.having(replace(model, {path: (1.0 + s) * value})), ONE_WAY)
+
+    def changed_by(share: float) -> Subject:
+        return subject.with_model(replace(model, {path: (1.0 + share) * value}))
+
+    return DesignVariable(what, value, unit, changed_by, ONE_WAY)
 
 
-def _stiffness(subject: Subject, name: str, path: str, law: Law) -> Iterator[Knob]:
+def _stiffness(subject: Subject, name: str, path: str, law: Law) -> Iterator[DesignVariable]:
     """A stiffer law, where its numbers say how."""
     if stiffer(law, CHANGES[0]) is None:
         return
     model, value = subject.model, float(spring_stiffness(law, 0.0))
 
-    def turned(share: float) -> Subject:
+    def changed_by(share: float) -> Subject:
         new = stiffer(law, share)
-        return subject.having(replace(model, {f"{path}.{p.path}": p.value for p in parameters(new)}))
+        return subject.with_model(replace(model, {f"{path}.{p.path}": p.value for p in parameters(new)}))
 
-    yield Knob(f"stiffness of the {name}", 1e-3 * value, "kN·m/rad", turned, ONE_WAY)
+    yield DesignVariable(f"stiffness of the {name}", 1e-3 * value, "kN·m/rad", changed_by, ONE_WAY)
 
 
 def stiffer(law: Law, share: float) -> Any:

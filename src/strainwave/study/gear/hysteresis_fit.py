@@ -1,11 +1,4 @@
-"""The datasheet's measurements on a law with hysteresis.
-
-The input is locked and the torque at the output goes slowly 0 -> +T -> -T -> +T. `hysteresis loss` is the width of that
-loop at zero torque after full load; `lost motion` is the difference of torsion between the ends of a small loop, at
-+-4 % of the rated torque (Harmonic Drive catalogues, "hysteresis loss" and "lost motion").
-
-Hysteresis fitted to a datasheet: a law whose stiffness, hysteresis loss and lost motion are the datasheet's.
-"""
+"""`fit_hysteresis`: a law whose stiffness, hysteresis loss and lost motion are those of a datasheet."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,132 +6,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.law import check_law, states_of
-from ...base.protocols import Law, lacking
+from ...base.protocols import Law
 from ...base.quantities import checked, mapped, number
 from ...base.results import Floats, SolveError
-from ...model.laws import BoucWen, Parallel, PiecewiseLinear, Play
-from ...numerics.operating_point import RTOL, SPEED, operating_point, slow_path
-
-SMALL_LOOP = 0.04  # of the rated torque
-LOOP_TOLERANCE = 1e-13  # tolerance
-
-
-@dataclass(frozen=True)
-class HysteresisLoop:
-    """Torsion against torque, 0 -> +T -> -T -> +T, with the input locked.
-
-    Attributes
-    ----------
-    torque, torsion : (n,) arrays
-        The path [N*m], [rad]; the three branches one after the other, equally long.
-    loss : float
-        Hysteresis loss [rad]: width of the loop at zero torque.
-    span : float
-        Torsion [rad] from -T to +T.
-    energy : float
-        Area of the loop [J]: what one cycle dissipates.
-    """
-
-    torque: Floats
-    torsion: Floats
-    loss: float
-    span: float
-    energy: float
-
-    def __str__(self) -> str:
-        return (
-            f"Hysteresis loop: {np.max(self.torque):.6g} N*m to {np.min(self.torque):.6g} N*m and back\n"
-            f"  hysteresis loss {self.loss:.4g} rad of {self.span:.4g} rad from end to end\n"
-            f"  {self.energy:.4g} J dissipated in a cycle"
-        )
-
-    __repr__ = __str__
-
-    def middle(self, torque: float) -> float:
-        """Torsion [rad] midway between unloading and loading at a torque [N*m] inside the loop."""
-        torque, n = number("torque [N*m]", torque), len(self.torque) // 3
-        down, up = slice(n, 2 * n), slice(2 * n, None)
-        on_the_way_down = np.interp(-torque, -self.torque[down], self.torsion[down])
-        return float(0.5 * (on_the_way_down + np.interp(torque, self.torque[up], self.torsion[up])))
-
-
-def hysteresis_loop(law: Law, torque: float, *, speed: float = SPEED, rtol: float = RTOL) -> HysteresisLoop:
-    """Twist a law slowly through 0 -> +T -> -T -> +T and measure the loop.
-
-    Parameters
-    ----------
-    law : NamedTuple
-        Any law; at rest and without torque at the start.
-    torque : float
-        Full load T [N*m].
-    speed : float
-        Torsion rate [rad/s]. It does not matter for a rate-independent law (springs, `BoucWen`); dry friction smoothed
-        over a width shows only well above that width, viscous friction only at a speed.
-    rtol : float
-        Tolerance of the integration along the loop.
-
-    Returns
-    -------
-    HysteresisLoop
-        The path `torsion` [rad] over `torque` [N*m], `loss` [rad] at zero torque and `energy` [J] of a cycle.
-
-    Raises
-    ------
-    ValueError
-        If the torque or speed is not positive, or the law does not carry the torque.
-    TypeError
-        If `law` is no law.
-    SolveError
-        If the law is so rough that the integration does not end.
-    """
-    law = _twistable(law)
-    torque, speed = number("torque [N*m]", torque, positive=True), number("speed [rad/s]", speed, positive=True)
-    if not LOOP_TOLERANCE <= (rtol := number("rtol", rtol)) < 1.0:
-        raise ValueError(f"rtol is {rtol:g}; it must be from {LOOP_TOLERANCE:g}, where rounding begins, to below 1")
-    state = np.zeros(2 + states_of(law))  # torsion, internal states, work
-    branches, at_zero, work, ends = [], [], [], []
-    for target in (torque, -torque, torque):
-        x, t, state, zero = slow_path(law, state, target, speed, rtol)
-        branches.append((t, x))
-        at_zero.append(zero)
-        work.append(float(state[-1]))
-        ends.append(float(state[0]))
-    torques = np.concatenate([t for t, _ in branches])
-    torsions = np.concatenate([x for _, x in branches])
-    return HysteresisLoop(torques, torsions, at_zero[1] - at_zero[2], ends[2] - ends[1], work[2] - work[0])
-
-
-def _twistable(law: Law) -> Any:
-    """Checked law that has a torque and a stiffness."""
-    law = checked(law)
-    if missing := lacking(law, "torque", "stiffness"):
-        raise TypeError(f"{type(law).__name__} has no {missing[0]}; give a law such as Parallel(spring, BoucWen(...))")
-    check_law("the law", law)
-    return law
-
-
-def lost_motion(law: Law, rated_torque: float, *, share: float = SMALL_LOOP, speed: float = SPEED) -> float:
-    """Lost motion [rad]: torsion from end to end of a slow loop between minus and plus a share of the rated torque.
-
-    Parameters
-    ----------
-    law : torsion law
-        The law; without memory its lost motion is that of its spring.
-    rated_torque : float
-        Rated torque [N*m].
-    share : float
-        Share of it; 4 % is that of the catalogues.
-    speed : float
-        Of the loop, as `hysteresis_loop` takes it.
-    """
-    rated = number("rated_torque [N*m]", rated_torque, positive=True)
-    return hysteresis_loop(law, number("share", share, positive=True) * rated, speed=speed).span
-
+from ...model.laws.hysteresis import BoucWen, Parallel
+from ...model.laws.springs import PiecewiseLinear, Play
+from ...numerics.operating_point import RTOL, operating_point
+from .hysteresis_loop import SMALL_LOOP, hysteresis_loop
 
 RTOL_OF_FIT = 1e-7
-YIELD = 0.25  # of the hysteresis loss: the yield twist where no lost motion is given
-INSIDE = 0.8  # of full load: up to there the two branches of a loop are apart
+YIELD_SHARE = 0.25  # of the hysteresis loss: the yield twist where no lost motion is given
+INSIDE_SHARE = 0.8  # of full load: up to there the two branches of a loop are apart
+FARTHEST_LOG = 12.0  # logarithm of the factor that an unknown may be off from its start
 
 
 @dataclass(frozen=True)
@@ -232,7 +111,9 @@ def fit_hysteresis(
         def misfit(p: Floats) -> Floats:
             return np.array([*target.misfit(law_of(p), RTOL_OF_FIT).values()][:counted])
 
-        law = law_of(least_squares(misfit, p0, bounds=(p0 - 12.0, p0 + 12.0), xtol=1e-6, diff_step=1e-3).x)
+        law = law_of(
+            least_squares(misfit, p0, bounds=(p0 - FARTHEST_LOG, p0 + FARTHEST_LOG), xtol=1e-6, diff_step=1e-3).x
+        )
         misfits = target.misfit(law, RTOL)
         return law, misfits, max([*misfits][:counted], key=lambda name: abs(misfits[name]))
 
@@ -264,7 +145,7 @@ class _Target(NamedTuple):
             motion = hysteresis_loop(law, self.small, rtol=rtol).span
             differences["lost motion"] = motion / self.wanted["lost motion"] - 1.0
         for T in sorted({self.spring.T1, self.spring.T2, 0.5 * self.full}):
-            if self.full * INSIDE >= T:
+            if self.full * INSIDE_SHARE >= T:
                 differences[f"torsion at {T:g} N*m"] = loop.middle(T) / operating_point(self.spring, T) - 1.0
         return differences
 
@@ -272,7 +153,7 @@ class _Target(NamedTuple):
         """Start values (logarithms), the count of numbers to meet (None: all), and the law of the unknowns."""
         spring, loss = self.spring, self.wanted["hysteresis loss"]
 
-        def one(p: Floats) -> Any:
+        def alone(p: Floats) -> Any:
             K, twist = np.exp(p[:2]).tolist()
             return BoucWen(K, float(1.0 / (1.0 + np.exp(-p[2]))), twist, 1.0, 0.5, 0.5, n)
 
@@ -280,19 +161,19 @@ class _Target(NamedTuple):
             return Parallel(spring, BoucWen(limit / twist, 0.0, twist, 1.0, 0.5, 0.5, n))
 
         def beside(p: Floats) -> Any:
-            return with_element(spring, *[*np.exp(p).tolist(), YIELD * loss][:2])
+            return with_element(spring, *[*np.exp(p).tolist(), YIELD_SHARE * loss][:2])
 
         def behind_gap(p: Floats) -> Any:  # the element yields over a quarter of the loss, as without a lost motion
             limit, half_gap = np.exp(p).tolist()
-            return with_element(Play(half_gap, spring), limit, YIELD * loss)
+            return with_element(Play(half_gap, spring), limit, YIELD_SHARE * loss)
 
         if replace_spring:
-            return np.array([np.log(spring.K1), np.log(loss), 1.0]), None, one
+            return np.array([np.log(spring.K1), np.log(loss), 1.0]), None, alone
         if gap:
             missing = max(self.wanted["lost motion"] - self.elastic(), 0.0)
-            return np.log([0.5 * self.small, 0.5 * missing + YIELD * loss]), 2, behind_gap
+            return np.log([0.5 * self.small, 0.5 * missing + YIELD_SHARE * loss]), 2, behind_gap
         count = len(self.wanted)
-        return np.log([float(spring.torque(0.5 * loss)), YIELD * loss][:count]), count, beside
+        return np.log([float(spring.torque(0.5 * loss)), YIELD_SHARE * loss][:count]), count, beside
 
     def elastic(self) -> float:
         """Lost motion [rad] of the spring alone."""

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from ...base.law import springs_only
-from ...base.protocols import orders_of
-from ...base.results import Floats, SolveError, Status, Trajectory
-from ...numerics.integration.methods import Dopri5
-from ...numerics.integration.simulate import simulate
-from ...theory.resonance import Resonance
-from ...theory.slow_flow.flow import slow_flow
-from ...theory.slow_flow.results import Evolution
+from ....base.law import springs_only
+from ....base.protocols import orders_of
+from ....base.results import Floats, SolveError, Status, Trajectory
+from ....numerics.integration.methods import Dopri5
+from ....numerics.integration.simulate import simulate
+from ....theory.resonance import Resonance
+from ....theory.slow_flow.flow import slow_flow
+from ....theory.slow_flow.results import Evolution
 
 SAMPLES = 32  # per period of the fastest component
 CEILING = 10_000_000  # samples in all, 0.1 GB a row

@@ -8,20 +8,28 @@ from typing import Any
 
 import numpy as np
 
-from ...base.results import Floats, SolveError, Trajectory, largest_between
-from ...base.series import largest_of_samples
-from ...drive.demands.usage import Usage, largest_usage
-from ...drive.drive_response import DriveResponse
-from ...drive.equation.gear_torque import damping_of, gear_torque, heat, loses_energy, no_multiple_scales, settling_time
-from ...model.gears.limits import cubic_mean
-from ...numerics.integration.record import uninterrupted
-from ...numerics.integration.simulate import simulate
-from ...numerics.steady import SteadyMotion, settle, settled
-from ...theory.resonance import Resonance
-from ...theory.slow_flow.flow import slow_flow
-from ..speed_map.resonances import OperatingPoint, Regime
-from .in_time import RunUp
-from .validity import Comparison, compare_with_integration
+from ....base.results import Floats, SolveError, Trajectory, largest_between
+from ....base.series import largest_of_samples
+from ....drive.demands.usage import Usage, largest_usage
+from ....drive.drive_response import DriveResponse
+from ....drive.equation.gear_torque import (
+    damping_of,
+    gear_torque,
+    heat,
+    loses_energy,
+    no_multiple_scales,
+    settling_time,
+)
+from ....model.gears.limits import cubic_mean
+from ....numerics.integration.record import uninterrupted
+from ....numerics.integration.simulate import simulate
+from ....numerics.steady import SteadyMotion, settle, settled
+from ....theory.resonance import Resonance
+from ....theory.slow_flow.flow import slow_flow
+from ...speed_map.error_equation import OperatingPoint
+from ..regimes import Regime
+from .comparison import Comparison, compare_with_integration
+from .run_up_check import RunUp
 
 WINDOW = 5.0  # in units of 1/mu
 PER_CYCLE = 24  # samples per fastest cycle of a transient
@@ -33,7 +41,7 @@ PRIORITY = ("primary", "superharmonic 3:1", "superharmonic 2:1", "subharmonic 1:
 
 @dataclass(frozen=True, eq=False)
 class Cycle:
-    """One span of the steady motion with what follows from it.
+    """Steady motion over whole periods, with its torques and energies.
 
     Attributes
     ----------
@@ -141,9 +149,10 @@ def time_case(name: str, system: Any, resonance: Resonance, point: OperatingPoin
         theory, amplitude = _steady_theory(comparison, cycle.t)
     ratio = resonance.ratio
     simulated = None if ratio is None or cycle is None else steady.torsion_amplitude(float(ratio))
-    both, peak = (amplitude, simulated), transient.peak()
     return TimeCase(
-        name, system.omega, resonance, transient, peak, steady, cycle, comparison, theory, both, reason
+        name=name, omega=system.omega, resonance=resonance, transient=transient, peak_from_rest=transient.peak(),
+        steady=steady, cycle=cycle, comparison=comparison, steady_theory=theory, amplitudes=(amplitude, simulated),
+        reason=reason,
     )  # fmt: skip
 
 
@@ -201,12 +210,12 @@ def cycle_of(system: Any, steady: SteadyMotion) -> Cycle:
     turns = steady.period
     dissipated = float(np.mean(heat(system, phase, u, du, z)[:-1])) * span / turns
     work = float(np.mean((tau * steady.v - torque * e_rate)[:-1])) * span / turns
-    largest, mean = float(np.max(np.abs(torque))), float(np.mean(torque[:-1]))
-    power, height = dissipated * turns / span, float(np.ptp(steady.x))
-    away, v, h = steady.x - float(np.mean(steady.x[:-1])), steady.v, np.diff(steady.t)
-    swing = largest_between(h, away[:-1], v[:-1], away[1:], v[1:])
+    away, v = steady.x - float(np.mean(steady.x[:-1])), steady.v
     return Cycle(
-        steady.t, steady.x, steady.v, u, torque, largest, mean, dissipated, work, power, steady.peak, height, swing
+        t=steady.t, x=steady.x, v=v, u=u, torque=torque, peak_torque=float(np.max(np.abs(torque))),
+        mean_torque=float(np.mean(torque[:-1])), dissipated=dissipated, work=work, power=dissipated * turns / span,
+        peak=steady.peak, peak_to_peak=float(np.ptp(steady.x)),
+        oscillation=largest_between(np.diff(steady.t), away[:-1], v[:-1], away[1:], v[1:]),
     )  # fmt: skip
 
 

@@ -5,22 +5,24 @@ k omega = 3 omega_0 (subharmonic); a law that is not odd about the operating poi
 2 k omega = omega_0 and k omega = 2 omega_0 (Nayfeh & Mook 1979, secs. 4.1-4.2).
 """
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ...base.law import is_spring
-from ...base.protocols import lines_of
 from ...base.results import Floats, SolveError
+from ...drive.drive_response import DriveResponse
 from ...drive.equation.gear_torque import no_multiple_scales
-from ...model.excitation import KinematicError, NoError, mean_torque
-from ...numerics.operating_point import loaded_state
 from ...theory.resonance import Resonance
 from ...theory.slow_flow.flow import slow_flow
 from ...theory.slow_flow.results import Certificate, SlowResponse, SteadyState
-from ...theory.slow_flow.setting import active_orders as active_orders
+from ...theory.slow_flow.setting import active_orders
+from ..speed_map.error_equation import OperatingPoint
+from ..speed_map.size_curve import HALF_POWER
+
+FEWEST_POINTS = 20  # points of the curve in the band of a resonance
+PEAK_DISTANCE = 1.6  # relative distance of the maximum from the speed of small oscillations
+FAINT_SHARE = 1e-4  # of the largest |x|: a smaller component is no resonance to place
 
 NAMES = {
     (1, 1): "primary",
@@ -29,39 +31,6 @@ NAMES = {
     (2, 1): "superharmonic 2:1",
     (1, 2): "subharmonic 1:2",
 }
-
-
-@dataclass(frozen=True)
-class OperatingPoint:
-    """Equilibrium of the drive under its mean torque.
-
-    Attributes
-    ----------
-    mean_torque : float
-        Mean of the excitation [N*m, output side].
-    x : float
-        Static dynamic error [rad] under the mean torque.
-    stiffness : float
-        Small-signal stiffness T'(x) [N*m/rad].
-    omega_0 : float
-        Small-signal natural frequency [rad/s]; 0 where the law has no stiffness there (backlash).
-    odd : bool
-        Whether the law is odd about the operating point, so that no even terms arise.
-    z : tuple of float
-        Internal states of a law with memory that was loaded slowly from rest.
-    """
-
-    mean_torque: float
-    x: float
-    stiffness: float
-    omega_0: float
-    odd: bool
-    z: tuple[float, ...] = ()
-
-    @property
-    def start(self) -> tuple[float, ...]:
-        """State of the error equation at rest there."""
-        return (self.x, 0.0, *self.z)
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,42 +107,6 @@ class Regime:
         return max(low, float(np.min(omega))), min(top, float(np.max(omega)))
 
 
-def equation_orders(equation: Any) -> tuple[float, ...]:
-    """Orders that the error equation excites, those of two turns included."""
-    lines = [line for line in lines_of(equation.error) if line.amplitude]
-    slow = tuple(line.order for line in lines if line.order % 1)
-    if slow:
-        once = tuple(line for line in lines if not line.order % 1)
-        equation = equation._replace(error=KinematicError(once) if once else NoError())
-    return (*active_orders(equation), *slow)
-
-
-def operating_point(system: Any) -> OperatingPoint:
-    """Find the equilibrium under the mean torque; of a law with memory the one that a slow load from rest leads to.
-
-    Raises
-    ------
-    SolveError
-        If the law cannot carry the mean torque.
-    """
-    mean, law = mean_torque(system.excitation), system.law
-    try:
-        x, *z = loaded_state(law, mean)
-    except ValueError as error:
-        raise SolveError(str(error)) from None
-    odd = _is_odd(system.law, x, mean) if is_spring(system) else mean == 0.0
-    stiffness = float(system.law.stiffness(x))
-    return OperatingPoint(mean, x, stiffness, math.sqrt(max(stiffness, 0.0) / system.J), odd, tuple(z))
-
-
-def _is_odd(law: Any, x: float, mean: float) -> bool:
-    """True if a spring is odd about its torsion x [rad] under the mean torque [N*m]."""
-    steps = np.geomspace(1e-6, 1.0, 25) * max(abs(x), 1e-2)
-    around = law.torque(x + steps) + law.torque(x - steps) - 2.0 * mean
-    size = np.abs(law.torque(x + steps)) + np.abs(law.torque(x - steps)) + abs(mean) + 1e-300
-    return bool(np.all(np.abs(around) <= 1e-9 * size))
-
-
 def regimes(system: Any, point: OperatingPoint, speeds: tuple[float, float]) -> tuple[Regime, ...]:
     """List the resonances of every excitation line, those inside the speed range with their response curves.
 
@@ -216,13 +149,14 @@ def _regime(
         flow = slow_flow(system._replace(omega=omega), resonance)
         states = tuple(flow.steady_states())
         certificate = flow.certificate()
-        response = _response(flow, omega) if inside and flow.mu > 0.0 and _worth(flow, name, omega, states) else None
+        curved = inside and flow.mu > 0.0 and _has_curve(flow, name, omega, states)
+        response = _response(flow, omega) if curved else None
         backbone = _backbone(flow, response)
-        first_at_peak = at_peak = _at_peak(flow, response)
+        first_at_peak = at_peak = _certificate_at_peak(flow, response)
         if response is not None and at_peak is not None and not at_peak.valid:
             flow = slow_flow(system._replace(omega=omega), resonance, order=2)
             second = _response(flow, omega)
-            response, at_peak = (second, _at_peak(flow, second)) if second.branches else (response, at_peak)
+            response, at_peak = (second, _certificate_at_peak(flow, second)) if second.branches else (response, at_peak)
         existence = flow.existence
     except (ValueError, SolveError, ArithmeticError) as error:
         reason = str(error) or f"multiple scales stopped with {type(error).__name__}"
@@ -230,8 +164,8 @@ def _regime(
     return Regime(*identity, states, existence, certificate, first_at_peak, at_peak, response, backbone)
 
 
-def _at_peak(flow: Any, response: SlowResponse | None) -> Certificate | None:
-    """The certificate of a response curve at its peak."""
+def _certificate_at_peak(flow: Any, response: SlowResponse | None) -> Certificate | None:
+    """How far a response curve can be trusted at its peak; None without a curve."""
     if response is None or not response.branches:
         return None
     system = flow.system._replace(omega=response.peak[0])
@@ -239,8 +173,8 @@ def _at_peak(flow: Any, response: SlowResponse | None) -> Certificate | None:
     return certificate
 
 
-def _worth(flow: Any, name: str, omega: float, states: tuple[SteadyState, ...]) -> bool:
-    """True if a curve can be expected: always at a primary resonance, else where a state exists at or just above it."""
+def _has_curve(flow: Any, name: str, omega: float, states: tuple[SteadyState, ...]) -> bool:
+    """True if a curve is likely: always at a primary resonance, else where a state exists at or just above it."""
     if name == "primary" or any(state.amplitude > 0.0 for state in states):
         return True
     return bool(slow_flow(flow.system._replace(omega=1.05 * omega), flow.resonance).exists())
@@ -269,3 +203,61 @@ def _backbone(flow: Any, response: SlowResponse | None) -> Floats | None:
         return None
     amplitudes = np.linspace(0.0, 1.1 * response.peak[1], 81)[1:]
     return np.array([flow.backbone(amplitudes) / float(flow.resonance.ratio), amplitudes])
+
+
+def with_tops(
+    all_regimes: tuple[Regime, ...], system: Any, exact: DriveResponse, close: dict[Resonance, DriveResponse]
+) -> tuple[Regime, ...]:
+    """Add to every resonance p:1 its maximum on the computed curve, or on the one drawn for it alone.
+
+    Looked for between the neighbouring resonances, where a slow run-up or run-down goes; an end of the range is none,
+    nor is what lies in the half-power band of a larger maximum of another component.
+    """
+    omegas = sorted(regime.omega for regime in all_regimes if regime.resonance.q == 1)
+    rows = [(regime, close.get(regime.resonance, exact)) for regime in all_regimes]
+    tops = [_crest_of(r, omegas, system, curve) if r.resonance.q == 1 else None for r, curve in rows]
+    largest = {r.resonance.p: top[1] for r, top in zip(all_regimes, tops, strict=True) if top is not None}
+    topped = []
+    for (regime, response), top in zip(rows, tops, strict=True):
+        crest = None
+        if top is not None and not _is_of_larger_component(regime.resonance.p, top, largest, system, response):
+            crest = float(response.omega[top[0]]), top[1]
+        met = crest is not None and bool(regime.reason)  # the curve is in the range, and such a law is placed by it
+        topped.append(replace(regime, top=crest, inside=regime.inside or met))
+    return tuple(topped)
+
+
+def _is_of_larger_component(
+    p: int, top: tuple[int, float], largest: dict[int, float], system: Any, response: DriveResponse
+) -> bool:
+    """True if a maximum of component p lies in the half-power band of another component, which is larger there."""
+    others = ((response.torsion_amplitude(system, q)[top[0]], size) for q, size in largest.items() if q != p)
+    return any(component > top[1] and component >= HALF_POWER * size for component, size in others)
+
+
+def _crest_of(regime: Regime, places: list[float], system: Any, response: DriveResponse) -> tuple[int, float] | None:
+    """Point of the curve with the largest component of a resonance, and its amplitude [rad]."""
+    i = places.index(regime.omega)
+    low = max([regime.omega / PEAK_DISTANCE, *((w * regime.omega) ** 0.5 for w in places[:i])])
+    high = min([regime.omega * PEAK_DISTANCE, *((w * regime.omega) ** 0.5 for w in places[i + 1 :])])
+    visited = response.counted
+    omega = response.omega[visited]
+    inside = (omega >= low) & (omega <= high)
+    if not np.any(inside):
+        return None
+    indices, omega = visited[inside], omega[inside]
+    amplitude = response.torsion_amplitude(system, regime.resonance.p)[indices]
+    top = int(np.argmax(amplitude))
+    if not np.min(omega) < omega[top] < np.max(omega) or amplitude[top] < FAINT_SHARE * np.max(
+        response.curve.peak[visited]
+    ):
+        return None
+    return int(indices[top]), float(amplitude[top])
+
+
+def is_narrow(regime: Regime, exact: DriveResponse) -> bool:
+    """True if a resonance of the main branch has too few points of the response curve in its band."""
+    if regime.response is None or not regime.response.branches or regime.resonance.q != 1:
+        return False
+    low, high = regime.band()
+    return int(np.sum((exact.curve.omega > low) & (exact.curve.omega < high))) < FEWEST_POINTS
