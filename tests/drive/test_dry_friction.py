@@ -127,6 +127,18 @@ def test_a_slow_axis_sticks_and_slips_with_the_period_and_the_size_of_an_own_int
     assert in_time(train, speed).oscillation == pytest.approx(np.max(np.abs(off)), rel=0.01)
 
 
+@pytest.mark.slow
+def test_an_axis_that_slides_through_a_turn_of_minutes_has_the_error_and_the_friction_of_all_of_it():
+    # Quasi-static: the error of the gear is that of the load, and the motor turns against the friction of both shafts.
+    size, speed = 8.0 * ARCSEC, 0.02
+    drive = STICKY._replace(motor=Friction(0.05, 0.08, 1.0), lines=((2, 8.0),))
+    sizes = in_time(drive.train(sw.train.Steady())._replace(omega=speed), speed)
+    assert sizes.part == 0.0
+    assert (sizes.oscillation, sizes.across - sizes.mean_torque / STICKY.K) == pytest.approx((size, size), rel=1e-3)
+    friction = 0.05 + 0.03 * np.exp(-((speed / 1.0) ** 2))
+    assert sizes.motor_mean == pytest.approx(friction + 2.0 / N, rel=1e-3)
+
+
 SLOW = """\
 title: telescope
 gear: CSF-32-100

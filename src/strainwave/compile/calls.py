@@ -11,7 +11,7 @@ from typing import Any
 
 from .tree import leaves, rebuilt
 
-VECTOR, MATRIX = "vector", "matrix"  # kinds of arguments of an entry: contiguous arrays of floats
+VECTOR, MATRIX, POINTER = "vector", "matrix", "pointer"  # arguments of an entry: contiguous arrays of floats
 
 
 def at(address: Any) -> Any:
@@ -57,6 +57,7 @@ def signature(types: Any, thing: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]
     """Types of the compiler for the arguments of an entry: its model (a type), and what `jit.entry` takes as kinds."""
     real = types.float64
     by_kind = {float: real, int: types.int64, VECTOR: types.Array(real, 1, "C"), MATRIX: types.Array(real, 2, "C")}
+    by_kind |= {POINTER: types.CPointer(real)}
     pointers = (types.CPointer(types.UniTuple(real, kind)) if type(kind) is int else by_kind[kind] for kind in kinds)
     return types.CPointer(thing), *pointers
 

@@ -17,12 +17,13 @@ from ...compile.cache import cache_writable, compiling, is_empty
 T = TypeVar("T")
 FIRST_LINE_S, NEXT_LINE_S = 1.0, 60.0  # progress where stderr is no terminal: seconds to its first line, and between
 BAR_FROM, BAR_LETTERS = 80, 29  # columns of a terminal from which on a bar is drawn, and letters of it with the time
+CHANGE = 1.5  # of the time of a run, after which another line tells it
 TICK = 0.25  # seconds between looks at what is compiled
 SHORT = 1.0  # seconds of a run whose time left is not shown
 
 
 class Progress:
-    """Progress of one run on stderr: a bar on a terminal, elsewhere a line after a second and one a minute.
+    """Progress of one run on stderr: a bar on a terminal, elsewhere a line after a second, a minute or a new estimate.
 
     The time left follows from the share that is finished; what is compiled on the way is announced, and not counted.
     """
@@ -67,7 +68,7 @@ class Progress:
 
     def _watch(self) -> None:
         """Show what is done or compiled and how long the run still takes, until it is over."""
-        due, before = self.started + FIRST_LINE_S, monotonic()
+        due, before, shown = self.started + FIRST_LINE_S, monotonic(), math.inf
         while not self.over.wait(min(TICK, FIRST_LINE_S)):
             time, item = monotonic(), next(map(str, compiling()), "")
             if item:
@@ -76,9 +77,13 @@ class Progress:
             if self.bar is not None:
                 text = fitted(self.title, stage, self.room - len(left))
                 self.bar.update(self.task, completed=self.share, description=text, left=left.removeprefix(", "))
-            elif time >= due and stage:
-                due = time + NEXT_LINE_S
+            elif stage and (time >= due or self._differs_from(shown)):
+                due, shown = time + NEXT_LINE_S, self.total
                 print(f"{self.title}: {stage}, {time - self.started:.0f} s so far{left}", file=sys.stderr, flush=True)
+
+    def _differs_from(self, shown: float) -> bool:
+        """True if the time of the whole run [s] is another than a line has shown; before the first it is infinite."""
+        return self.total > max(CHANGE * shown, SHORT) or CHANGE * self.total < shown < math.inf
 
     def time_left(self, now: float) -> str:
         """Say how long the run goes on after `now`; "" while that is unknown."""

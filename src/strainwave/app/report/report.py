@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from ...base.terminal import Progress, silent
 from ...compile.jit import light_as_python
 from ...drive.project import Project
+from ...files.fields.groups import ASSUMED
 from ...files.reading import read_project
 from ..console import to_json
 from ..console.output_files import staged
@@ -41,6 +42,9 @@ class Report(NamedTuple):
     results: dict[str, Any]
     summary: str
     view: View
+
+
+ANALYSIS, WRITING = 0.75, 0.98  # shares of the time that are gone after the analysis, and when it is written
 
 
 def write(
@@ -76,11 +80,12 @@ def write(
     """
     project = project if isinstance(project, Project) else read_project(project)
     with nullcontext() if folder is None else staged(Path(folder)) as part:
-        view = View.of(project, project.analyze(progress))
-        progress("range for assumed numbers", 0.95)
+        share = ANALYSIS if any(source.word == ASSUMED for source in project.sources) else WRITING
+        view = View.of(project, project.analyze(lambda stage, part: progress(stage, share * part)))
+        progress("range for assumed numbers", share)
         with light_as_python():
             _ = project.sureness  # which several sections tell
-        progress("writing the report", 0.99)
+        progress("writing the report", WRITING)
         return write_view(view, part, sections)
 
 

@@ -11,19 +11,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.results import Booleans, Branch, Floats, SolveError
+from ...base.results import Booleans, Branch, Floats, SolveError, Trajectory
 from ...base.sentences import Sentence, Speed
 from ...model.laws.dry import parted
 from ...model.train.drive_train import DriveTrain
-from ...numerics.integration.methods import Dopri5
+from ...numerics.integration.methods import Rodas
 from ...numerics.integration.simulate import simulate
+from ...numerics.integration.steps import dense_weights
 from ..drive_response import DriveResponse
 from ..operating_point import operating_state
 from ..state_space import state_space
 
 SPEEDS = 7  # that are integrated, evenly over the logarithm
-SETTLING, LONGEST_SPAN = 80.0, 240.0  # time constants of the slowest motion before, and at most in which sizes count
-METHOD = Dopri5(rtol=1e-7, atol=1e-11, max_steps=2_000_000)
+SETTLING, SETTLINGS = 16.0, 5  # time constants of the slowest motion without a stop before, and how often at most
+LONGEST_SPAN, FEWEST_STEPS, PARTS = 240.0, 2000, 4  # time constants, steps and parts of each at which sizes count
+METHOD = Rodas(rtol=1e-5, atol=1e-7, max_steps=2_000_000)
 SLOWEST_POLE = 1e-9  # of the largest pole: a smaller one is no motion
 
 log = logging.getLogger(__name__)
@@ -63,10 +65,10 @@ def with_slips(response: DriveResponse, train: DriveTrain, keep: Booleans) -> Dr
     curve = response.curve
     low, high = float(np.min(curve.omega[~keep])), float(np.max(curve.omega[~keep]))
     speeds = np.geomspace(low, high, SPEEDS) if high > low else np.array([low])
-    rows = []
+    rows, rest = [], from_rest(train)
     for i, speed in enumerate(speeds.tolist()):
         log.info("stick and slip at %.4g rad/s, %d of %d", speed, i + 1, len(speeds))
-        rows.append(in_time(train, speed))
+        rows.append(in_time(train, speed, rest))
     table, order = np.array(rows).T, np.argsort(curve.omega)
 
     def mixed(name: str, values: Any, slow: bool = False) -> Any:
@@ -93,21 +95,42 @@ def with_slips(response: DriveResponse, train: DriveTrain, keep: Booleans) -> Dr
     return replace(response, curve=sized, **others)
 
 
-def in_time(train: DriveTrain, speed: float) -> Sizes:
-    """Sizes of the motion of a train at a speed [rad/s] of its motor, as it begins from rest."""
-    moving, state = train._replace(omega=speed), operating_state(train, 0.0)
+def from_rest(train: DriveTrain) -> tuple[Floats, float]:
+    """State of a train at rest, and the time constant [s] of its slowest motion; 0 where none decays."""
+    state = operating_state(train, 0.0)
     poles = state_space(train, at=state).poles
-    if not train.motor.held:
-        state[3] = -speed  # behind its reference
     decays = -poles.real[poles.real < -SLOWEST_POLE * np.max(np.abs(poles))]
-    turn = 2.0 * math.pi / speed
-    slowest = 1.0 / float(np.min(decays)) if len(decays) else turn
+    return state, 1.0 / float(np.min(decays)) if len(decays) else 0.0
+
+
+def in_time(train: DriveTrain, speed: float, rest: tuple[Floats, float] | None = None) -> Sizes:
+    """Sizes of the motion of a train at a speed [rad/s] of its motor, as it begins from `rest`."""
+    moving, (state, slowest) = train._replace(omega=speed), rest or from_rest(train)
+    stays, turn, time = state_space(train, at=state, speed=speed).stable, 2.0 * math.pi / speed, 0.0
+    if not train.motor.held:
+        state = np.array([*state[:3], -speed, *state[4:]])  # behind its reference
+    slowest = slowest or turn
     length = min(turn, LONGEST_SPAN * slowest)
-    run = simulate(moving, state, (0.0, SETTLING * slowest + length), method=METHOD)
-    if not run.status:
-        raise SolveError(f"the motion with dry friction at {speed:.4g} rad/s is not followed: {run.message}")
-    use = run.t >= run.t[-1] - length
-    t, y, phase = run.t[use], tuple(run.y[:, use]), speed * run.t[use]
+
+    def followed(span: float, method: Rodas) -> Trajectory:
+        run = simulate(moving, state, (time, time + span), method=method)
+        if not run.status:
+            raise SolveError(f"the motion with dry friction at {speed:.4g} rad/s is not followed: {run.message}")
+        return run
+
+    for _ in range(SETTLINGS):
+        run = followed(SETTLING * slowest, METHOD)
+        state, time = run.y[:, -1], run.t[-1]
+        if stays and np.all(np.diff(run.t) > 0.0):  # without a stop, where a time stands twice
+            length = turn
+            break
+    run = followed(length, replace(METHOD, largest_step=length / FEWEST_STEPS))
+    h, parts = np.diff(run.t), np.arange(PARTS)[:, None] / PARTS
+    ends, weights = (run.y[:, :-1], run.rate[:, :-1], run.y[:, 1:], run.rate[:, 1:]), dense_weights(parts, h)[:4]
+    states: Any = sum(weight * value[:, None] for weight, value in zip(weights, ends, strict=True))
+    y = tuple(np.moveaxis(states, 1, 2).reshape(len(state), -1))
+    t = (run.t[:-1] + parts * h).T.ravel()
+    phase = speed * t
     error, torque, motor = moving.pointing_error(y), moving.torque(phase, y), moving.motor_torque(phase, y)
     error, torque, motor = (np.asarray(value + 0.0 * t) for value in (error, torque, motor))
 

@@ -8,6 +8,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from ...base.law import has
 from ...base.law import torsion as torsion_of
 from ...base.protocols import Scheme, System
 from ...base.quantities import States
@@ -37,12 +38,17 @@ def attempts_by_address(system: System, states: int, kinked: bool) -> ByAddress:
     """A system of so many states for kernels that call `try_step` on it; where `kinked` they look for switches."""
 
     def addressed(words: Callable[[Any], int]) -> StepsAt:
-        inside = entry(_torsion_inside, system, *[float] * 3, *[states] * 5) if kinked else 0
+        inside = inside_entry(system, states) if kinked else 0
         system_words = words(system)
         stepped = system if states <= FEW_STATES else Tupled(system_words, rates_entry(system, states))
         return StepsAt(words(stepped), entry(_attempt, stepped, *[float] * 5, *[states] * 6), system_words, inside)
 
     return ByAddress(system, addressed)
+
+
+def inside_entry(system: Any, states: int) -> int:
+    """Address of the torsion inside a step of a system of so many states."""
+    return entry(_torsion_inside, system, *[float] * 3, *[states] * 5)
 
 
 def steps_by_address(scheme: Scheme, system: System, states: int) -> ByAddress:
@@ -61,7 +67,7 @@ def _attempt(
     put_at(k1, end_rate)
     put_at(error, missed)
     put_at(dense, between)
-    return _outcome(begin, end, missed, rtol, atol)
+    return outcome(begin, end, missed, rtol, atol)
 
 
 def _step(pair: Any, phase: float, turn: float, h: float, y: Any, y1: Any, k1: Any) -> Any:
@@ -74,7 +80,8 @@ def _step(pair: Any, phase: float, turn: float, h: float, y: Any, y1: Any, k1: A
 
 
 @kernel
-def _outcome(y: Any, y1: Floats, error: Floats, rtol: float, atol: float) -> float:
+def outcome(y: Any, y1: Floats, error: Floats, rtol: float, atol: float) -> float:
+    """Mean square of an error in units of the tolerance; less one and negative where a state passes `BOUND`."""
     square = error_square(len(y), error, y, y1, rtol, atol)
     return square if bounded(y1, BOUND) else -1.0 - square
 
@@ -95,9 +102,11 @@ def try_step(system: Any, phase: float, turn: float, h: float, rtol: float, atol
 
     Returns the mean square of the error in units of the tolerance; less one and negative where a state passes `BOUND`.
     """
+    if has(system, "attempt"):
+        return float(system.attempt(phase, turn, h, rtol, atol, w))
     y, rate = w[Y : K + 1].tolist()
     w[Y1 : DENSE + 1] = dopri5_step(system, phase, turn, tuple(y), h, tuple(rate))
-    return _outcome(y, w[Y1], w[ERROR], rtol, atol)
+    return outcome(y, w[Y1], w[ERROR], rtol, atol)
 
 
 def _step_loops(pair: Any, phase: float, turn: float, h: float, w: Floats) -> Any:

@@ -17,6 +17,7 @@ from ...base.results import Floats, Status, Trajectory
 from ...compile.jit import run
 from ..addressed import system_by_address
 from .addressed_steps import attempts_by_address, steps_by_address
+from .implicit import implicit_by_address
 from .marches import DIVERGED, DONE, PAUSED, STOPPED, march_adaptively, march_evenly
 from .record import Record, uninterrupted
 from .step_control import DIFFERENCE_SIZE, ROUNDS, StepControl
@@ -57,6 +58,10 @@ class Dopri5:
     """
 
     adaptive: ClassVar = True
+    order: ClassVar = ORDER
+    stable: ClassVar = STABLE
+    looks: ClassVar = LOOKS
+    by_address: ClassVar = staticmethod(attempts_by_address)
 
     rtol: float = 1e-9
     atol: float = 1e-12
@@ -82,17 +87,17 @@ class Dopri5:
         breakpoints = breakpoints_of(system)
         kinks = np.array([breakpoints, [1.0] * len(breakpoints)])
         span = spans[-1][1] - spans[0][0]
-        if _is_hopeless(system, spans[0][0], span, y, max(MOST_STEPS, self.max_steps)):
+        if self.looks.size and _is_hopeless(system, spans[0][0], span, y, max(MOST_STEPS, self.max_steps)):
             return record.trajectory(Status.TOO_MANY_STEPS, 0)
         longest, rtol, atol = float(self.largest_step or math.inf), float(self.rtol), float(self.atol)
-        control = StepControl(ORDER, STABLE, LOOKS, longest, span, rtol, atol)
+        control = StepControl(self.order, self.stable, self.looks, longest, span, rtol, atol)
         t, h, kink, w = spans[0][0], 0.0, -1, workspace(y)
         guard = np.zeros((1, len(guards_of(system, omega * t, y))))
 
         def addressed() -> tuple[Any, Any]:
             kinked = len(breakpoints) > 0
             system_at = system_by_address(system, len(y), torsion=kinked, guards=guard.shape[1])
-            return attempts_by_address(system, len(y), kinked), system_at
+            return type(self).by_address(system, len(y), kinked), system_at
 
         attempts, by_address = addressed()
         steps, rejected, switches, status = 0, 0, 0, DONE
@@ -121,6 +126,16 @@ class Dopri5:
         except KeyboardInterrupt:
             return record.trajectory(Status.INTERRUPTED, steps, rejected, switches)
         return record.trajectory(ENDED[status], steps, rejected, switches)
+
+
+@dataclass(frozen=True)
+class Rodas(Dopri5):
+    """Adaptive implicit RODAS 4(3), for systems whose fast motions have died away; else as `Dopri5`."""
+
+    order: ClassVar = 4
+    stable: ClassVar = math.inf
+    looks: ClassVar = np.empty((1, 0))
+    by_address: ClassVar = staticmethod(implicit_by_address)
 
 
 @dataclass(frozen=True)

@@ -186,7 +186,7 @@ def dopri5_step(system: System, phase: Reals, turn: Reals, y: States, h: Reals, 
 
 
 @kernel
-def dense_weights(s: Reals, h: float) -> Any:
+def dense_weights(s: Reals, h: Reals) -> Any:
     """Weights for `weighted` that give the state at the fraction s of a step of h.
 
     It is of fourth order for the step of Dormand & Prince (Hairer, Norsett & Wanner I, eq. II.6.17).

@@ -10,41 +10,13 @@ import numpy as np
 
 from ...base.results import Floats
 from ...compile.jit import routine
+from ..integration.implicit import solve_in_place
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 GAUSS_PLACES, GAUSS_WEIGHTS = 0.5 + 0.5 * _PLACES, 0.5 * _WEIGHTS  # shares of a step
 _POWERS = np.arange(1, 5)  # collocation: the rows integrate powers of the place exactly
 GAUSS_MATRIX = GAUSS_PLACES[:, None] ** _POWERS / _POWERS @ np.linalg.inv(GAUSS_PLACES[:, None] ** (_POWERS - 1))
 MATRIX, WEIGHTS = tuple(map(tuple, GAUSS_MATRIX.tolist())), tuple(GAUSS_WEIGHTS.tolist())  # for compiled code
-
-
-@routine
-def solve_in_place(m: Floats) -> None:
-    """Solve in place: the left square of m, a system of equations, leaves in the columns behind it their solutions."""
-    rows, columns = m.shape
-    for k in range(rows):
-        p = k
-        for i in range(k + 1, rows):
-            if abs(m[i, k]) > abs(m[p, k]):
-                p = i
-        if p != k:
-            for j in range(k, columns):
-                m[k, j], m[p, j] = m[p, j], m[k, j]
-        inverse = 1.0 / m[k, k]
-        for i in range(k + 1, rows):
-            factor = m[i, k] * inverse
-            if factor != 0.0:
-                for j in range(k + 1, columns):
-                    m[i, j] -= factor * m[k, j]
-    for k in range(rows - 1, -1, -1):
-        inverse = 1.0 / m[k, k]
-        for j in range(rows, columns):
-            m[k, j] *= inverse
-        for i in range(k):
-            factor = m[i, k]
-            if factor != 0.0:
-                for j in range(rows, columns):
-                    m[i, j] -= factor * m[k, j]
 
 
 @routine

@@ -1,7 +1,6 @@
 """`analyze`: stability, resonances, the response through the speed range, single speeds in time, and advice."""
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,7 +11,7 @@ from ...base.law import is_spring
 from ...base.number_text import number
 from ...base.results import SolveError
 from ...base.sentences import Angle, Sentence, Speed
-from ...base.terminal import silent
+from ...base.terminal import Progress, silent
 from ...base.units import Speeds
 from ...drive.demands.usage import MotorUse, Usage, largest_motor_use, largest_usage, limit_findings
 from ...drive.drive_response import DriveResponse
@@ -44,6 +43,7 @@ from .analysis import Analysis
 from .cautions import implausible
 from .design_variables import Subject
 from .load_cases import AtTorque, avoid_under_all, load_cases
+from .pace import paced
 from .regimes import Regime, is_narrow, regimes, with_tops
 from .remedies import Remedy, at_worst, remedies, under, with_other_damping
 from .time_domain.beat import beat_of
@@ -52,7 +52,6 @@ from .time_domain.time_case import TimeCase, speeds_in_time, time_case, usage
 from .train_study import TrainStudy, motor_cases, train_study
 from .verdict import Answer, JudgedPosture, smallest_change, verdict_of
 
-Report = Callable[[str, float], None]
 Advice = tuple[tuple[Remedy, ...], tuple[str, ...], Remedy | None, tuple[Remedy, ...]]
 NO_ADVICE: Advice = (), (), None, ()
 
@@ -61,7 +60,7 @@ FINE_POINTS = 300  # points of a curve that is drawn for one resonance alone
 
 @one_thread
 def analyze(
-    project: Project, progress: Report | None = None, *, advice: bool = True, resonances: bool = True
+    project: Project, progress: Progress | None = None, *, advice: bool = True, resonances: bool = True
 ) -> Analysis:
     """Analyse a drive over a range of speeds, or at single ones.
 
@@ -83,7 +82,8 @@ def analyze(
     SolveError
         If the law cannot carry the mean torque, or no simulation finishes.
     """
-    progress, train, speeds, limit = progress or silent, project.train, project.speeds, project.limit
+    train, speeds, limit = project.train, project.speeds, project.limit
+    progress = paced(project, progress or silent)
     if train is not None:
         refuse_free(train)
     system, limits = project.system(reduced=True), speeds.limits
@@ -140,7 +140,12 @@ def analyze(
 
 
 def _advice(
-    subject: Subject, drive: DriveResponse, avoid: Avoid, by_load: tuple[AtTorque, ...], torque: float, progress: Report
+    subject: Subject,
+    drive: DriveResponse,
+    avoid: Avoid,
+    by_load: tuple[AtTorque, ...],
+    torque: float,
+    progress: Progress,
 ) -> Advice:
     """Remedies under the torque with the largest oscillation, the one that suffices under all, and other damping."""
     progress("what would help", 0.9)
@@ -181,7 +186,7 @@ def judged_postures(decided: Decision) -> tuple[JudgedPosture, ...]:
 
 
 def _of_one_turn(
-    project: Project, system: Any, point: OperatingPoint, exact: DriveResponse, resonances: bool, progress: Report
+    project: Project, system: Any, point: OperatingPoint, exact: DriveResponse, resonances: bool, progress: Progress
 ) -> tuple[tuple[Regime, ...], dict[Resonance, DriveResponse], RunUp, tuple[TimeCase, ...]]:
     """Resonances, a simulated run-up, and single speeds in time, of motions that repeat with every turn.
 
@@ -200,7 +205,7 @@ def _of_one_turn(
 
 
 def _resonances(
-    system: Any, limits: tuple[float, float], point: OperatingPoint, exact: DriveResponse, progress: Report
+    system: Any, limits: tuple[float, float], point: OperatingPoint, exact: DriveResponse, progress: Progress
 ) -> tuple[tuple[Regime, ...], dict[Resonance, DriveResponse]]:
     """Resonances with their maxima, and the curve once more around those that are too narrow for its points."""
     progress("resonances by multiple scales", 0.2)
@@ -215,7 +220,7 @@ def _resonances(
 
 
 def _in_time(
-    system: Any, speeds: Speeds, point: OperatingPoint, regimes: tuple[Regime, ...], sweep: RunUp, progress: Report
+    system: Any, speeds: Speeds, point: OperatingPoint, regimes: tuple[Regime, ...], sweep: RunUp, progress: Progress
 ) -> tuple[TimeCase, ...]:
     """Single speeds in time."""
     chosen, cases = speeds_in_time(regimes, sweep, speeds.limits, speeds.single), []
@@ -228,7 +233,7 @@ def _in_time(
 
 def _whole_train(
     project: Project, train: DriveTrain, system: Any, point: OperatingPoint, exact: DriveResponse,
-    single: tuple[float, ...], progress: Report,
+    single: tuple[float, ...], progress: Progress,
 ) -> TrainStudy:  # fmt: skip
     """The whole drive train beside its error equation."""
     progress("whole drive train", 0.8)
@@ -236,7 +241,7 @@ def _whole_train(
         train, system, project.speeds.limits, project.train_response(), exact, point, single=single, gear=project.gear,
         progress=lambda part: progress(f"whole drive train: {part}", 0.85),
     )  # fmt: skip
-    progress("standstill", 0.88)
+    progress("standstill", 0.855)
     resting = standing(project)
     if resting is None:
         return study
@@ -244,7 +249,7 @@ def _whole_train(
 
 
 def _with_gravity(
-    project: Project, study: TrainStudy | None, curves: tuple[DriveResponse, ...], progress: Report
+    project: Project, study: TrainStudy | None, curves: tuple[DriveResponse, ...], progress: Progress
 ) -> TrainStudy | None:
     """The study with the motions that have gravity exactly, where the curves of `quasi-static` torques leave it out."""
     if study is None or study.curve is None or not study.curve.without_angle:
