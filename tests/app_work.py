@@ -6,7 +6,7 @@ import signal
 import tempfile
 import time
 
-from strainwave.numerics.addressed import watched
+from strainwave.compile.cache import with_progress
 
 
 def endless(progress):
@@ -36,7 +36,7 @@ def full(size):
 def compiled(progress):
     """Take a second for a kernel of the name of a slow one."""
     progress("begun", 0.1)
-    watched(lambda _kinds: time.sleep(1.0), "follow", lambda: None)(())
+    with_progress(lambda _kinds: time.sleep(1.0), "follow", lambda: None)(())
     progress("compiled", 0.5)
 
 

@@ -45,7 +45,12 @@ def jacobians_at(system: Any, angles: Floats, y: Floats, sizes: Floats, differen
     n, d = len(y), difference * np.asarray(sizes)
     moved = y[..., None] + np.hstack([np.diag(d), -np.diag(d)]).reshape(n, *[1] * (y.ndim - 1), 2 * n)
     everywhere = np.broadcast_to(np.asarray(angles)[..., None], moved.shape[1:]).ravel()
-    rates = rates_at(system, everywhere, moved.reshape(n, -1)).reshape(moved.shape)
+    columns = moved.reshape(n, -1)
+    try:
+        rates = rates_at(system, everywhere, columns).reshape(moved.shape)
+    except (TypeError, ValueError):  # a law that takes numbers alone
+        pairs = zip(everywhere, columns.T, strict=True)
+        rates = np.stack([rates_at(system, np.asarray(angle), y) for angle, y in pairs], axis=-1).reshape(moved.shape)
     return np.moveaxis((rates[..., :n] - rates[..., n:]) / (2.0 * d), -1, 1)
 
 

@@ -1,9 +1,7 @@
 """`remedies`: the peak of the error computed again with one number changed at a time.
 
 A thing is changed by 10 %, and by 30 % where that changes the oscillation by less than 1 %; of two directions the one
-that helps is kept. A line that is cancelled and another gear of the catalogue are changes of their own.
-
-Other gears of the catalogue in a drive: the next size of the same series, and the next ratios of the same size.
+that helps is kept. Changes of their own are a cancelled line and the next size and ratios of the gear's series.
 """
 
 from collections.abc import Callable, Iterator

@@ -239,12 +239,16 @@ def _likely(joint: Joint, law: Sequence[float]) -> bool:
 def unexplained(joint: Joint) -> bool:
     """True for a residual that is more than the readings' scatter, at all frequencies or where loads move."""
     scatter, power, many = solve.scatter(joint), 0.0, 0
+    if solve.rms(joint) > CHANCE_RATIO * scatter:
+        return True
+    if not solve.is_white(joint):
+        return False
     highest = BAND * float(np.sqrt(joint.values["K1"] / joint.values["inertia"])) / (2.0 * np.pi)
     for piece, residual in zip(joint.pieces, joint.residuals(), strict=True):
         frequencies, spectrum = _spectrum(piece.time, residual)
         inside = frequencies < highest
         power, many = power + float(np.sum(spectrum[inside])), many + int(np.count_nonzero(inside))
-    return solve.rms(joint) > CHANCE_RATIO * scatter or power > many * (BAND_CHANCE_RATIO * scatter) ** 2
+    return power > many * (BAND_CHANCE_RATIO * scatter) ** 2
 
 
 def _other_inertia(

@@ -80,6 +80,7 @@ INSIDE, OUTSIDE = ("hysteresis", "load_friction", "gravity_mean"), ("gap", "asym
 CLOSE, TRIED, FROM = 0.97, 0.93, 0.6  # of the largest torque: a corner that is tried, and where; of the datasheet's
 HOPELESS = 10.0  # readings' scatters of a residual that is of other causes
 FAR_OFF, MUCH = 2.0, 0.1  # readings' scatters of a residual with other causes, of which a line takes so much
+WHITE_SHARE = 0.95  # of the error of counts: the noise from which on it is white
 POWER_OF_TERM = 0.003  # of the residual's power, that a term must take
 
 
@@ -147,9 +148,21 @@ def plain(joint: Joint) -> float:
 
 def scatter(joint: Joint) -> float:
     """Scatter [rad] of the readings, by the fourth differences of the residuals, and of their counts at the least."""
-    parts = [np.diff(r, 4) for r in joint.residuals()]
-    counted = max(float(piece.counts[0]) for piece in joint.pieces) / np.sqrt(12.0)  # at rest they do not differ
-    return float(max(np.sqrt(np.mean(np.concatenate(parts) ** 2) / 70.0), counted))
+    return max(_noise(joint), _count_error(joint))  # at rest counts do not differ
+
+
+def is_white(joint: Joint) -> bool:
+    """True if the readings' scatter is that of their noise; counts that hardly change have an error that does not."""
+    return _noise(joint) > WHITE_SHARE * _count_error(joint)
+
+
+def _noise(joint: Joint) -> float:
+    differences = np.concatenate([np.diff(residual, 4) for residual in joint.residuals()])
+    return float(np.sqrt(np.mean(differences**2) / 70.0))
+
+
+def _count_error(joint: Joint) -> float:
+    return max(float(piece.counts[0]) for piece in joint.pieces) / float(np.sqrt(12.0))
 
 
 def shaken(joint: Joint) -> Joint:
