@@ -11,8 +11,7 @@ from small_drive import CUBIC, PROJECT
 
 import strainwave as sw
 from strainwave.app.commands.analyze import report_of
-from strainwave.app.console import number
-from strainwave.app.console import plain
+from strainwave.app.console import number, plain
 from strainwave.app.report.report import page
 from strainwave.app.report.section import rendered_part
 from strainwave.app.report.sections.gear_torsion import parametric_resonances
