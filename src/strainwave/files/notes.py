@@ -94,13 +94,13 @@ def posture_note(project: Project) -> Iterator[str]:
 def move_note(project: Project) -> tuple[str, ...]:
     """Note on the answers that are about the move of a project, where it has one."""
     asked = project.move is not None and bool(project.move.profile)
-    return ("The move of the file is judged by `analyze` and `move`; this is about steady motions.",) * asked
+    return ("These results are for steady motions; `analyze` and `move` judge the file's move.",) * asked
 
 
 def curve_remark(searched: bool) -> str:
     """The motions that sizes and jumps are of; `searched` where others are looked for at the ends of the range."""
-    others = "looked for at the ends of the range alone" if searched else "not looked for"
-    return f"of this curve alone: motions apart from it are {others}"
+    others = "searched at both ends of the speed range only" if searched else "not searched"
+    return f"motions beside this curve: {others}"
 
 
 def load_remark(project: Project) -> tuple[str, ...]:

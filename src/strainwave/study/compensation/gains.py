@@ -217,8 +217,8 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     kept, lead, s = best
     if kept == 1.0:
         raise ValueError(
-            "repetitive control cannot lower the mean and every order of the error with any lead, as with an integral "
-            "in the plain loop; use 'adaptive'"
+            "no lead lets repetitive control lower the mean and every order of the error (an integral in the plain "
+            "loop is a usual cause); use 'adaptive'"
         )
     largest = float(np.max(np.abs(G) + s * c))
     rate = min(rate_of(bench, speed) / largest, 0.5 / (turn * largest), 0.5 / (s * period * CELLS))

@@ -196,7 +196,7 @@ def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tu
     if given is None and not lag:
         fact = f"a delay of {number(1e3 * ASSUMED_DELAY_S)} ms is assumed in the margins"
         return ASSUMED_DELAY_S, (
-            f"The project has neither a lag of the loop nor a controller: {fact}, which without one allow any gain.",
+            f"The project has neither a lag of the loop nor a controller: {fact}. Without a delay they allow any gain.",
         )
     if given is not None and given < 0.0:
         raise ValueError(f"delay is {given:g} s; it must be zero or more")
