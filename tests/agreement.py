@@ -22,7 +22,8 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.console.library_words import without_calls
 from strainwave.app.web import exports, views
-from strainwave.app.web.state import ScriptRequest, State, project_of
+from strainwave.app.web.requests import ScriptRequest, State
+from strainwave.app.web.state import project_of
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.variants.names import nominal_of
 from strainwave.files.yaml_text import read

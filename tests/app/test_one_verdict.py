@@ -12,7 +12,7 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.app.report.report import write
 from strainwave.app.web import views
-from strainwave.app.web.state import first_text
+from strainwave.app.web.first_project import first_text
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text
 from strainwave.model.error_spectrum import accuracy_spectrum

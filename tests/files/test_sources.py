@@ -6,7 +6,7 @@ import pytest
 from assumed_axis import AXIS, axis
 
 import strainwave as sw
-from strainwave.app.web.state import first_text
+from strainwave.app.web.first_project import first_text
 from strainwave.files.reading import ProjectError, from_text
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 ROOT = __package__.partition(".")[0]
 HOMES = {
-    "figures": "plot.every_figure",
+    "figure_loaders": "plot.every_figure",
     "analyze": "study.analysis.analyze",
     "card": "app.notebook",
     "cases_of": "drive.postures",

@@ -1,16 +1,26 @@
-"""All figures of results, which register themselves: `panels_of` loads them for a class that it does not know yet."""
+"""All figures of results: functions that register themselves for their classes as their modules are imported.
 
-from collections.abc import Iterator
+`panels_of` calls the loaders in turn for a class that it does not know yet.
+"""
+
+from collections.abc import Callable
 
 
-def figures() -> Iterator[object]:
-    """Load the modules of the figures, those last that need the most."""
-    from . import compensation, curves, drive, loop, portrait
+def load_drives() -> None:
+    """Import the figures of curves and drives."""
+    from . import compensation, curves, drive, loop, portrait  # noqa: F401
 
-    yield compensation, curves, drive, loop, portrait
-    from . import designs, moves, speed_maps
 
-    yield designs, moves, speed_maps
-    from . import fits
+def load_studies() -> None:
+    """Import the figures of studies."""
+    from . import designs, moves, speed_maps  # noqa: F401
 
-    yield fits
+
+def load_fits() -> None:
+    """Import the figures of fits."""
+    from . import fits  # noqa: F401
+
+
+def figure_loaders() -> tuple[Callable[[], None], ...]:
+    """The loaders, those last that need the most."""
+    return load_drives, load_studies, load_fits

@@ -268,7 +268,8 @@ def bode_pair(title: str, size: Axis, ends: tuple[float, float]) -> tuple[Panel,
 @singledispatch
 def panels_of(result: object) -> list[Panel]:
     """Panels of the figure of a result, from top to bottom; none where nothing is drawn of it."""
-    for _ in above("figures")():  # where one is drawn: they know all studies
+    for load in above("figure_loaders")():  # where one is drawn: they know all studies
+        load()
         function = panels_of.dispatch(type(result))
         if function is not panels_of.dispatch(object):
             return list(function(result))

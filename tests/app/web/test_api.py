@@ -16,8 +16,10 @@ from scipy.io import savemat
 
 import strainwave as sw
 from strainwave.app.web import goals, views
+from strainwave.app.web.first_project import first_text
 from strainwave.app.web.parameters import about, parameters
-from strainwave.app.web.state import State, first_text, of_state, project_of
+from strainwave.app.web.requests import State
+from strainwave.app.web.state import of_state, project_of
 from strainwave.app.web.views import POINTS
 from strainwave.base.units import ARCSEC, RPM
 from strainwave.files.reading import from_text

@@ -19,7 +19,8 @@ from small_drive import PROJECT
 
 from strainwave.app.commands import app as command
 from strainwave.app.web import api, guard, server
-from strainwave.app.web.state import Refused, State, of_state
+from strainwave.app.web.requests import Refused, State
+from strainwave.app.web.state import of_state
 from strainwave.app.web.views import response
 from strainwave.app.web.worker import Died, Unexpected, Worker, done
 from strainwave.app.web.workers import Abandoned, Workers

@@ -14,10 +14,7 @@ from ...files.reading import read_project
 from ...files.yaml_text import FileError
 from ...theory.resonance import PRIMARY
 from ...theory.slow_flow.flow import slow_flow
-from ..console import Progress, to_json
-from ..console.library_words import in_options
-from ..console.output_files import staged, write_all
-from ..console.terminal import echo
+from ..console import Progress, echo, in_options, staged, to_json, write_all
 from ..report.comparison import verdicts_page
 from ..report.report import Report, write
 from .options import file_type, json_option, output_option

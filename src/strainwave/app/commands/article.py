@@ -9,9 +9,7 @@ from ...files.reading import read_project
 from ...theory.article import reproduce as reproduced
 from ...theory.derivation.error_equation import derive as derivation
 from ...theory.printed_forms import FORMS
-from ..console import Progress, to_json
-from ..console.output_files import write_all
-from ..console.terminal import echo, print_table
+from ..console import Progress, echo, print_table, to_json, write_all
 from ..report.article import FORM_HEADS, files, header, reasons, shown, tables
 from ..report.derivation import derivation_page, reduction
 from .options import file_type, json_option, output_option

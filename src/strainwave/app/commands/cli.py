@@ -20,6 +20,7 @@ from click.shell_completion import CompletionItem
 
 from ... import __version__
 from ...base.above import thing
+from ..console.written import written
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
 EXPECTED = (
@@ -90,8 +91,7 @@ class Sentences(click.Group):
         except (click.exceptions.Exit, click.ClickException, click.Abort, BrokenPipeError):
             raise
         except KeyboardInterrupt as stop:
-            output = sys.modules.get("strainwave.app.console.output_files")
-            kept = ", ".join(map(str, output.WRITTEN)) if output is not None else ""
+            kept = ", ".join(map(str, written(ctx)))
             default = f"interrupted; written: {kept}" if kept else "interrupted; nothing was written: run it again"
             click.echo(f"strainwave: {str(stop) or default}", err=True)
             ctx.exit(INTERRUPTED)

@@ -6,10 +6,7 @@ import click
 
 from ...base.facts import data, lines
 from ...files.reading import read_project
-from ..console import Progress, to_json
-from ..console.output_files import as_csv, write_all
-from ..console.progress import finished
-from ..console.terminal import echo
+from ..console import Progress, as_csv, echo, finished, to_json, write_all
 from .options import file_type, json_option, output_option
 
 CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"

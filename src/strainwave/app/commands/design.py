@@ -16,10 +16,7 @@ from ...model.gears.gear import Gear
 from ...plot.svg import stacked
 from ...study.design.design import design as designed
 from ...study.design.result import Design
-from ..console import Progress
-from ..console.output_files import as_csv, slug, write_all
-from ..console.progress import finished
-from ..console.terminal import echo, reported
+from ..console import Progress, as_csv, echo, finished, reported, slug, write_all
 from .options import file_type, json_option, output_option, retune_option
 
 CSV, REJECTED, SVG, JSON = "designs.csv", "rejected.csv", "designs.svg", "design.json"

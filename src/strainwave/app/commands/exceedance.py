@@ -7,9 +7,7 @@ import click
 
 from ...base.facts import Fact
 from ...files.reading import read_project
-from ..console import Progress
-from ..console.progress import finished
-from ..console.terminal import echo, reported
+from ..console import Progress, echo, finished, reported
 from .options import json_option, limit_option, project_argument, quantity, retune_option
 
 

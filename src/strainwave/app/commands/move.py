@@ -17,9 +17,7 @@ from ...plot.svg import stacked
 from ...study.move.move import move as moved
 from ...study.move.postures import move_postures
 from ...study.move.result import Move
-from ..console import Progress
-from ..console.output_files import columns, write_all
-from ..console.terminal import echo, reported
+from ..console import Progress, columns, echo, reported, write_all
 from .options import dialect_options, json_option, output_option, project_argument, quantity, span
 
 CSV, SVG, JSON = "move.csv", "move.svg", "move.json"

@@ -24,9 +24,7 @@ from ...plot import axes
 from ...plot.drive import HEIGHT, drive_panels, reference
 from ...plot.panels import named
 from ...plot.svg import WIDTH, stacked
-from ..console import Progress
-from ..console.output_files import staged, write_csv
-from ..console.terminal import echo, reported
+from ..console import Progress, echo, reported, staged, write_csv
 from ..curves import CONVENTIONS, WHAT_X_IS, beat_facts, curve_data, drive_columns, ranged, sizes_said, torques_said
 from ..view import angle_unit, writer
 from .options import json_option, output_option, project_argument

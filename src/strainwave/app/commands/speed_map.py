@@ -12,10 +12,7 @@ from ...plot.panels import named
 from ...plot.svg import stacked
 from ...study.speed_map.result import SpeedMap
 from ...study.speed_map.speed_map import speed_map as mapped
-from ..console import Progress, ending
-from ..console.output_files import write_all
-from ..console.progress import finished
-from ..console.terminal import echo, reported
+from ..console import Progress, echo, ending, finished, reported, write_all
 from ..curves import WHAT_X_IS
 from .options import json_option, limit_option, output_option, project_argument, quantity, span
 

@@ -8,9 +8,7 @@ import click
 from ...files.reading import ProjectError, from_text
 from ...files.yaml_text import FileError, text_of
 from ...study.analysis.verdict_words import first_lines
-from ..console import Progress
-from ..console.library_words import in_options
-from ..console.terminal import echo
+from ..console import Progress, echo, in_options
 from ..view import View
 from .options import project_argument
 

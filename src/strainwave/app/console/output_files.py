@@ -1,25 +1,21 @@
-"""Files with results, all of them or none, and their CSV.
+"""Files with results, all of them or none.
 
 They are written in a hidden folder inside the target and moved up when all are complete. An interrupted or failed run
 therefore leaves no half-written report, and a folder that exists keeps its other files.
 """
 
-import csv
 import errno
-import io
 import os
-import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike
-
 from ...base.archive import refuse_inputs
+from .csv_files import write_csv, write_text
+from .written import note_written
 
 FULL = "free some space or choose another place; what was there before is unchanged"
 TAKEN = "a file stands where a folder is to go; choose another place"
@@ -29,7 +25,6 @@ REMEDIES = dict.fromkeys((errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), 
     errno.EROFS: "choose another place",
     **dict.fromkeys((errno.EEXIST, errno.ENOTDIR), TAKEN),
 }
-WRITTEN: list[Path] = []  # folders with results of this process
 
 
 @contextmanager
@@ -60,7 +55,7 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
             raise IsADirectoryError(errno.EISDIR, "a folder stands where a result is to go", str(path))
         for file in files:
             os.replace(file, folder / file.name)
-        WRITTEN.append(folder)
+        note_written(folder)
     except BaseException as error:
         shutil.rmtree(part, ignore_errors=True)
         _remove(new_folders)
@@ -94,42 +89,13 @@ def write_all(folder: Path, contents: Mapping[str, Any]) -> None:
     with staged(folder) as part:
         for name, content in contents.items():
             if isinstance(content, str):
-                (part / name).write_text(content.removesuffix("\n") + "\n", encoding="utf-8", newline="\n")
+                write_text(part / name, content.removesuffix("\n") + "\n")
             elif isinstance(content, bytes):
                 (part / name).write_bytes(content)
             elif isinstance(content, list):
                 write_csv(part / name, content)
             else:
                 content.write(part / name)
-
-
-def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:
-    """Write columns of equal length; each name carries its unit ("x_rad"); one with a comma is quoted."""
-    body = np.column_stack([np.asarray(values, float) for _, values in columns])
-    row = ",".join(["%.8g"] * len(columns)) + "\n"
-    text = (row * len(body)) % tuple(body.ravel().tolist())
-    header = ",".join(f'"{name}"' if "," in name else name for name, _ in columns)
-    path.write_text(header + "\n" + text, encoding="utf-8", newline="\n")
-
-
-def ending(unit: str) -> str:
-    """A unit as the end of a column's name."""
-    return "_".join(["", *re.findall(r"(?!1$)\w+", unit.replace("1/", "per ").replace("/", " per "))])
-
-
-def columns(*tables: Mapping[str, tuple[Any, Any, str]]) -> list[tuple[str, ArrayLike]]:
-    """Columns of a file from the arrays of a result: each name carries its unit."""
-    return [(f"{name}{ending(unit)}", values) for arrays in tables for name, (_, values, unit) in arrays.items()]
-
-
-def as_csv(header: list[str], rows: Iterable[Iterable[Any]]) -> str:
-    """Write a table with words as CSV; a number that is not known is empty."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    for row in rows:
-        writer.writerow([f"{cell:.8g}".replace("nan", "") if isinstance(cell, float) else cell for cell in row])
-    return text.getvalue()
 
 
 def slug(text: str) -> str:

@@ -22,8 +22,7 @@ from ...theory.printed_forms import FORMS
 from ...theory.resonance import PRIMARY, SUBHARMONIC, SUPERHARMONIC
 from ...theory.slow_flow.flow import SlowFlow
 from ...theory.slow_flow.results import SlowResponse
-from ..console import number
-from ..console.output_files import as_csv, columns, slug
+from ..console import as_csv, columns, number, slug
 from .page import plain_page
 from .section import html_table
 from .sections.single_speeds import overlaid

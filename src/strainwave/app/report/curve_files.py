@@ -6,8 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ...base.results import Floats
-from ..console import number
-from ..console.output_files import slug, write_csv
+from ..console import number, slug, write_csv
 from ..curves import curve_columns, drive_columns, speed_columns
 from ..view import View
 

@@ -20,7 +20,7 @@ from starlette.routing import Route
 
 from ...base.results import SolveError
 from ...model.gears import catalogue
-from . import state as requests
+from . import requests
 from .guard import refusal
 from .worker import Unexpected
 from .workers import Abandoned, Work, Workers

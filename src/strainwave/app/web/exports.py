@@ -7,7 +7,9 @@ from textwrap import indent
 from ...base.terminal import Progress
 from ...drive.project import Project
 from ..report.report import write
-from .state import Action, Refused, ScriptRequest, Seen, State, first_sources, project_of, yaml_of
+from .first_project import first_sources
+from .requests import Action, Refused, ScriptRequest, Seen, State
+from .state import project_of, yaml_of
 
 FRAME = '''"""{title}: the session of `strainwave app`, a line an action. With a file name, as picture.svg, it draws."""
 

@@ -24,7 +24,8 @@ from ...study.tuning.tune import tune
 from ..console import number
 from ..console.library_words import without_calls
 from .parameters import parameters
-from .state import Refused, yaml_of
+from .requests import Refused
+from .state import yaml_of
 from .views import sentences, solved
 
 AT_RESONANCE = (

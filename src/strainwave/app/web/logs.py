@@ -25,7 +25,8 @@ from ...study.identification.joint.answer import torsion_of
 from ...study.identification.log import Log
 from ...study.identification.orders.order_scan import order_scan
 from ...study.identification.run import CANONICAL
-from .state import LogColumns, Refused, yaml_of
+from .requests import LogColumns, Refused
+from .state import yaml_of
 
 SUFFIXES = (".csv", ".txt", ".dat", ".npz", ".mat", ".parquet", ".mf4", ".mcap")
 MOST_SHOWN, MOST_LINES = 2000, 12

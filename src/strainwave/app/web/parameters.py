@@ -15,7 +15,9 @@ from ...files.fields.schema import ProjectSpec
 from ...files.variants.names import keys_of, label_of, number_of, numbers_of, of_record, quantity
 from ...files.variants.replaced import OF_RECORD, slopes
 from ...files.yaml_text import read
-from .state import State, parts_of, project_of
+from .first_project import parts_of
+from .requests import State
+from .state import project_of
 
 SMALL = 1e-3  # in any unit a number that a field takes which is zero now
 SPAN = 10.0  # a slider goes from a tenth of the value to ten times it

@@ -24,7 +24,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from .api import OF_STATE, RESPONSE, Jobs, routes
 from .guard import Guard, refusal
-from .state import Refused, State
+from .requests import Refused, State
 from .worker import Died, Unexpected
 from .workers import Workers
 

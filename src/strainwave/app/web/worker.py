@@ -30,7 +30,7 @@ from ...compile.cache import compiling
 from ...compile.jit import load
 from ..console import plain
 from ..console.library_words import without_calls
-from .state import Refused
+from .requests import Refused
 
 LENGTH = 8  # bytes of the length of a message
 LOOK = 0.25  # seconds between two looks at what is compiled

@@ -9,7 +9,7 @@ from typing import Any
 
 from ...base.above import thing
 from ...base.terminal import Progress
-from .state import Refused
+from .requests import Refused
 from .worker import Died, Worker
 
 LATER = 4.0  # seconds: two processes that start beside the first picture would delay it

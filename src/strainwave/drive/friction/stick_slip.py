@@ -51,13 +51,19 @@ class Sizes(NamedTuple):
 
 
 def slides(train: Any, rough: DriveTrain, angles: Floats, y: Any) -> Booleans:
-    """True if shafts with the dry friction of a `rough` train only slide, in states (states, n, samples) of turns."""
-    motor, load = train.motor_speed(angles, y), train.load_speed(angles, y)
-    drags = rough.motor.drag, rough.load.end().drag
-    enough = [np.min(v + 0.0 * y[0], axis=-1) > parted(drag) for v, drag in zip((motor, load), drags, strict=True)]
+    """True (motions,) if no shaft comes so near to rest that its dry friction lets it stick.
+
+    The motions are steady ones of a `train` whose shafts slide, over whole turns: at `angles` (samples,) of the motor
+    it has the states y (states, motions, samples). `rough` is the same train with its dry friction.
+    """
+
+    def is_fast(speed: Any, drag: Any) -> Booleans:
+        return np.asarray(np.min(np.broadcast_to(speed, y[0].shape), axis=-1) > parted(drag))
+
+    slides_at_load = is_fast(train.load_speed(angles, y), rough.load.end().drag)
     if train.motor.held:
-        return np.asarray(enough[1])
-    return np.asarray(enough[0] & enough[1])
+        return slides_at_load
+    return slides_at_load & is_fast(train.motor_speed(angles, y), rough.motor.drag)
 
 
 def with_slips(response: DriveResponse, train: DriveTrain, keep: Booleans) -> DriveResponse:

@@ -23,7 +23,7 @@ from ..balance.rates import periodic
 from ..balance.truncation import CURVE, Tail, tail_along
 from ..continuation.trace import Trace, describe, trace
 from ..stability.special_points import corrected
-from .parameter_response import until_return
+from .branch_to_birth import until_return
 
 DEPARTURES = (0.01, 0.03, 0.1)  # first steps along the null vector, relative to the orbit
 

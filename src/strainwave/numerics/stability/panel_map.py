@@ -168,10 +168,7 @@ def maps_through_panels(all_orbits: Any) -> Floats:
     """Period maps (orbits, states, states) of `Disturbances` of orbits; panels end at the kinks of an orbit."""
     maps, count = [], min(ORBITS_AT_ONCE, max(1, HARMONICS_AT_ONCE // (all_orbits.twists.shape[2] // 2)))
     for i in range(0, len(all_orbits.twists), count):
-        chunk = slice(i, i + count)
-        deviation = None if all_orbits.deviation is None else all_orbits.deviation[chunk]
-        part = all_orbits._replace(twists=all_orbits.twists[chunk], deviation=deviation, speed=all_orbits.speed[chunk])
-        maps.append(_maps(part))
+        maps.append(_maps(all_orbits.of(slice(i, i + count))))
     return np.concatenate(maps)
 
 
@@ -199,10 +196,10 @@ def longest_in(disturbances: Any) -> Floats:
 
     Between the kinks of a piecewise linear law nothing varies where the motor has no deviation.
     """
-    series, deviation = disturbances.twists, disturbances.deviation
-    if deviation is None and all(map(is_piecewise_linear, disturbances.problem.part.laws)):
+    series, error = disturbances.twists, disturbances.error
+    if error is None and all(map(is_piecewise_linear, disturbances.laws)):
         return np.full(len(series), np.inf)
-    series = series if deviation is None else np.concatenate([series, deviation[:, None]], axis=1)
+    series = series if error is None else np.concatenate([series, error.deviation[:, None]], axis=1)
     h = series.shape[2] // 2
     k, sizes = np.arange(1, h + 1), np.abs(series[..., 1 : h + 1]) + np.abs(series[..., h + 1 :])
     beyond = np.cumsum(sizes[..., ::-1], axis=2)[..., ::-1]

@@ -9,7 +9,6 @@ Nayfeh & Mook 1979, sec. 5.2 (Hill's equation, Floquet theory); Hairer, Norsett 
 """
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -121,9 +120,11 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
 
     The trace is NaN where it does not fit a float, or no grid resolves the free vibration: see `frozen`.
     """
-    if pieces := _between_kinks(problem, points):
+    has_kinks = len(points) and problem.springs.is_sampled() and breakpoints_of(problem.system.law)
+    equations = _between_kinks(problem, points) if has_kinks else []
+    if equations and all(map(resolved, equations)):
         with np.errstate(all="ignore"):
-            total = np.trace(np.concatenate([maps_through_panels(some) for some in pieces]), axis1=1, axis2=2)
+            total = np.trace(np.concatenate(list(map(maps_through_panels, equations))), axis1=1, axis2=2)
             return np.asarray(total / orbit_scales(problem, points[:, -1])[1])
     grid = grid_of(problem, steps_for(problem, points)) if table is None else table
     traces = np.empty(len(points))
@@ -136,25 +137,26 @@ def hill(problem: Any, points: Floats, table: Floats | None = None) -> Floats:
 
 
 def _between_kinks(problem: Any, points: Floats) -> list[Disturbances]:
-    """Disturbances along orbits of a sampled law with breakpoints, for panels that end there; empty for other laws.
+    """Disturbances along orbits of a sampled law with breakpoints, for panels that end there.
 
-    Numerov's steps pass the breakpoints, which leaves errors of a tenth in a multiplier.
+    Numerov's steps pass the breakpoints, which leaves errors of a tenth in a multiplier. Orbits of different speeds
+    have one equation, those of another parameter one each: every one is of a drive of its own.
     """
-    if not (problem.springs.is_sampled() and breakpoints_of(problem.system.law) and len(points)):
-        return []
-    if problem.leaf != problem.omega_leaf and len(points) > 1:  # each of a drive of its own
-        each = [some for point in points for some in _between_kinks(problem, point[None])]
-        return each if len(each) == len(points) else []
+    groups = [points] if problem.leaf == problem.omega_leaf else list(points[:, None])
+    return [_equation(problem, group) for group in groups]
+
+
+def _equation(problem: Any, points: Floats) -> Disturbances:
+    """The variational equation J y'' + B y' + T'(u) y = 0 of orbits of one drive, in y and y'."""
     system = with_leaf(problem.system, problem.leaf, float(points[0, -1]))
     J, B, law = system.J, system.B, system.law
     stiff = law.stiffness(points[:, :-1] @ problem.synthesis)
     mean, half = float(np.mean(stiff)), 0.5 * B / J
     rates = [abs(half + np.sqrt(half * half - k / J + 0j)) for k in (mean, np.min(stiff), np.max(stiff))]
     a, b, c = np.array([[0.0, 1.0], [-mean / J, -2.0 * half]]), np.array([[0.0], [1.0 / J]]), np.array([[1.0, 0.0]])
-    alone, twists = SimpleNamespace(part=SimpleNamespace(laws=(law,))), all_orders(points[:, :-1], problem.stride)
+    twists = all_orders(points[:, :-1], problem.stride)[:, None]
     speed = orbit_scales(problem, points[:, -1])[0] / problem.turns
-    disturbances = Disturbances(alone, a, b, c, np.array([mean]), max(rates), twists[:, None], None, speed)
-    return [disturbances] if resolved(disturbances) else []
+    return Disturbances((law,), a, b, c, np.array([mean]), max(rates), twists, speed)
 
 
 def unresolved(problem: Any, points: Floats, table: Floats) -> Booleans:

@@ -35,7 +35,7 @@ from ...numerics.balance.truncation import CURVE, Tail, tail_along
 from ...numerics.continuation.connected import connected
 from ...numerics.continuation.trace import Trace, describe, solve
 from ...numerics.curves.backbone import backbone
-from ...numerics.curves.parameter_response import apart_from_shorter, between, both_ways
+from ...numerics.curves.branch_to_birth import apart_from_shorter, both_ways, subharmonic_places
 from ...numerics.curves.response import frequency_response
 from ...theory.resonance import SUBHARMONIC, Resonance
 from ...theory.slow_flow.flow import slow_flow
@@ -54,7 +54,7 @@ def has_period(point: Floats, period: int) -> bool:
     """True if an orbit takes `period` turns and no fewer: more than rounding beside the harmonics of fewer."""
     size = float(np.linalg.norm(point[:-1]))
     multiples = (period // n for n in range(1, period) if period % n == 0)
-    parts = (point[between(len(point) // 2 - 1, multiple)] for multiple in multiples)
+    parts = (point[subharmonic_places(len(point) // 2 - 1, multiple)] for multiple in multiples)
     return all(np.linalg.norm(part) > 1e-6 * size for part in parts)
 
 

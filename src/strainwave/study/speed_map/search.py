@@ -29,7 +29,7 @@ from ...numerics.balance.rates import number_of_states
 from ...numerics.balance.second_order import second_order
 from ...numerics.balance.truncation import tail_along
 from ...numerics.continuation.trace import describe, series_of, solve
-from ...numerics.curves.parameter_response import both_ways
+from ...numerics.curves.branch_to_birth import both_ways
 from ...numerics.integration.methods import Dopri5
 from ...numerics.integration.simulate import simulate
 from ...theory.slow_flow.setting import active_orders

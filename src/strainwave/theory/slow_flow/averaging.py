@@ -32,7 +32,10 @@ from .averages.varying import dampings, stiffnesses, torques, varies
 from .setting import Setting, real_matrix
 
 TARGET, LIMIT, LIMIT_2D = 1e-14, 8192, 65536  # accuracy of the trapezoid rule, and its most points
+SAME_FORCE = 1e-9  # relative change of a force over the phases of z, where it only turns with them
 SPEED_STEP = 1e-5  # of omega: of central differences
+ROUNDING = 1e-13  # of the terms of a sum: so much rounding leaves
+ERRORS_OF_AVERAGES = 30.0  # a force so many errors of the averages large, or smaller, may be none
 ALONG, FEWEST = 512, 16  # points of the second angle for exact means, and points per turn of the coarsest grid
 
 
@@ -291,8 +294,10 @@ def turns_with_phase(force: Callable[[Any], Any], s: Setting, error: float) -> b
     with np.errstate(all="ignore"):
         radial = force(amplitudes[:, None] * phases) / phases
         spread = np.max(np.abs(radial - radial[:, :1]), axis=1)
-        size = np.max(np.abs(radial), axis=1) + 1e-13 * amplitudes * s.omega_0**2
-    return bool(np.nanmax(np.where(np.isfinite(spread), spread / size, 0.0)) > max(1e-9, 30.0 * error))
+        size = np.max(np.abs(radial), axis=1) + ROUNDING * amplitudes * s.omega_0**2
+    return bool(
+        np.nanmax(np.where(np.isfinite(spread), spread / size, 0.0)) > max(SAME_FORCE, ERRORS_OF_AVERAGES * error)
+    )
 
 
 def averaged_flow(s: Setting, probes: Complexes | None = None) -> AveragedFlow:

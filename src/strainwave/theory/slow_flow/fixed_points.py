@@ -10,7 +10,7 @@ from ...base.results import Complexes, Floats
 from ...numerics.balance.piecewise import pieces_of
 from .averages.memory import remembers
 from .averages.varying import varies
-from .averaging import AveragedFlow
+from .averaging import ERRORS_OF_AVERAGES, ROUNDING, AveragedFlow
 from .closed_forms import CubicFlow
 from .second_order import SecondOrderFlow
 from .setting import Setting
@@ -31,7 +31,8 @@ def is_trivial(flow: Flow) -> bool:
     if isinstance(flow, CubicFlow):
         return bool(flow.rates(0j) == 0.0)
     force = float(abs(flow.mean_force(0j))) if isinstance(flow, AveragedFlow) else 0.0
-    return bool(abs(flow.rates(0j)) <= 1e-13 * s.omega_0 * max(s.scales()) + 30.0 * flow.error * force)
+    noise = ROUNDING * s.omega_0 * max(s.scales()) + ERRORS_OF_AVERAGES * flow.error * force
+    return bool(abs(flow.rates(0j)) <= noise)
 
 
 def is_stable(flow: Flow, z: complex) -> bool:
@@ -56,7 +57,7 @@ def attracts(matrices: Floats) -> Any:
     """
     every = np.linalg.eigvals(matrices)
     slow = np.take_along_axis(every, np.argsort(np.abs(every), axis=-1)[..., :2], axis=-1)
-    return np.max(slow.real, axis=-1) < -1e-13 * np.max(np.abs(matrices), axis=(-2, -1))
+    return np.max(slow.real, axis=-1) < -ROUNDING * np.max(np.abs(matrices), axis=(-2, -1))
 
 
 def newton_step(matrix: Floats, rate: Complexes) -> Any:
@@ -120,7 +121,7 @@ def amplitudes(flow: Integrals, per_decade: int) -> Floats:
         crossings = wide[:-1][np.isfinite(off[1:]) & (off[1:] * off[:-1] <= 0.0)]
     scales += [float(a) for a in crossings]
     drive = abs(complex(flow.rates(0j)))
-    if drive > 1e-13 * s.omega_0 * max(scales):
+    if drive > ROUNDING * s.omega_0 * max(scales):
         # a weak drive, as C^3 in a superharmonic, gives small amplitudes: the linear one, and the one at resonance
         linear = abs(complex(newton_step(flow.jacobian(0j), np.array(flow.rates(0j)))))
         scales += [a for a in (linear, 2.0 * drive / s.mu if s.mu > 0.0 else math.inf) if 0.0 < a < math.inf]

@@ -24,6 +24,7 @@ RTOL, MOST_STEPS = 1e-9, 200_000
 ROUNDS = 8  # of the start of a motion with small harmonics
 SLOWEST = 0.5  # of omega_0: below it what z'' makes of the rates is no correction any more
 DECAY = 256  # pieces in time of a free decay
+DIFFERENCE_STEP = 1e-4  # over omega_0: of the time between which rates are compared
 ACCEPTED, JUDGED = 0.10, 257  # largest estimated error of a valid transient, and times at which it is estimated
 SAMPLES, MOST_SAMPLES = 32, 1e7  # per period of the fastest component, and in all, where the caller names only the end
 
@@ -89,16 +90,28 @@ def _evolved(flow: Flow, y0: tuple[float, float], t: Floats) -> Evolution:
 
 
 def _verdict(flow: Flow, z: Any, rate: Any) -> tuple[float, bool, str]:
-    """Estimated relative error of the frequency along a transient, whether it is valid, and the sentence on it.
+    """Estimated relative error of the frequency along a transient, whether it is valid, and the sentence on it."""
+    s, each = flow.setting, np.unique(np.linspace(0, len(z) - 1, JUDGED).astype(int))
+    error = _frequency_error(flow, z[each], rate[each])
+    sound, lost = bool(np.all(flow.sound(z[each]))), bool(np.any(s.beyond(z[each])))
+    valid = error <= ACCEPTED and sound and not lost
+    text = f"the estimated error of its frequency is {100.0 * error:.2g} % (limit {100.0 * ACCEPTED:.0f} %)"
+    text += "" if sound else ", and its small harmonics are larger than the motion"
+    text += f", and it passes a saddle of the law, {s.reach:.6g} rad from rest" if lost else ""
+    remedy = "" if valid else "; start closer to equilibrium, or integrate"
+    return error, valid, f"the transient is {'valid' if valid else 'not valid'}: {text}{remedy}"
+
+
+def _frequency_error(flow: Flow, z: Any, rate: Any) -> float:
+    """Largest relative error of the frequency at slow states z with their rates, from what their equation misses.
 
     With R(z) as in `second_order` the component on E obeys z'' + (2 i Omega + mu) z' = R(z). What the rates miss of it,
     z'' from their own change along the way, over 2 |Omega z + z'|, is an error of z'.
     """
-    s, each = flow.setting, np.unique(np.linspace(0, len(z) - 1, JUDGED).astype(int))
-    z, rate = z[each], rate[each]
+    s = flow.setting
     speed = np.hypot(s.fast * np.abs(z), np.abs(rate))
-    step = 1e-4 / s.omega_0 * rate
-    second = (flow.rates(z + step) - flow.rates(z - step)) * (0.5e4 * s.omega_0)
+    step = DIFFERENCE_STEP / s.omega_0 * rate
+    second = (flow.rates(z + step) - flow.rates(z - step)) * (0.5 / DIFFERENCE_STEP * s.omega_0)
     carrier = 2j * s.fast + s.mu
     if isinstance(flow, SecondOrderFlow):
         pull = carrier * flow.balance(z)[0]
@@ -106,14 +119,7 @@ def _verdict(flow: Flow, z: Any, rate: Any) -> tuple[float, bool, str]:
         pull = 2j * s.omega_0 * (flow.rates(z) + (0.5 * s.mu + 1j * (s.fast - s.omega_0)) * z)
         pull = pull - (s.omega_0**2 - s.fast**2 + 1j * s.mu * s.fast) * z
     missed = np.abs(second + carrier * rate - pull) * np.abs(z)
-    error = float(np.max(np.divide(missed, 2.0 * speed**2, out=np.zeros(len(z)), where=speed > 0.0)))
-    sound, lost = bool(np.all(flow.sound(z))), bool(np.any(s.beyond(z)))
-    valid = error <= ACCEPTED and sound and not lost
-    text = f"the estimated error of its frequency is {100.0 * error:.2g} % (limit {100.0 * ACCEPTED:.0f} %)"
-    text += "" if sound else ", and its small harmonics are larger than the motion"
-    text += f", and it passes a saddle of the law, {s.reach:.6g} rad from rest" if lost else ""
-    remedy = "" if valid else "; start closer to equilibrium, or integrate"
-    return error, valid, f"the transient is {'valid' if valid else 'not valid'}: {text}{remedy}"
+    return float(np.max(np.divide(missed, 2.0 * speed**2, out=np.zeros(len(z)), where=speed > 0.0)))
 
 
 def motion(flow: Flow, z: Any, t: Floats) -> Floats:

@@ -20,10 +20,7 @@ from ....study.compensation.compensate import PLAIN, benches_of, compensation_be
 from ....study.compensation.compensate import compensate as compensated
 from ....study.compensation.designs import COMPENSATORS
 from ....study.compensation.result import CompensationBench
-from ...console import Progress, to_json
-from ...console.library_words import in_options
-from ...console.output_files import as_csv, write_all
-from ...console.terminal import echo
+from ...console import Progress, as_csv, echo, in_options, to_json, write_all
 from ..options import file_type, json_option, output_option, project_argument, quantity
 from . import tables
 from .order_tables import TableAlone, written_tables

@@ -15,9 +15,7 @@ from ....plot.svg import stacked
 from ....study.tuning.cost import GOALS
 from ....study.tuning.result import TunedLoop
 from ....study.tuning.tune import tune as tuned
-from ...console import Progress
-from ...console.output_files import columns, write_all
-from ...console.terminal import echo, reported
+from ...console import Progress, columns, echo, reported, write_all
 from ..options import json_option, output_option, project_argument, quantity
 
 CSV, SVG, JSON, YAML, NOTCHED = "tune.csv", "tune.svg", "tune.json", "tuned.yaml", "tuned-with-notch.yaml"

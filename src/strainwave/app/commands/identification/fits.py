@@ -20,9 +20,7 @@ from ....study.identification.bode.bode_fit import fit_bode as bode_fitted
 from ....study.identification.bode.measured_bode import Estimator, Quantity
 from ....study.identification.log import Log
 from ....study.identification.loops.loop_fit import fit_loop as loop_fitted
-from ...console import to_json
-from ...console.output_files import write_all
-from ...console.terminal import echo, reported
+from ...console import echo, reported, to_json, write_all
 from ..options import dialect_options, file_type, json_option, output_option, pairs_option, project_argument
 from ..options import quantity as value_of
 

@@ -17,9 +17,7 @@ from ....files.variants.identify_log import identify_log as identified
 from ....files.variants.scatter import scattered
 from ....plot.fits import identified_log_rows
 from ....plot.svg import figure
-from ...console import Progress, to_json
-from ...console.output_files import write_all
-from ...console.terminal import echo
+from ...console import Progress, echo, to_json, write_all
 from ...report.section import rendered_part
 from ...report.sections import SECTIONS
 from ...view import View

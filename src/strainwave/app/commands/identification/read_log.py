@@ -15,10 +15,7 @@ from ....files.logs.read import read_log as log_of
 from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked
 from ....study.identification.log import Log, LogSegment
-from ...console import to_json
-from ...console.library_words import in_options
-from ...console.output_files import staged
-from ...console.terminal import echo
+from ...console import echo, in_options, staged, to_json
 from ..options import file_type, json_option, output_option, reading_options
 
 CSV, SVG = "log.csv", "log.svg"

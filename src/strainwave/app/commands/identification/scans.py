@@ -21,9 +21,7 @@ from ....study.identification.orders.error_scan import error_scan as error_scann
 from ....study.identification.orders.order_result import OrderLine, OrderScan
 from ....study.identification.orders.order_scan import order_scan as orders_scanned
 from ....study.identification.run import FEWEST_SAMPLES, Run
-from ...console import to_json
-from ...console.output_files import write_all
-from ...console.terminal import echo
+from ...console import echo, to_json, write_all
 from ..options import file_type, json_option, output_option, reading_options
 from .read_log import log_by_choice
 

@@ -44,7 +44,10 @@ def _row(view: View, r: ParametricResonance) -> dict[str, Any]:
 
 
 def hysteresis(view: View) -> Part:
-    """The datasheet's measurements on the law, and the loop of the case with the largest error; None without a loop."""
+    """The datasheet's measurements on the law, and the loop of the case with the largest error.
+
+    Of a gear without a loop there is no text: its data say so.
+    """
     loop, torsion, torque = view.analysis.loop, view.angle.axis("torsion"), Axis("torque", "N*m")
     if loop is None:
         return Part(data={"hysteresis": None})

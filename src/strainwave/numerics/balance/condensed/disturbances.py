@@ -1,6 +1,7 @@
-"""Disturbances of the orbits of a condensed problem: a constant matrix, and what varies along an orbit.
+"""The variational equation of orbits (Floquet theory), no external disturbance: a constant matrix and what varies.
 
-A condensed problem (`Condensed`) has the twists that the laws of its system see as unknowns; all else is linear.
+It says how a small disturbance of an orbit grows or decays. A condensed problem (`Condensed`) has the twists that the
+laws of its system see as unknowns; all else is linear.
 """
 
 from typing import Any, NamedTuple
@@ -15,45 +16,60 @@ from ..rates import base_speed
 from .gear import sample_error
 
 
+class MotorError(NamedTuple):
+    """A kinematic error that follows the motor: its `lines` (rows order, cosine, sine), and the damping of the gear.
+
+    `rate` is the speed of the harmonic 1 over omega, `deviation` (orbits, 2h+1) the motor's [rad].
+    """
+
+    lines: Floats
+    damping: float
+    rate: float
+    deviation: Floats
+
+
 class Disturbances(NamedTuple):
     """y' = (a + b R c) y along orbits, y positions, speeds and states of a control.
 
     R has a row for the torque of each law, and of a kinematic error that follows the motor one for the torque on the
     motor. Its columns are for the twist of each law, and then for the rate of the gear's twist, the motor's angle and
-    its speed. The gear is the first law. `problem` is a `Condensed`, or what has its part, gear and pencil.
+    its speed. The gear is the first law.
 
-    `twists` (orbits, laws, 2h+1) are what the laws see, `mean` (laws,) their stiffnesses in a, `deviation`
-    (orbits, 2h+1) is the motor's, or None, and `speed` (orbits,) that of the harmonic 1 [rad/s]. `rate` [1/s] is that
-    of the fastest disturbance.
+    `twists` (orbits, laws, 2h+1) are what the laws see, `mean` (laws,) their stiffnesses in a, and `speed` (orbits,)
+    is that of the harmonic 1 [rad/s]. `rate` [1/s] is that of the fastest disturbance.
     """
 
-    problem: Any
+    laws: tuple[Any, ...]
     a: Floats
     b: Floats
     c: Floats
     mean: Floats
     rate: float
     twists: Floats
-    deviation: Floats | None
     speed: Floats
+    error: MotorError | None = None
+
+    def of(self, orbits: slice) -> Any:
+        """Those of some of the orbits."""
+        error = self.error and self.error._replace(deviation=self.error.deviation[orbits])
+        return self._replace(twists=self.twists[orbits], speed=self.speed[orbits], error=error)
 
     def feedbacks(self, psi: Floats, bases: list[Floats]) -> Floats:
         """R (n, feedbacks, seen) at places psi (n,) [rad], one orbit after another, each with its synthesis there."""
-        part, count = self.problem.part, len(self.mean)
-        u = samples(self.twists, bases)
-        stiff = [law.stiffness(x) + 0.0 * x for law, x in zip(part.laws, u, strict=True)]
+        count, u = len(self.mean), samples(self.twists, bases)
+        stiff = [law.stiffness(x) + 0.0 * x for law, x in zip(self.laws, u, strict=True)]
         gains = np.zeros((len(psi), self.b.shape[1], len(self.c)))
         gains[:, range(count), range(count)] = (self.mean[:, None] - stiff).T
-        if self.deviation is None:
+        if self.error is None:
             return gains
-        B, w = part.gear_damping, self.speed[:, None, None]
-        pair = np.stack([self.twists[:, 0], self.deviation], axis=1)
+        lines, B, rate_of_harmonic, deviation = self.error
+        w, pair = self.speed[:, None, None], np.stack([self.twists[:, 0], deviation], axis=1)
         d, du, dd = samples(np.concatenate([pair[:, 1:], w * derivative(pair)], axis=1), bases)
-        base = np.repeat(self.speed / self.problem.pencil.rate, [basis.shape[1] for basis in bases])
+        base = np.repeat(self.speed / rate_of_harmonic, [basis.shape[1] for basis in bases])
         error, slope, bend = np.empty((3, len(psi)))
-        sample_error(self.problem.gear.lines, 1.0, psi / self.problem.pencil.rate, d, error, slope, bend)
+        sample_error(lines, 1.0, psi / rate_of_harmonic, d, error, slope, bend)
         pull = stiff[0] * slope + B * bend * (base + dd)
-        torque = part.laws[0].torque(u[0]) + B * du
+        torque = self.laws[0].torque(u[0]) + B * du
         gear, motor = 0, count  # rows: torques
         twist, rate, angle, speed = 0, count, count + 1, count + 2  # columns: what they follow
         gains[:, gear, angle], gains[:, gear, speed] = pull, B * slope
@@ -63,7 +79,7 @@ class Disturbances(NamedTuple):
 
     def crossings(self) -> list[Floats]:
         """Places [rad] of every orbit, in order, where a law has a breakpoint."""
-        pairs = [(j, b) for j, law in enumerate(self.problem.part.laws) for b in breakpoints_of(law)]
+        pairs = [(j, b) for j, law in enumerate(self.laws) for b in breakpoints_of(law)]
         if not pairs:
             return [np.empty(0)] * len(self.twists)
         twist, breaks = map(np.array, zip(*pairs, strict=True))
@@ -104,9 +120,11 @@ def disturbances(problem: Any, points: Floats) -> Disturbances | None:
         c = np.concatenate([c, speed[:1], position[motor], speed[motor]])
     extremes = [a + b[:, : len(laws)] * (mean - [f(k) for k in stiff]) @ c[: len(laws)] for f in (np.min, np.max)]
     rate = max(float(np.max(np.abs(np.linalg.eigvals(x)))) for x in (a, *extremes))
-    w = problem.pencil.rate * base_speed(problem, points[:, -1])
-    deviation = twists[:, len(laws)] if part.follows else None
-    return Disturbances(problem, a, b, c, mean, rate, twists[:, : len(laws)], deviation, w)
+    harmonic = problem.pencil.rate
+    w, error = harmonic * base_speed(problem, points[:, -1]), None
+    if part.follows:
+        error = MotorError(problem.gear.lines, problem.part.gear_damping, harmonic, twists[:, len(laws)])
+    return Disturbances(laws, a, b, c, mean, rate, twists[:, : len(laws)], w, error)
 
 
 def samples(series: Floats, bases: list[Floats]) -> Floats:

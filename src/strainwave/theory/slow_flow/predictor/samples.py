@@ -1,4 +1,7 @@
-"""Forces of a predictor by samples of the law along the motion over the common period: any law torque(x), any lines."""
+"""Slow rate of the predictor of a controller: forces by samples of the law along the motion of a common period.
+
+They serve any law torque(x) and any lines; `formulas` serves those laws that need no samples.
+"""
 
 from typing import Any, NamedTuple
 
@@ -7,7 +10,7 @@ from ....compile.jit import kernel
 from ..second_order_forms import answer
 from .linear_drive import LinearDrive, fast_speed, first_rate, hard, power, soft, turned, with_inertia
 
-SLOTS = 6  # small harmonics
+SLOTS = 6  # small harmonics; written out below: Numba builds no tuple in a loop, and an array would take memory
 
 
 @kernel
@@ -17,8 +20,8 @@ def first_motion(drive: Any, omega: Reals, amplitude: Reals, fast: Any, z: compl
     w = z.real * turn.real - z.imag * turn.imag
     for i in range(len(drive.lines)):
         line = drive.lines[i]
-        c, turned = hard(drive, line, omega, amplitude), power(b, line.harmonic)
-        w += c.real * turned.real - c.imag * turned.imag
+        c, wave = hard(drive, line, omega, amplitude), power(b, line.harmonic)
+        w += c.real * wave.real - c.imag * wave.imag
     return turn, w
 
 
