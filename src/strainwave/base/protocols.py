@@ -1,7 +1,8 @@
 """Methods that objects of the package must have and may have, and what holds for an object without an optional one.
 
-No class of a user needs to inherit from these: they are read by people and by type checkers. The functions below are
-the only ones that ask an object for what it may have; `law` does the same for laws.
+No class of a user needs to inherit from these: they are read by people and by type checkers. The functions below ask
+an object for what several modules need of it, and `law` does so for laws; a module that alone needs a part asks by
+`lacking` or takes a default.
 """
 
 from collections.abc import Callable
@@ -12,13 +13,6 @@ from typing import Any, Protocol
 from .law import is_spring
 from .quantities import Reals, checked, shown
 from .results import Floats
-
-# Labels of the points of a branch, how the continuation of one ends, and when an orbit is stable.
-START, STEP, FOLD, TOP, BOUND = range(5)  # what the next correction is for, and the label of the point it gives
-DOUBLING, BRANCH_POINT, NEIMARK_SACKER = 5, 6, 7  # labels of points that are found afterwards
-# Outcome: full buffer, left the range, closed loop, step too small, no start, grown beyond all bounds.
-RUNNING, END, CLOSED, STUCK, LOST, UNBOUNDED = range(6)
-DECAYS = 1.0 - 1e-10  # a Floquet multiplier below it: that of a neutral orbit is 1 but for rounding
 
 
 class Law(Protocol):

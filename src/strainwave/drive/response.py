@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.blas import one_thread
+from ..base.branch_labels import DECAYS
 from ..base.law import is_spring
-from ..base.protocols import DECAYS, System, lacking
+from ..base.protocols import System, lacking
 from ..base.quantities import positive_count
 from ..base.results import Branch, Floats
 from ..base.series import largest_of_samples

@@ -10,8 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.blas import one_thread
+from ..base.branch_labels import DECAYS, FOLD, TOP
 from ..base.law import stated
-from ..base.protocols import DECAYS, FOLD, TOP, System, lacking, terms_of
+from ..base.protocols import System, lacking, terms_of
 from ..base.quantities import number, shown
 from ..base.results import Floats
 from ..base.sentences import listed

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.blas import one_thread
+from ..base.branch_labels import FOLD
 from ..base.law import breakpoints_of, depends, stated
 from ..base.number_text import number as plain
-from ..base.protocols import FOLD, System, lacking, lines_of, orders_of, terms_of
+from ..base.protocols import System, lacking, lines_of, orders_of, terms_of
 from ..base.quantities import checked, interval, number
 from ..base.records import Waves
 from ..base.results import Booleans, Branch, Floats, Integers, Orbit, SolveError, Status

@@ -22,7 +22,7 @@ from ..model.oscillator import NoVariation
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
-from ..study.tuning.cost import with_control
+from ..study.tuning.loop import with_control
 from .fields import groups, schema
 from .fields.drive_units import DriveUnitsSpec
 from .fields.postures import PostureSpec

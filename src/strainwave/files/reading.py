@@ -3,19 +3,21 @@
 From the fields of a project file to the project in SI: speeds, excitation, damping, the drive train.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import starmap
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from ..base.number_text import number
 from ..base.quantities import checked, convert
 from ..base.terminal import printable
 from ..base.units import Speeds
 from ..drive.demands.motor_limits import MotorLimits
+from ..drive.demands.move_task import Task
 from ..drive.loops.instability import instability
-from ..drive.postures import refuse_twice
+from ..drive.postures import Posture, refuse_twice
 from ..drive.project import Project
 from ..model.drive import Drive
 from ..model.error_spectrum import LoadedError, accuracy_spectrum
@@ -33,7 +35,7 @@ from .fields.groups import CATALOGUE, TorqueRange, TorqueSpec
 from .fields.postures import postures_of
 from .fields.python_law import with_python_laws
 from .fields.rows import read_file
-from .fields.schema import SHEET, ExplicitGear, NamedGear, ProjectSpec, SpeedSpec
+from .fields.schema import ExplicitGear, NamedGear, ProjectSpec, SpeedSpec
 from .notes import notes, posture_note
 from .own_gears import read_gears
 from .sources import class_assumed, sources_of
@@ -213,6 +215,27 @@ def from_text(text: str, path: Path) -> Project:
 
 def from_located(located: Located, text: str, path: Path) -> Project:
     """Make a project of what was read of a text (ProjectError as `read_project`)."""
+    parts = _collected(located, path)
+    project = resolved(parts.spec, parts.gear, path, text, parts.sheet)
+    project = replace(project, move=parts.move, postures=parts.postures)
+    project = replace(project, sources=sources_of(located.content, parts.spec, project.gear))
+    project = replace(project, notes=(*project.notes, *posture_note(project)))
+    refuse(path, list(starmap(partial(_problem, located), _faults(project))), ProjectError)
+    return project
+
+
+class Parts(NamedTuple):
+    """Parts of a project as its file and the other files of its folder have them."""
+
+    spec: ProjectSpec
+    gear: Gear | ExplicitGear
+    move: Task | None
+    sheet: MotorLimits | None
+    postures: tuple[Posture, ...]
+
+
+def _collected(located: Located, path: Path) -> Parts:
+    """Collect the parts of a project; ProjectError with all that is wrong in its file and in those it names."""
     content, wrong = with_python_laws(located, path.parent)
     spec, problems = read_file(content, ProjectSpec, located)
     problems += wrong
@@ -229,49 +252,49 @@ def from_located(located: Located, text: str, path: Path) -> Project:
             elsewhere.append(str(error))
             return None
 
-    def problem(keys: Keys, sentence: str) -> Problem:
-        return Problem(*located.position(keys), name(keys), sentence)
-
-    task = None if spec.move is None else of_files(spec.move.task)
+    move = None if spec.move is None else of_files(spec.move.task)
     sheet = None if spec.motor is None else of_files(spec.motor.limits)
+    if sheet is not None and (fault := sheet.crossing()):
+        problems.append(_problem(located, ("motor", "continuous_torque"), fault))
+    postures = of_files(lambda folder: postures_of(spec.postures, folder)) or ()
     try:
-        (sheet or MotorLimits()).check()
+        gear = of_files(lambda folder: _gear(spec, folder))
     except ValueError as error:
-        field, fault = str(error).removeprefix("MotorLimits.").split(" ", 1)
-        problems.append(problem(("motor", SHEET.get(field, field)), fault))
-    rows = of_files(lambda folder: postures_of(spec.postures, folder)) or ()
-    try:
-        gear = _gear(spec, path)
-    except FileError as error:
-        elsewhere.append(str(error))
-    except ValueError as error:
-        problems.append(problem(("gear", "name"), str(error)))
-    else:
-        problems += starmap(problem, contradictions(spec, gear if isinstance(gear, Gear) else None, located.content))
+        problems.append(_problem(located, ("gear", "name"), str(error)))
+    if gear is not None or spec.gear is None:
+        faults = contradictions(spec, gear if isinstance(gear, Gear) else None, located.content)
+        problems += starmap(partial(_problem, located), faults)
     if problems or elsewhere or gear is None:
         raise ProjectError("\n".join(part for part in (problems and complaint(path, problems), *elsewhere) if part))
-    project = replace(resolved(spec, gear, path, text, sheet), move=task, postures=rows)
-    project = replace(project, sources=sources_of(located.content, spec, project.gear))
-    project = replace(project, notes=(*project.notes, *posture_note(project)))
+    (sheet or MotorLimits()).check()
+    return Parts(spec, gear, move, sheet, postures)
+
+
+def _problem(located: Located, keys: Keys, sentence: str) -> Problem:
+    return Problem(*located.position(keys), name(keys), sentence)
+
+
+def _faults(project: Project) -> Iterator[tuple[Keys, str]]:
+    """Fields, with a sentence, of a posture that the drive cannot take, and else of a loop that is unstable."""
     try:
-        refuse_twice(rows)
-        for row in rows:
-            row.on(project)
+        refuse_twice(project.postures)
+        for posture in project.postures:
+            posture.on(project)
     except ValueError as error:
-        refuse(path, [problem(("postures",), str(error))], ProjectError)
+        yield ("postures",), str(error)
+        return
     train = project.train
     if train is not None and project.loop_fault and (sentence := instability(train, project.loop_inertia)):
-        refuse(path, [problem(("motor", "loop"), sentence)], ProjectError)
-    return project
+        yield ("motor", "loop"), sentence
 
 
-def _gear(spec: ProjectSpec, path: Path) -> Gear | ExplicitGear | None:
+def _gear(spec: ProjectSpec, folder: Path) -> Gear | ExplicitGear | None:
     """The gear's record, or the gear that the file writes out; None of a file without."""
     if not isinstance(spec.gear, NamedGear):
         return catalogue.gear(spec.gear) if isinstance(spec.gear, str) else spec.gear
     if spec.gear.file is None:
         return catalogue.gear(spec.gear.name)
-    gears = read_gears(path.parent / spec.gear.file)
+    gears = read_gears(folder / spec.gear.file)
     if spec.gear.name not in gears:
         raise ValueError(f"{spec.gear.file} has no gear {shown(spec.gear.name)}; it has {', '.join(gears)[:200]}")
     return gears[spec.gear.name]

@@ -4,8 +4,9 @@ from typing import Any
 
 import numpy as np
 
+from ..base.branch_labels import END
 from ..base.law import breakpoints_of, is_spring
-from ..base.protocols import END, Balance, System, omega_of, with_parts
+from ..base.protocols import Balance, System, omega_of, with_parts
 from ..base.quantities import reals, shown
 from ..base.results import Floats, Orbit, Status
 from ..compile.jit import load

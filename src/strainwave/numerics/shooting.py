@@ -13,8 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.branch_labels import DECAYS
 from ..base.law import breakpoints_of, torsion
-from ..base.protocols import DECAYS, System, has_jacobian, omega_of, with_parts
+from ..base.protocols import System, has_jacobian, omega_of, with_parts
 from ..base.quantities import Reals, States, number, numbers, positive_count
 from ..base.results import Floats, Orbit, SolveError, Status
 from .balance.rates import periodic

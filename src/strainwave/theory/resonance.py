@@ -38,7 +38,7 @@ class Resonance(NamedTuple):
             names = "PRIMARY, SUPERHARMONIC, SUBHARMONIC, NONRESONANT"
             raise ValueError(f"{shown(pair)} is no resonance; give {names} or a Resonance(p, q)")
         p, q = pair
-        if pair == (0, 0):
+        if p == q == 0:
             return NONRESONANT
         if not all(0 < n <= MOST_THINGS and n % 1 == 0 for n in pair):
             raise ValueError(

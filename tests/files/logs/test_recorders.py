@@ -61,11 +61,16 @@ def test_each_channel_of_a_scope_keeps_its_time_where_others_have_ended(tmp_path
     ]  # fmt: skip
     rows = []
     for i, (t, q) in enumerate(zip(T, Q, strict=True)):
-        slow = f"\t{20 * i}\t{2.0 * i:.3f}" if i < 100 else ""
+        at, value = {7: (120, "14.000"), 50: (1000, "nan")}.get(i, (20 * i, f"{2.0 * i:.3f}"))
+        slow = f"\t{at}\t{value}" if i < 100 else ""
         rows.append((f"{1e3 * t:.0f}\t{np.degrees(q):.6f}" + slow).replace(".", ","))
     log = sw.read_log(write(tmp_path / "scope.csv", *head, *rows), trim=0)
     known = log.time <= 1.98
     assert log.channels["load_angle"][known] == pytest.approx(Q[: len(log)][known], abs=1e-7)
+    assert {
+        "1 sample of torque with inf or NaN left out",
+        "1 sample of torque at the time of the one before left out",
+    } <= {*log.notes}
     torque = log.channels["torque"]
     assert torque[known & np.isfinite(torque)] == pytest.approx(100.0 * log.time[known & np.isfinite(torque)], abs=1e-3)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import strainwave as sw
-from strainwave.base.protocols import FOLD, RUNNING, STEP, TOP
+from strainwave.base.branch_labels import FOLD, RUNNING, STEP, TOP
 from strainwave.base.series import highest_between, largest_size
 from strainwave.compile.tree import leaf_of
 from strainwave.drive.train_curve import PEAK_POINTS, at_load

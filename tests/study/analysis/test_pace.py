@@ -7,7 +7,7 @@ import pytest
 
 import strainwave as sw
 from strainwave.drive.postures import Posture
-from strainwave.study.analysis.pace import paced
+from strainwave.study.analysis.pace import Stage, paced
 
 PROJECT = sw.read_project(str(files("strainwave.app") / "projects" / "antenna.yaml"))
 
@@ -15,8 +15,9 @@ PROJECT = sw.read_project(str(files("strainwave.app") / "projects" / "antenna.ya
 def shares(postures):
     told = []
     report = paced(replace(PROJECT, postures=postures), lambda _, share: told.append(share))
-    for place in (0.0, 0.02, 0.2, 0.6, 0.86, 0.87, 1.0):
-        report("", place)
+    for stage in (Stage.POINT, Stage.CURVE, Stage.RESONANCES, Stage.IN_TIME, Stage.LOADS, Stage.ADVICE):
+        report(stage.text, stage.at())
+    report("", Stage.ADVICE.at(1.0))
     return told
 
 

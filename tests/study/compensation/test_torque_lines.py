@@ -20,7 +20,7 @@ import strainwave as sw
 from strainwave.app.commands import cli as command
 from strainwave.study.compensation.bench import bench_of, lines_in
 from strainwave.study.compensation.gains import times_of
-from strainwave.study.compensation.units import unit_of
+from strainwave.study.compensation.specimens import unit_of
 
 ARTICLE = Path(__file__).parents[3] / "examples/projects/article.yaml"
 J = N**2 * J_M * J_L / (N**2 * J_M + J_L)

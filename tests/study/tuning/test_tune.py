@@ -14,7 +14,7 @@ from strainwave.drive.loops.linear_control import control_parts
 from strainwave.drive.loops.margins import HALF_WIDTHS, MotorLoop
 from strainwave.files.reading import from_text
 from strainwave.model.train.filters import around
-from strainwave.study.tuning.cost import Trial, TuningLimits, TuningTask
+from strainwave.study.tuning.cost import Extras, Trial, TuningLimits, TuningTask
 from strainwave.study.tuning.loop import Loop, rule
 from strainwave.study.tuning.open_loop import UNSTABLE, OpenLoop
 from strainwave.study.tuning.result import GainCost
@@ -288,8 +288,8 @@ def test_all_that_gains_give_is_computed_once_and_anew_with_the_torque_of_the_mo
     loop = Loop(project(), None)
     trial = Trial((project(),), TuningTask(None, ("pointing",), TuningLimits(), 1.0, ASSUMED_DELAY_S), loop.control)
     x, computed = loop.logs(loop.core), []
-    for trial.full in (False, False, True, True):
-        point = trial.point(x)
+    for motor in (False, False, True, True):
+        point = trial.point(x, Extras(motor))
         computed.append(trial.computed)
     assert computed == [1, 1, 2, 2]
     assert point.motor_torque > 0.0

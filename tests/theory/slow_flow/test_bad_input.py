@@ -120,6 +120,10 @@ def test_what_is_no_resonance_is_refused_with_the_names_of_the_four(name):
             ask(DUFFING, name)
 
 
+def test_a_list_of_two_zeros_is_no_resonance_as_the_tuple_is():
+    assert sw.Resonance.of([0, 0]) == sw.Resonance.of((0, 0)) == sw.NONRESONANT
+
+
 @pytest.mark.parametrize("order", [1, 2])
 def test_no_state_is_stable_past_the_saddles_of_a_softening_law(order):
     """T = x - x^3/5 turns over at x = sqrt 5, from where integration leaves every bound."""

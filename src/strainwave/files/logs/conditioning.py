@@ -38,11 +38,11 @@ def aligned(path: Path, columns: Roles, rate: float | None, notes: list[str]) ->
         if not np.any(finite):
             notes.append(f"{name} has no finite value and was left out")
         elif column.time is not None:
-            apart[name] = _ordered(path, name, column.time, column.values)
+            apart[name] = _ordered(path, name, column.time, column.values, notes)
         elif len(base) != len(finite):
             raise refuse(path, f"{name} has {len(finite)} values and the time {len(base)}; give it a time of its own")
         elif np.mean(~finite) > SPARSE:
-            apart[name] = _ordered(path, name, base, column.values)
+            apart[name] = _ordered(path, name, base[finite], column.values[finite], notes)
         else:
             together[name] = column.values
     if together:
@@ -81,12 +81,16 @@ def _finite(time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats,
     return time[good], {name: values[good] for name, values in channels.items()}
 
 
-def _ordered(path: Path, name: str, time: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Times and values of one channel that has times of its own."""
-    good = np.isfinite(time) & np.isfinite(values)
-    time, values = time[good], values[good]
+def _ordered(path: Path, name: str, time: Floats, values: Floats, notes: list[str]) -> tuple[Floats, Floats]:
+    """Times and values of one channel that has times of its own: finite, and of equal times the first sample alone."""
+    timed, finite = np.isfinite(time), np.isfinite(values)
+    if lost := int(np.sum(timed != finite)):  # where neither is finite, the channel has ended
+        notes.append(f"{counted(lost, 'sample')} of {name} with inf or NaN left out")
+    time, values = time[timed & finite], values[timed & finite]
     _ascends(path, name, time)
     keep = np.append(True, np.diff(time) > 0.0)
+    if again := int(np.sum(~keep)):
+        notes.append(f"{counted(again, 'sample')} of {name} at the time of the one before left out")
     return time[keep], values[keep]
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import BOUND, CLOSED, END, FOLD, LOST, RUNNING, START, STEP, STUCK, TOP
+from ...base.branch_labels import BOUND, CLOSED, END, FOLD, LOST, RUNNING, START, STEP, STUCK, TOP
 from ...base.results import Floats
 from ...compile.jit import borrowed, kernel, routine
 from ..balance.linear_algebra import add, copy, divide, dot, factor, fill, substitute, weigh, weighted_norm

@@ -1,6 +1,7 @@
 """Orbits that coexist at one base frequency, from one number of harmonics to the next; `connected` looks for them."""
 
-from ...base.protocols import END, Balance
+from ...base.branch_labels import END
+from ...base.protocols import Balance
 from ...base.results import Floats
 from ..balance.harmonics import SEARCH_PER_TURN
 from .connected import alike, connected

@@ -15,7 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...base.protocols import CLOSED, END, LOST, Balance
+from ...base.branch_labels import CLOSED, END, LOST
+from ...base.protocols import Balance
 from ...base.results import Floats
 from ..balance.harmonics import mirrored
 from ..balance.linear_part import CONSTANT, STRENGTH, driven_lines

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.protocols import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED, Balance
+from ...base.branch_labels import CLOSED, END, LOST, RUNNING, STUCK, UNBOUNDED
+from ...base.protocols import Balance
 from ...base.results import Floats
 from ...base.sentences import Sentence, Speed
 from .coexisting import Coexisting

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from ...base.protocols import END, Balance, omega_of
+from ...base.branch_labels import END
+from ...base.protocols import Balance, omega_of
 from ...base.results import Floats
 from ...compile.tree import with_leaf
 from ..integration.simulate import simulate

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ...base import protocols
-from ...base.protocols import CLOSED, END, FOLD, LOST, RUNNING, START, TOP, Balance
+from ...base import branch_labels
+from ...base.branch_labels import CLOSED, END, FOLD, LOST, RUNNING, START, TOP
+from ...base.protocols import Balance
 from ...base.results import Branch, Complexes, Floats, Integers, Orbit, Status
 from ...base.series import highest_between, largest_size, oscillation, weights_at
 from ..balance.first_order import linearised
@@ -24,9 +25,9 @@ from .arc_length import ROWS, SCALE, Z1, buffers_for, follow
 
 NAMES = {
     FOLD: "fold",
-    protocols.DOUBLING: "period doubling",
-    protocols.BRANCH_POINT: "symmetry breaking / branch point",
-    protocols.NEIMARK_SACKER: "Neimark-Sacker",
+    branch_labels.DOUBLING: "period doubling",
+    branch_labels.BRANCH_POINT: "symmetry breaking / branch point",
+    branch_labels.NEIMARK_SACKER: "Neimark-Sacker",
 }
 
 LEAST_CREST = 0.01  # of the largest value on the curve: lower crests stay as they are
@@ -157,14 +158,14 @@ def trace(
         count, outcome, ds = _run(problem, state, direction, mode, lo, hi, ds, step, AIM, buffers, points, kinds)
         parts.append(points[:count])
         labels.append(kinds[:count])
-        mode = protocols.STEP
+        mode = branch_labels.STEP
         left -= piece
         if growth < np.inf and outcome != LOST:
             motions = points[:count, :-1]
             large = np.vecdot(motions, motions) > (growth * _size(parts[0][0, :-1])) ** 2
             if large.any():
                 end = int(np.argmax(large)) + 1
-                parts[-1], labels[-1], outcome = points[:end], kinds[:end], protocols.UNBOUNDED
+                parts[-1], labels[-1], outcome = points[:end], kinds[:end], branch_labels.UNBOUNDED
     points, kinds = np.concatenate(parts), np.concatenate(labels)
     if max_points is None:
         put_in_order(points, kinds)
@@ -316,7 +317,7 @@ def describe(
     coefficients, peaks = sizes
     values, turns = points[:, -1].copy(), int(problem.turns)
     omega = base_speed(problem, values.copy())
-    stable = np.abs(floquet[:, 0]) < protocols.DECAYS
+    stable = np.abs(floquet[:, 0]) < branch_labels.DECAYS
     special: dict[int, list[Orbit]] = {label: [] for label in NAMES}
     for i in np.flatnonzero((labels == FOLD) | (labels > TOP)).tolist():
         label, w = int(labels[i]), float(omega[i])
@@ -367,7 +368,7 @@ def ending(curve: Trace, parameter: str, values: Floats) -> tuple[Status, str]:
     if curve.outcome in (END, CLOSED):
         return Status.OK, "reached both ends" if curve.outcome == END else "closed"
     location = f"at {parameter} = {values[-1]:.6g}" if len(values) else "at its start"
-    reason = {LOST: "no solution found", protocols.STUCK: "the step became too small"}.get(
+    reason = {LOST: "no solution found", branch_labels.STUCK: "the step became too small"}.get(
         curve.outcome, "too many points"
     )
     return Status.NO_CONVERGENCE, f"the branch stops {location}: {reason}; take more harmonics or a smaller range"

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import CLOSED, END, FOLD, LOST, STEP, Balance
+from ...base.branch_labels import CLOSED, END, FOLD, LOST, STEP
+from ...base.protocols import Balance
 from ...base.results import Floats
 from ..continuation.trace import Trace, solve, trace
 

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import END, UNBOUNDED, Balance, System, with_parts
+from ...base.branch_labels import END, UNBOUNDED
+from ...base.protocols import Balance, System, with_parts
 from ...base.quantities import interval, replace, shown
 from ...base.results import Branch, Floats, Orbit, SolveError
 from ...compile.tree import leaf_of

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.protocols import END, Balance, System
+from ...base.branch_labels import END
+from ...base.protocols import Balance, System
 from ...base.quantities import checked, interval, numbers, positive_count, replace
 from ...base.results import Branch, SolveError
 from ...compile.tree import leaf_of, with_leaf

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import STEP
+from ...base.branch_labels import STEP
 from ...base.results import Floats, SolveError
 from ...base.sentences import Sentence, Speed
 from ..balance.linear_algebra import factor, substitute

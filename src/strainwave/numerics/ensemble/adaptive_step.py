@@ -164,11 +164,10 @@ def mark_short(model: LaneModel, rows: Floats, ended: Floats, j: slice) -> None:
 @kernel
 def march_adaptive(
     model: LaneModel, rows: Floats, rule: Any, waiting: Any, settle: int, periods: int, last: Floats, ended: Floats
-) -> int:
-    """March a block through its periods; `rule` is tolerances and steps at most. Returns the attempts made."""
+) -> None:
+    """March a block through its periods; `rule` is tolerances and steps at most."""
     rtol, atol, budget = rule
     rows, waiting, last, ended = borrowed((rows, waiting, last, ended))
-    attempts = 0
     for period in range(settle + periods):
         for j in every_lane(ended):
             begin_period(model, rows, budget, period, settle, j)
@@ -176,10 +175,8 @@ def march_adaptive(
         while running > 0:
             for j in every_lane(ended):
                 try_step(model, rows, rtol, atol, measuring, waiting, j)
-            attempts += 1
             running = total(waiting)
         for j in every_lane(ended):
             end_period(model, rows, period, last, ended, j)
     for j in every_lane(ended):
         mark_short(model, rows, ended, j)
-    return attempts

@@ -71,15 +71,12 @@ class Block:
         Periods over which the states stayed bounded.
     reach : (lanes,) array
         Largest |x| at the ends of fixed steps.
-    attempts : int
-        Adaptive steps that every lane attempted.
     """
 
     sums: Floats
     last: Floats
     ended: Floats
     reach: Floats
-    attempts: int = 0
 
     def put(self, lanes: Any, other: "Block") -> None:
         """Put another result in the place of these lanes."""
@@ -103,11 +100,11 @@ def march(batch: Batch, lanes: Any, method: Method, steps: int) -> Block:
     rows[first.sums : first.start] = np.array(leaves(starts), float)[:, None]
     last, ended, waiting = np.zeros((KEPT_STATES, states, LANES)), np.zeros(width), np.zeros(width, np.int64)
     with np.errstate(all="ignore"):
-        attempts = run(stepping.kernel, model, rows, rule, waiting, batch.settle, batch.periods, last, ended)
+        run(stepping.kernel, model, rows, rule, waiting, batch.settle, batch.periods, last, ended)
     periods = batch.settle + batch.periods
     newest = (periods - 1 - np.arange(min(KEPT_STATES, periods))[::-1]) % KEPT_STATES
     sums = rows[first.sums : first.start, :n]
-    return Block(sums, last[newest, :, :n], ended[:n], rows[first.reach, :n], attempts or 0)
+    return Block(sums, last[newest, :, :n], ended[:n], rows[first.reach, :n])
 
 
 def march_all(batch: Batch, steps: Any, method: Method, threads: int) -> Block:

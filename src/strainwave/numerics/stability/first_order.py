@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
+from ...base.branch_labels import BRANCH_POINT, DOUBLING, FOLD, NEIMARK_SACKER
 from ...base.results import Complexes, Floats
 from ...base.series import remembered
 from ...compile.jit import kernel_as, routine

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.protocols import BRANCH_POINT, DOUBLING, FOLD, Balance
+from ...base.branch_labels import BRANCH_POINT, DOUBLING, FOLD
+from ...base.protocols import Balance
 from ...base.results import Floats, Integers, SolveError
 from ..balance.first_order import linearised, newton
 from ..roots import bracketed_root

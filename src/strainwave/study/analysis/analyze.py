@@ -43,7 +43,7 @@ from .analysis import Analysis
 from .cautions import implausible
 from .design_variables import Subject
 from .load_cases import AtTorque, avoid_under_all, load_cases
-from .pace import paced
+from .pace import Stage, paced
 from .regimes import Regime, is_narrow, regimes, with_tops
 from .remedies import Remedy, at_worst, remedies, under, with_other_damping
 from .time_domain.beat import beat_of
@@ -55,6 +55,8 @@ from .verdict import Answer, JudgedPosture, smallest_change, verdict_of
 Advice = tuple[tuple[Remedy, ...], tuple[str, ...], Remedy | None, tuple[Remedy, ...]]
 NO_ADVICE: Advice = (), (), None, ()
 
+CURVES, STANDSTILL = 5 / 6, 11 / 12  # shares of the stage of the train at which they begin
+LOOP, HELP, MOVE = 1 / 13, 3 / 13, 10 / 13  # shares of the stage of advice at which they begin
 FINE_POINTS = 300  # points of a curve that is drawn for one resonance alone
 
 
@@ -87,26 +89,26 @@ def analyze(
     if train is not None:
         refuse_free(train)
     system, limits = project.system(reduced=True), speeds.limits
-    progress("operating point and stability", 0.0)
+    progress(Stage.POINT.text, Stage.POINT.at())
     point = operating_point(system)
     stability = _proof(system, point)
-    progress("response curve", 0.02)
+    progress(Stage.CURVE.text, Stage.CURVE.at())
     exact = project.equation_response(coexisting=train is None or seeks_coexisting(system.law))
     all_regimes, close, sweep, cases = _of_one_turn(project, system, point, exact, resonances, progress)
     single = tuple(case.omega for case in cases)
     study = None if train is None else _whole_train(project, train, system, point, exact, single, progress)
     curve, ramp = (None, None) if study is None else (study.curve, study.run_alone)
     drive = curve or exact
-    progress("motions under every load", 0.86)
+    progress(Stage.LOADS.text, Stage.LOADS.at())
     rules = rules_of(None, None, None, limit)
-    decided = decide(project, rules, progress=lambda share: progress("motions under every load", 0.86 + 0.01 * share))
+    decided = decide(project, rules, progress=lambda share: progress(Stage.LOADS.text, Stage.LOADS.at(share)))
     by_load = load_cases(project, decided)
     run = None if ramp is None else in_run(*ramp)
     avoid = None if unfollowed(train, curve) else avoid_under_all(drive, decided, by_load, limit, run)
     study = _with_gravity(project, study, (drive, *(case.drive for case in by_load)), progress) if advice else study
     motors = {} if project.motor_named else project.motors()
-    other_motors = tuple(motor_cases(motors, limits, lambda name: progress(f"motor {name}", 0.87)))
-    progress("hysteresis and varying stiffness", 0.88)
+    other_motors = tuple(motor_cases(motors, limits, lambda name: progress(f"motor {name}", Stage.ADVICE.at())))
+    progress("hysteresis and varying stiffness", Stage.ADVICE.at(LOOP))
     largest = largest_usage(_used(system, exact, sweep, cases, study), *(case.drive.usage for case in by_load))
     loop, no_loop = loop_of(system.law, largest.peak_torque, project.rated_torque)
     parametric, not_searched = _parametric_of(system, limits)
@@ -125,7 +127,7 @@ def analyze(
     postures = judged_postures(decided)
     answers = verdict.answer, *(row.answer for row in postures)
     verdict = replace(verdict, answer=max(answers, key=list(Answer).index))
-    progress("the move of the file", 0.97)
+    progress("the move of the file", Stage.ADVICE.at(MOVE))
     moved, unmoved = _move_of(project)
     if moved is not None and moved.failures:
         verdict = replace(verdict, answer=Answer.NOT)
@@ -148,9 +150,13 @@ def _advice(
     progress: Progress,
 ) -> Advice:
     """Remedies under the torque with the largest oscillation, the one that suffices under all, and other damping."""
-    progress("what would help", 0.9)
-    worst, stage = at_worst(subject, drive, avoid, by_load), lambda what: progress(f"what would help: {what}", 0.9)
-    helps, not_tried = remedies(*worst, torque, stage) if avoid.bands else ((), ())
+
+    def tell(what: str) -> None:
+        progress(f"{Stage.ADVICE.text}: {what}", Stage.ADVICE.at(HELP))
+
+    progress(Stage.ADVICE.text, Stage.ADVICE.at(HELP))
+    worst = at_worst(subject, drive, avoid, by_load)
+    helps, not_tried = remedies(*worst, torque, tell) if avoid.bands else ((), ())
     change = smallest_change(*worst, [under(subject, case.torque) for case in by_load], torque, helps)
     return helps, not_tried, change, with_other_damping(*worst)
 
@@ -199,7 +205,7 @@ def _of_one_turn(
     limits = project.speeds.limits
     all_regimes, close = _resonances(system, limits, point, exact, progress) if resonances else ((), {})
     sweep = run_up_and_down(
-        system, limits, exact, point, lambda share: progress("run-up and run-down", 0.4 + 0.2 * share)
+        system, limits, exact, point, lambda share: progress(Stage.RUN_UP.text, Stage.RUN_UP.at(share))
     )
     return all_regimes, close, sweep, _in_time(system, project.speeds, point, all_regimes, sweep, progress)
 
@@ -208,11 +214,11 @@ def _resonances(
     system: Any, limits: tuple[float, float], point: OperatingPoint, exact: DriveResponse, progress: Progress
 ) -> tuple[tuple[Regime, ...], dict[Resonance, DriveResponse]]:
     """Resonances with their maxima, and the curve once more around those that are too narrow for its points."""
-    progress("resonances by multiple scales", 0.2)
+    progress(Stage.RESONANCES.text, Stage.RESONANCES.at())
     all_regimes = regimes(system, point, limits)
     close = {}
     for narrow in (regime for regime in all_regimes if is_narrow(regime, exact)):
-        progress(f"response curve around the {narrow.name}", 0.3)
+        progress(f"response curve around the {narrow.name}", Stage.RESONANCES.at(0.5))
         close[narrow.resonance] = exact_response(
             system, narrow.band(), FINE_POINTS, coexisting=seeks_coexisting(system.law)
         )
@@ -225,7 +231,7 @@ def _in_time(
     """Single speeds in time."""
     chosen, cases = speeds_in_time(regimes, sweep, speeds.limits, speeds.single), []
     for i, (name, omega, regime) in enumerate(chosen):
-        progress(f"{name} in time", 0.6 + 0.2 * i / len(chosen))
+        progress(f"{name} in time", Stage.IN_TIME.at(i / len(chosen)))
         resonance = NONRESONANT if regime is None else regime.resonance
         cases.append(time_case(name, system._replace(omega=omega), resonance, point))
     return tuple(cases)
@@ -236,12 +242,12 @@ def _whole_train(
     single: tuple[float, ...], progress: Progress,
 ) -> TrainStudy:  # fmt: skip
     """The whole drive train beside its error equation."""
-    progress("whole drive train", 0.8)
+    progress(Stage.TRAIN.text, Stage.TRAIN.at())
     study = train_study(
         train, system, project.speeds.limits, project.train_response(), exact, point, single=single, gear=project.gear,
-        progress=lambda part: progress(f"whole drive train: {part}", 0.85),
+        progress=lambda part: progress(f"{Stage.TRAIN.text}: {part}", Stage.TRAIN.at(CURVES)),
     )  # fmt: skip
-    progress("standstill", 0.855)
+    progress("standstill", Stage.TRAIN.at(STANDSTILL))
     resting = standing(project)
     if resting is None:
         return study
@@ -254,7 +260,7 @@ def _with_gravity(
     """The study with the motions that have gravity exactly, where the curves of `quasi-static` torques leave it out."""
     if study is None or study.curve is None or not study.curve.without_angle:
         return study
-    progress("gravity with its stiffness", 0.87)
+    progress("gravity with its stiffness", Stage.ADVICE.at())
     try:
         exact = beating_response(project.whole, project.speeds.limits, project.limit)
     except (ValueError, SolveError) as error:

@@ -20,8 +20,9 @@ from typing import Any
 
 import numpy as np
 
+from ...base.branch_labels import CLOSED, END, FOLD, STEP
 from ...base.law import repeating, springs_only
-from ...base.protocols import CLOSED, END, FOLD, STEP, Balance, with_parts
+from ...base.protocols import Balance, with_parts
 from ...base.quantities import interval, leaf_of, replace
 from ...base.results import Branch, Floats, SolveError
 from ...numerics.attractors.attractors import Motion

@@ -24,7 +24,7 @@ from .bench import Bench, lines_in, steady_bench_of
 from .designs import COMPENSATORS, Compensator, given_compensator
 from .gains import adaptation, converged_at, has_tripped, learning_rate, refuse_unstable, steady_run, times_of, turns_of
 from .result import DIFFER, Compensation, CompensationBench, Residual, Robustness, TorqueUse, gains, grows
-from .units import units_of
+from .specimens import units_of
 
 STIFFNESS_SHARES = (-0.2, 0.2)  # by which the stiffness of a gear may differ from the model
 HERTZ = 2.0 * np.pi

@@ -3,13 +3,13 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from operator import attrgetter
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from ...base.facts import Fact
 from ...base.number_text import counted, number
+from ...base.pareto import unbeaten
 from ...base.records import Labelled, Result
 from ...base.units import RPM
 from .specification import Specification
@@ -213,9 +213,7 @@ class Design(Result):
 
 def front(candidates: list[Candidate]) -> list[Candidate]:
     """Those that no other beats in oscillation, size and reflected inertia at once, by ascending oscillation."""
-    goals = attrgetter("oscillation", "size", "reflected_inertia")
-    best: list[Candidate] = []
-    for c in sorted(candidates, key=goals):  # whatever beats another comes before it
-        if not any(all(a <= b for a, b in zip(goals(other), goals(c), strict=True)) for other in best):
-            best.append(c)
-    return best
+    by_goals: dict[tuple[float, ...], Candidate] = {}
+    for c in candidates:
+        by_goals.setdefault((c.oscillation, c.size, c.reflected_inertia), c)
+    return [by_goals[mark] for mark in unbeaten(by_goals)]

@@ -92,8 +92,8 @@ class Dwell(NamedTuple):
 class AngleProfile(NamedTuple):
     """Angle of the load through points in time: cubic splines, at rest at the first and at the last point.
 
-    Four or more points of the same angle in a row are a dwell, with a spline of its own before and after it. The speed
-    is continuous everywhere, the acceleration but for the ends of dwells.
+    Four or more points of the same angle in a row are a dwell, with a spline of its own before and after it; points of
+    one angle alone are a dwell too. The speed is continuous everywhere, the acceleration but for the ends of dwells.
     """
 
     times: tuple[quantities.Time, ...]
@@ -107,7 +107,7 @@ class AngleProfile(NamedTuple):
         return Path.joined(parts, 0.0)
 
     def check(self) -> None:
-        """Refuse fewer than two points, times that do not increase, and angles that stay the same (ValueError)."""
+        """Refuse fewer than two points, unequal numbers of both, and times that do not increase (ValueError)."""
         if len(self.times) != len(self.angles) or len(self.times) < 2:
             raise ValueError(
                 f"AngleProfile has {len(self.times)} times and {len(self.angles)} angles; give two or more of both, "
@@ -116,10 +116,11 @@ class AngleProfile(NamedTuple):
         for i, (before, after) in enumerate(pairwise(self.times)):
             since = before - self.times[0], after - self.times[0]
             if not since[0] < since[1]:
-                fact = (
-                    f"repeats {before:.9g} s" if before == after else f"goes back from {before:.9g} s to {after:.9g} s"
-                )
-                if before < after:
+                if before == after:
+                    fact = f"repeats {before:.9g} s"
+                elif before > after:
+                    fact = f"goes back from {before:.9g} s to {after:.9g} s"
+                else:
                     fact = f"has {before:.9g} s and {after:.9g} s, equally long after {self.times[0]:.9g} s,"
                 raise ValueError(
                     f"AngleProfile.times {fact} at point {i + 2}; a profile goes forward in time: correct or remove "

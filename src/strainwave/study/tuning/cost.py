@@ -4,13 +4,11 @@ Gains come as logarithms. All is deterministic.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from math import inf, isfinite, isnan, nan
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...base.quantities import numbers
 from ...base.results import Floats, SolveError
 from ...drive.demands.motor_limits import PEAK, RMS, MotorLimits
 from ...drive.loops.linear_control import control_parts
@@ -21,12 +19,12 @@ from ...drive.two_turns import BeatCrest
 from ...model.controllers.closed_loop import Sampling
 from ..move.move import move
 from ..move.profiles import path_of
+from .loop import gains_of, loads_of, small_steps, with_control
 from .open_loop import UNSTABLE, LoopFigures, OpenLoop
 
 CRESTS, CREST_DISTANCE = 3, 0.1  # crests of a drive that are kept, and the least relative distance of their speeds
 SHORTEST_S = 1e-4  # s: a move that is settled at its end counts as settled then
 SETTLED_S = 1e-3  # s: shorter settling times of a move are equal, where no goal is one
-STEP = 0.05  # of a gain, of its sensitivity
 CLIFF = 0.2  # of a number, from which on a small change of a gain costs too much
 
 
@@ -100,15 +98,16 @@ class TuningPoint(NamedTuple):
     def used(self, limits: TuningLimits) -> dict[str, float]:
         """Share of every limit that is taken; above 1 it is broken."""
         peak, gain, phase, compliance, settling = self.figures
-        late = self.settlings and [time / limit for time, limit in zip(self.settlings, limits.settlings, strict=False)]
+        limited = bool(limits.settlings) and not isnan(self.move_settling)
+        late = zip(self.settlings, limits.settlings, strict=True) if limited else ()
         return {
-            "peak sensitivity": peak / limits.peak_sensitivity if isfinite(peak) else inf,
-            "gain margin": limits.gain_margin and (limits.gain_margin / gain if gain else inf),
-            "phase margin": limits.phase_margin and (limits.phase_margin / phase if phase else inf),
+            "peak sensitivity": _share_of_most(peak, limits.peak_sensitivity),
+            "gain margin": _share_of_least(gain, limits.gain_margin),
+            "phase margin": _share_of_least(phase, limits.phase_margin),
             "motor torque": 0.0 if isnan(self.motor_share) else self.motor_share,
-            "compliance": compliance / limits.compliance if isfinite(compliance) else inf,
-            "settling after a torque": settling / limits.settling if isfinite(settling) else inf,
-            "settling of the move": 0.0 if isnan(self.move_settling) else max(late, default=0.0),
+            "compliance": _share_of_most(compliance, limits.compliance),
+            "settling after a torque": _share_of_most(settling, limits.settling),
+            "settling of the move": max((time / limit for time, limit in late), default=0.0),
         }
 
     def measures(self, goals: Sequence[str]) -> dict[str, tuple[float, str]]:
@@ -160,6 +159,27 @@ class WorseMeasure(NamedTuple):
     unit: str
 
 
+class Extras(NamedTuple):
+    """Figures that are computed beside those of goals and limits: torque of the motor with stability, and the move."""
+
+    motor: bool = False
+    move: bool = False
+
+
+NO_EXTRAS = Extras()
+Surplus = Callable[[Floats], bool]  # True for goals that are too large
+
+
+class NonlinearFigures(NamedTuple):
+    """Figures of motions with some gains, as `TuningPoint` has them; nan where they were not computed."""
+
+    torque: float
+    share: float
+    pointing: float
+    settlings: Floats
+    goals: Floats
+
+
 class Trial:
     """Trial of gains on the drives that one loop serves: the project, then other units of it, each under all its loads.
 
@@ -180,15 +200,14 @@ class Trial:
         motor, task = setting.limits.motor, drives[0].move
         self.motions = len(path_of(task.profile, task.start).motions()) if task and task.profile else 0
         self.of_move = any(GOALS[name].of_move for name in setting.goals)
-        self.full = isfinite(motor.most) or motor.lasts  # True: torque of the motor and stability are computed
-        self.with_move = False  # True: the move is computed where no goal or limit asks for it, too
+        self.motor_limited = isfinite(motor.most) or motor.lasts
         self.points: dict[tuple[bytes, bool, bool], TuningPoint] = {}
         self.computed = 0  # responses and moves
 
-    @property
-    def moved(self) -> bool:
-        """True where moves are computed: a goal or a limit is one of them."""
-        return self.of_move or bool(self.setting.limits.settlings) or (self.with_move and self.motions > 0)
+    def extent(self, extras: Extras) -> Extras:
+        """Extent of what is computed: what goals and limits need, and extras."""
+        moved = self.of_move or bool(self.setting.limits.settlings) or (extras.move and self.motions > 0)
+        return Extras(self.motor_limited or extras.motor, moved)
 
     def linear(self, x: Floats) -> TuningPoint:
         """The linear figures alone; goals are infinite."""
@@ -225,14 +244,14 @@ class Trial:
     def _move_to_front(self, i: int) -> None:
         self.order.sort(key=lambda k: k != i)
 
-    def point(self, x: Floats) -> TuningPoint:
+    def point(self, x: Floats, extras: Extras = NO_EXTRAS) -> TuningPoint:
         """All that gains give, also where they break a limit; computed once."""
-        key = x.tobytes(), self.full, self.moved
+        key = x.tobytes(), *self.extent(extras)
         if key not in self.points:
-            self.points[key] = self.evaluate(x) or self.linear(x)
+            self.points[key] = self.evaluate(x, extras) or self.linear(x)
         return self.points[key]
 
-    def evaluate(self, x: Floats, surplus: Callable[[Floats], bool] | None = None) -> TuningPoint | None:
+    def evaluate(self, x: Floats, extras: Extras = NO_EXTRAS, surplus: Surplus | None = None) -> TuningPoint | None:
         """Worst figures of gains over all drives and loads.
 
         With `surplus`, a test of the goals so far, a search cuts short: goals are infinite where the linear loop breaks
@@ -245,25 +264,27 @@ class Trial:
             return point
         if surplus and self._exceeds_at_crests(point, surplus):
             return None
-        begin, limits = 3 + self.motions, self.setting.limits.settlings  # column of the first goal; of the motions
-        worst = np.full((len(self.drives), begin + len(self.setting.goals)), nan)
+        limits = self.setting.limits.settlings
+        unknown = NonlinearFigures(nan, nan, nan, np.full(self.motions, nan), np.full(len(self.setting.goals), nan))
+        worst = [unknown] * len(self.drives)
         for i in tuple(self.order):
-            for left, row in self._rows(i, point):
-                worst[i] = np.fmax(worst[i], row)
+            for left, row in self._rows(i, point, self.extent(extras)):
+                pairs: Any = zip(worst[i], row, strict=True)
+                worst[i] = NonlinearFigures(*(np.fmax(before, new) for before, new in pairs))
                 last = i == self.order[-1] and not left
                 if not surplus or self.setting.share < 1.0 or last:
                     continue
-                if (limits and np.any(row[3:begin] > limits)) or surplus(np.fmax.reduce(worst)[begin:]):
+                late = bool(limits) and np.any(row.settlings > limits)
+                if late or surplus(np.fmax.reduce([of_drive.goals for of_drive in worst])):
                     self._move_to_front(i)
                     return None
-        torque, share, pointing, *of_moves = self._share_of_units(worst).tolist()
-        times, goals = of_moves[: self.motions], of_moves[self.motions :]
+        of_units = map(self._share_of_units, zip(*worst, strict=True))
+        torque, share, pointing, times, goals = (values.tolist() for values in of_units)
         return TuningPoint(point.gains, tuple(goals), point.figures, torque, share, pointing, tuple(times))
 
-    def sturdy(self, x: Floats, wholly: bool = False) -> bool:
-        """True where no gain, 5 % more or less, costs compliance or settling (`wholly`: or goals) more than 20 %."""
-        costs = self.costs(x, self.point if wholly else self.linear)
-        return all(cost.ratio <= 1.0 + CLIFF for cost in costs)
+    def sturdy(self, x: Floats, of: Callable[[Floats], TuningPoint]) -> bool:
+        """True where no gain, 5 % more or less, costs a measure from the points `of` gives more than 20 %."""
+        return all(cost.ratio <= 1.0 + CLIFF for cost in self.costs(x, of))
 
     def costs(self, x: Floats, of: Callable[[Floats], TuningPoint]) -> Iterator[WorseMeasure]:
         """Measures, from the points `of` gives, that become worse where a gain is 5 % more or less."""
@@ -275,7 +296,7 @@ class Trial:
                 if worse > value > 0.0:
                     yield WorseMeasure(worse / value, i, change, name, value, worse, unit)
 
-    def _exceeds_at_crests(self, point: TuningPoint, surplus: Callable[[Floats], bool]) -> bool:
+    def _exceeds_at_crests(self, point: TuningPoint, surplus: Surplus) -> bool:
         """True for a surplus of goals at the speed alone about which, with gains before, a drive oscillated most."""
         if self.of_move or self.setting.share < 1.0:
             return False
@@ -295,8 +316,8 @@ class Trial:
     def _goal_values(self, **values: float) -> Floats:
         return np.array([values.get(name, 0.0) for name in self.setting.goals])
 
-    def _rows(self, i: int, point: TuningPoint) -> Iterator[tuple[int, Floats]]:
-        """Number of rows that are left; torque of the motor, its share, goals: in a move, and under each load.
+    def _rows(self, i: int, point: TuningPoint, extent: Extras) -> Iterator[tuple[int, NonlinearFigures]]:
+        """Number of rows that are left, and a row of figures: in a move, and under each load.
 
         The move comes first where a goal is one of it, else last.
         """
@@ -304,26 +325,26 @@ class Trial:
         if self.of_move:
             self.computed += 1
             yield len(cases), self._move_figures(with_control(self.drives[i], control))
-        late, unknown = self.moved and not self.of_move, [nan] * self.motions
+        late, unknown = extent.move and not self.of_move, np.full(self.motions, nan)
         for k, case in enumerate(cases):
             torque, share, largest = nan, nan, nan
-            if "pointing" in self.setting.goals or self.full:
+            if "pointing" in self.setting.goals or extent.motor:
                 self.computed += 1
-                torque, share, largest = self._speed_figures(with_control(case, control), (i, k))
+                torque, share, largest = self._speed_figures(with_control(case, control), (i, k), extent.motor)
             goals = self._goal_values(pointing=largest, compliance=point.figures.compliance)
-            yield len(cases) - k - 1 + late, np.array([torque, share, largest, *unknown, *goals])
+            yield len(cases) - k - 1 + late, NonlinearFigures(torque, share, largest, unknown, goals)
         if late:
             self.computed += 1
             yield 0, self._move_figures(with_control(self.drives[i], control))
 
-    def _speed_figures(self, drive: Project, case: tuple[int, int]) -> tuple[float, float, float]:
+    def _speed_figures(self, drive: Project, case: tuple[int, int], motor: bool) -> tuple[float, float, float]:
         """Largest torque of the motor [N*m], its share, nan where not computed; largest oscillation [rad]."""
         train, speeds = drive.train, drive.speeds.limits
         if train is not None and self.harmonics is not None:
             top = top_of(train, speeds, self.harmonics, False)
             if top:
                 self._keep_crest(top, case)
-            if not self.full:
+            if not motor:
                 return nan, nan, top[1] if top else inf
         curve = train and drive_curve(train, speeds, harmonics=self.harmonics, coexisting=False, points=PEAK_POINTS)
         need = None if curve is None else curve.need()
@@ -339,43 +360,30 @@ class Trial:
         others = (other for other in kept if abs(np.log(other.speed / crest.speed)) > CREST_DISTANCE)
         self.crests[case] = [crest, *others][:CRESTS]
 
-    def _move_figures(self, drive: Project) -> Floats:
+    def _move_figures(self, drive: Project) -> NonlinearFigures:
         try:
             run = move(drive)
         except SolveError:
-            return np.full(3 + self.motions + len(self.setting.goals), inf)
+            return NonlinearFigures(inf, inf, inf, np.full(self.motions, inf), np.full(len(self.setting.goals), inf))
         times = [inf if time is None else max(time, SHORTEST_S) for time in run.settling_times]
         share = max([0.0, *(finding.value / finding.bound for finding in run.findings if finding.limit in (PEAK, RMS))])
         goals = self._goal_values(move=run.peak_error, settling=max(times), motor_rms=run.rms_motor_torque)
-        return np.array([run.peak_motor_torque, share, nan, *times, *goals])
+        return NonlinearFigures(run.peak_motor_torque, share, nan, np.array(times), goals)
 
     def _share_of_units(self, units: Any) -> Floats:
         """Worst values of a share of the units."""
         return np.asarray(np.quantile(np.array(units), self.setting.share, axis=0, method="higher"))
 
 
-def gains_of(x: Floats) -> tuple[float, ...]:
-    """Gains of these logarithms, as numbers of seven digits that a file can hold."""
-    return tuple(float(f"{gain:.7g}") for gain in np.exp(x))
+def _share_of_most(value: float, most: float) -> float:
+    """Share of a largest value that is taken."""
+    return value / most if isfinite(value) else inf
 
 
-def small_steps(x: Floats) -> list[tuple[int, float, Floats]]:
-    """Gains by their numbers, with a change up and down, and its step of logarithms."""
-    return [(i, change, np.log1p(change) * row) for i, row in enumerate(np.eye(len(x))) for change in (STEP, -STEP)]
-
-
-def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:
-    """A drive under each of some loads; by default the ends and the middle of its range, or as it is."""
-    low, high = drive.other_loads
-    if loads is None and low == high:
-        return [drive]
-    torques = np.linspace(low, high, 3) if loads is None else numbers("loads [N*m]", loads)
-    return [drive.under(float(torque)) for torque in torques]
-
-
-def with_control(drive: Project, control: Any) -> Project:
-    """A drive with another loop of its motor."""
-    return replace(drive, subject=drive.subject.with_motor(control=control))
+def _share_of_least(margin: float, least: float) -> float:
+    """Share of a least margin that is taken; none where no margin is asked."""
+    unreached = inf if least else 0.0
+    return least / margin if margin else unreached
 
 
 def _inverse(figures: Any) -> Floats:

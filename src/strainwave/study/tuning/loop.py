@@ -1,16 +1,18 @@
-"""`Loop`: the loop of a project's motor with its gains by name; and the gains of a classical rule."""
+"""`Loop`: the loop of a project's motor with its gains by name; their logarithms, and the gains of a classical rule."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ...base.quantities import shown
+from ...base.quantities import numbers, shown
 from ...base.results import Floats
 from ...drive.project import Project
 from ...model.train.controls import CascadeLoop, PositionLoop, SpeedLoop
 from ...model.train.filters import apart, around
-from .cost import gains_of
+
+STEP = 0.05  # of a gain, of its sensitivity
 
 
 def rule(core: Any, inertia: float, time: float) -> Any:
@@ -58,3 +60,27 @@ class Loop:
         """The control with gains of these logarithms, and with more filters."""
         core = self.core._replace(**dict(zip(self.names, gains_of(x), strict=True)))
         return around(core, **self.about | {"filters": (*self.about.get("filters", ()), *more)})
+
+
+def gains_of(x: Floats) -> tuple[float, ...]:
+    """Gains of these logarithms, as numbers of seven digits that a file can hold."""
+    return tuple(float(f"{gain:.7g}") for gain in np.exp(x))
+
+
+def small_steps(x: Floats) -> list[tuple[int, float, Floats]]:
+    """Gains by their numbers, with a change up and down, and its step of logarithms."""
+    return [(i, change, np.log1p(change) * row) for i, row in enumerate(np.eye(len(x))) for change in (STEP, -STEP)]
+
+
+def loads_of(drive: Project, loads: Sequence[float] | None) -> list[Project]:
+    """A drive under each of some loads; by default the ends and the middle of its range, or as it is."""
+    low, high = drive.other_loads
+    if loads is None and low == high:
+        return [drive]
+    torques = np.linspace(low, high, 3) if loads is None else numbers("loads [N*m]", loads)
+    return [drive.under(float(torque)) for torque in torques]
+
+
+def with_control(drive: Project, control: Any) -> Project:
+    """A drive with another loop of its motor."""
+    return replace(drive, subject=drive.subject.with_motor(control=control))

@@ -15,7 +15,8 @@ from ...drive.project import Project
 from ...drive.sources import DriveUnit
 from ...model.train.controls import HERTZ
 from ...model.train.filters import apart
-from .cost import CLIFF, GOALS, TuningLimits, TuningPoint, with_control
+from .cost import CLIFF, GOALS, TuningLimits, TuningPoint
+from .loop import with_control
 
 LABELS = {"settling": "settling of the move", "move": "error in the move", "motor_rms": "rms of the motor"}
 

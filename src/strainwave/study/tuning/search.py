@@ -8,19 +8,25 @@ Madsen 1975, An algorithm for minimax solution of overdetermined systems of non-
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import combinations, islice, product
 from math import inf, nan
 from typing import Any
 
 import numpy as np
 
+from ...base.pareto import unbeaten
 from ...base.results import Floats
-from .cost import Trial, TuningPoint, with_control
+from .cost import NO_EXTRAS, Extras, Trial, TuningPoint
+from .loop import with_control
 
 SPREAD, TRIED, STARTS = 400, 12, 3  # points of the box with linear figures, of these with responses, and descents
 COARSE, FINE, PROOF = (0.5, 0.2), (0.1, 0.04), (0.2, 0.05, 0.02)  # relative changes of gains
 WORTH, SMALL, GAINED = 0.02, 0.003, 0.008  # of the measure: what a coarse, a fine and a proving step must gain
 INSIDE = 1e-9
+# Measures of gains that do not count: outside the box, given up above a bound, with a broken limit, too sensitive.
+OUTSIDE, EXCEEDED, BROKEN, FRAGILE = inf, inf, inf, inf
+Box = tuple[Floats, Floats]
 MANY_DRIVES = 8  # drives from which on no points are computed to the end for the front alone
 REACH, SHORTEST = 0.3, 0.01  # of the logarithm of a gain: the longest step of all at first, and in the end
 LONGER, SHORTER = 2.0, 0.4  # times the longest step, after one that keeps half of its promise, and one that is no help
@@ -36,42 +42,45 @@ LITTLE = 1e-3  # share of a limit that does not count
 class Search:
     """The search of one trial in a box of logarithms of gains (low, high); every point is computed once.
 
-    `reference` has the goals by which they are divided before they count together. Where it is `sturdy`, gains do not
-    count of which 5 % more or less cost more than 20 % of compliance or settling.
+    `reference` has the goals by which they are divided before they count together, `extras` what is computed beside
+    them. Where it is `sturdy`, gains do not count of which 5 % more or less cost more than 20 % of compliance or
+    settling.
     """
 
-    sturdy = False
-
-    def __init__(self, trial: Trial, box: tuple[Floats, Floats], reference: Floats) -> None:
-        self.trial, self.low, self.high = trial, *box
+    def __init__(self, trial: Trial, box: Box, reference: Floats, extras: Extras = NO_EXTRAS, sturdy: bool = False):
+        self.trial, self.low, self.high, self.extras, self.sturdy = trial, *box, extras, sturdy
         self.reference = np.where(np.isfinite(reference) & (reference > 0.0), reference, 1.0)
         self.computed: dict[tuple[float, ...], TuningPoint] = {}
 
     def measure(self, x: Floats, bound: float = inf) -> float:
-        """Mean logarithm of the goals; infinite outside the box, where a limit is broken, or if it exceeds a bound."""
+        """Mean logarithm of the goals; infinite, as OUTSIDE, EXCEEDED, BROKEN and FRAGILE name it, of what is none."""
         if np.any(x < self.low - INSIDE) or np.any(x > self.high + INSIDE):
-            return inf
+            return OUTSIDE
         key = tuple(x.round(12).tolist())
         if key not in self.computed:
-            point = self.trial.evaluate(x, lambda goals: self._mean(goals) > bound and self._beaten(goals, x))
+            point = self.trial.evaluate(
+                x, self.extras, lambda goals: self._mean(goals) > bound and self._beaten(goals, x)
+            )
             if point is None:
-                return inf
+                return EXCEEDED
             self.computed[key] = point
         value = self.measure_of(self.computed[key])
-        return inf if self.sturdy and value < bound and not self.trial.sturdy(x) else value
+        fragile = self.sturdy and value < bound and not self.trial.sturdy(x, self.trial.linear)
+        return FRAGILE if fragile else value
 
     def sturdiest(self, best: Floats) -> Floats:
         """Best gains that stay about as good where one is 5 % more or less; the best of all if none does."""
         value = self.measure(best)
         measures = {key: self.measure_of(point) for key, point in self.computed.items()}
         others = sorted((other, key) for key, other in measures.items() if value < other < inf)
+        point = partial(self.trial.point, extras=self.extras)
         candidates = [best, *(np.array(key) for _, key in others[:CHOICES])]
-        return next((x for x in candidates if self.measure(x) < inf and self.trial.sturdy(x, True)), best)
+        return next((x for x in candidates if self.measure(x) < inf and self.trial.sturdy(x, point)), best)
 
     def measure_of(self, point: TuningPoint) -> float:
-        """The measure of a point; infinite where it breaks a limit."""
+        """The measure of a point; BROKEN where it breaks a limit."""
         broken = max(point.used(self.trial.setting.limits).values()) > 1.0
-        return inf if broken else self._mean(np.array(point.goals))
+        return BROKEN if broken else self._mean(np.array(point.goals))
 
     def _beaten(self, goals: Floats, x: Floats) -> bool:
         """True for goals that a computed point beats, its peak sensitivity too; always of many drives."""
@@ -203,8 +212,4 @@ def least_broken(trial: Trial, x: Floats) -> Floats:
 def front(search: Search) -> tuple[TuningPoint, ...]:
     """Points within the limits that no other beats in all goals and in the peak sensitivity at once."""
     marks = {(*p.goals, p.figures.peak_sensitivity): p for p in search.computed.values() if search.measure_of(p) < inf}
-    best: list[tuple[float, ...]] = []
-    for mark in sorted(marks):
-        if not any(all(a <= b for a, b in zip(other, mark, strict=True)) for other in best):
-            best.append(mark)
-    return tuple(marks[mark] for mark in best)
+    return tuple(marks[mark] for mark in unbeaten(marks))

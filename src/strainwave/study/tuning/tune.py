@@ -19,9 +19,8 @@ from ...drive.operating_point import refuse_overload
 from ...drive.project import Project
 from ...model.train.controls import SpeedLoop
 from ...model.train.filters import NotchFilter
-from . import cost
-from .cost import Trial, TuningLimits, TuningPoint, TuningTask
-from .loop import Loop, rule
+from .cost import GOALS, SETTLED_S, Extras, Trial, TuningLimits, TuningPoint, TuningTask
+from .loop import STEP, Loop, loads_of, rule, small_steps, with_control
 from .result import GainCost, GainSensitivity, NotchAdvice, TunedLoop, gains_text
 from .search import COARSE, WORTH, Search, front, least_broken
 
@@ -36,6 +35,7 @@ USUAL_SENSITIVITY = 2.0  # largest peak sensitivity where no margin is given
 WHOSE = "the gains of the file", "those of the rule", "the recommended gains"
 NO_NOTCH = "A notch filter at the resonance with the motor free makes the goals no better."
 SLACK = 1.015  # times the compliance and settling of the file, where no goal is given
+STABILITY, EVERYTHING = Extras(motor=True), Extras(motor=True, move=True)
 NOTHING = 1e-12  # rad, s, N*m: a goal that rounding makes
 
 
@@ -138,26 +138,26 @@ def tune(
     starts = [by_rule, of_file := loop.logs(loop.core)]
     if goals is None:
         both, whose = _baseline(trial, project, of_file, by_rule)
-        remarks = (*remarks, _limit_to_given(search, both, whose))
+        search, remark = _limited_to_given(search, both, whose)
+        remarks = (*remarks, remark)
     best = search.run(starts, progress)
     if goals is None and search.measure(best) == inf:
-        remarks = (*remarks[:-1], _allow_margins_of(search, both[-1], whose, any(bounds.values())))
+        search, remark = _with_margins_of(search, both[-1], whose, any(bounds.values()))
+        remarks = (*remarks[:-1], remark)
         best = search.run(starts, progress)
-    if not trial.full and search.measure(best) < inf:
-        trial.full = True
-        trial.full = inf in trial.point(best).goals
-        if trial.full:  # the search has not looked whether motions are stable: it does so now
-            search.computed.clear()
-            best = search.run(starts, progress)
+    if not trial.motor_limited and search.measure(best) < inf and inf in trial.point(best, STABILITY).goals:
+        # the search has not looked whether motions are stable: it does so now
+        search = Search(trial, (search.low, search.high), search.reference, STABILITY, search.sturdy)
+        best = search.run(starts, progress)
     if search.sturdy:
         best = search.sturdiest(best)
     if search.measure(best) == inf:
         raise ValueError(_goal_sentence(search, loop.names, trial.linear(of_file)))
     progress("before and after", 0.9)
     sensitivities = tuple(_sensitivities(search, best, loop.names))
-    advice, trial.full, trial.with_move = _notched(search, loop, best) if notch else None, True, True
-    dearest = max(trial.costs(best, trial.point), default=None)
-    today, ruled, recommended = points = [trial.point(x) for x in (of_file, by_rule, best)]
+    advice = _notched(search, loop, best) if notch else None
+    dearest = max(trial.costs(best, lambda x: trial.point(x, EVERYTHING)), default=None)
+    today, ruled, recommended = points = [trial.point(x, EVERYTHING) for x in (of_file, by_rule, best)]
     late = [whose for whose, point in zip(WHOSE, points, strict=True) if inf in point.settlings]
     if late:
         remarks = (*remarks, f"The move does not settle with {listed(late)}.")
@@ -182,8 +182,8 @@ def _drives(project: Project, units: Sequence[Project], loop: Loop) -> tuple[Pro
 
 def _goal_names(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
     for name in goals:
-        choice("goal", name, *cost.GOALS)
-        if cost.GOALS[name].of_move and project.move is None:
+        choice("goal", name, *GOALS)
+        if GOALS[name].of_move and project.move is None:
             raise ValueError(f"the goal {name!r} is one of a move, and the project has none; write its group 'move'")
     return tuple(dict.fromkeys(goals))
 
@@ -228,32 +228,31 @@ def _baseline(trial: Trial, project: Project, of_file: Floats, by_rule: Floats) 
     return [of_file, by_rule] if assumed else [of_file], "today's"
 
 
-def _limit_to_given(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = True) -> str:
-    """Limit compliance and settling to the least of the given gains; return the sentence that says so."""
+def _limited_to_given(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = True) -> tuple[Search, str]:
+    """Limit compliance and settling to the least of the given gains: the search anew, and the sentence that says so."""
     trial = search.trial
-    trial.with_move = True
-    points = [trial.point(x) for x in given]
-    trial.with_move = False
+    points = [trial.point(x, Extras(move=True)) for x in given]
     times = zip(*(p.settlings for p in points if isfinite(p.move_settling)), strict=True)
     limits = trial.setting.limits._replace(
         compliance=SLACK * min(p.figures.compliance for p in points),
         settling=SLACK * min(p.figures.settling for p in points),
-        settlings=tuple(SLACK * max(min(some), cost.SETTLED_S) for some in times),
+        settlings=tuple(SLACK * max(min(some), SETTLED_S) for some in times),
     )
-    trial.setting, search.sturdy = trial.setting._replace(limits=limits), sturdy
-    search.computed.clear()
-    return f"No goal is given: compliance and settling stay within 2 % of {whose}; name goals to give them up."
+    trial.setting = trial.setting._replace(limits=limits)
+    sentence = f"No goal is given: compliance and settling stay within 2 % of {whose}; name goals to give them up."
+    return Search(trial, (search.low, search.high), search.reference, sturdy=sturdy), sentence
 
 
-def _allow_margins_of(search: Search, x: Floats, whose: str, asked: bool) -> str:
-    """Allow the margins, compliance and settling of gains x, but no less margin than is asked; return the sentence."""
+def _with_margins_of(search: Search, x: Floats, whose: str, asked: bool) -> tuple[Search, str]:
+    """Allow the margins, compliance and settling of gains x, but no less margin than is asked: search and sentence."""
     trial = search.trial
     peak = trial.setting.limits.peak_sensitivity
     if not asked:
         peak = max(peak, (1.0 + 1e-9) * trial.linear(x).figures.peak_sensitivity)
     trial.setting = trial.setting._replace(limits=trial.setting.limits._replace(peak_sensitivity=peak))
-    return (
-        f"{_limit_to_given(search, [x], whose, False)} No gains keep them and the margins where 5 % more or less of "
+    anew, sentence = _limited_to_given(search, [x], whose, False)
+    return anew, (
+        f"{sentence} No gains keep them and the margins where 5 % more or less of "
         f"one costs little{'' if asked else f'; a peak sensitivity of {number(peak)} is allowed'}."
     )
 
@@ -300,7 +299,7 @@ def _goal_sentence(search: Search, names: tuple[str, ...], today: TuningPoint) -
         missed = next((name for i, name in enumerate(goals) if all(inf == g[i] for g in tried)), "")
         if missed == "settling":
             return "the move settles with no gains tried; give it a wider window, or a dwell at its end"
-        if missed and cost.GOALS[missed].of_move:
+        if missed and GOALS[missed].of_move:
             return "the drive follows the move with no gains tried; give it more time"
         return "no gains within the limits have a stable steady motion in the range of speeds; take other speeds"
     least = min(heavy, key=lambda point: point.motor_share)
@@ -314,9 +313,9 @@ def _goal_sentence(search: Search, names: tuple[str, ...], today: TuningPoint) -
 
 def _sensitivities(search: Search, best: Floats, names: tuple[str, ...]) -> Iterator[GainSensitivity]:
     """Sensitivity of the measure to each gain; its sides are None where a limit is broken there."""
-    values = [search.measure(best + step) - search.measure(best) for _, _, step in cost.small_steps(best)]
+    values = [search.measure(best + step) - search.measure(best) for _, _, step in small_steps(best)]
     sides = [float(np.expm1(value)) if value < inf else None for value in values]
-    yield from map(GainSensitivity, names, [cost.STEP] * len(names), sides[::2], sides[1::2])
+    yield from map(GainSensitivity, names, [STEP] * len(names), sides[::2], sides[1::2])
 
 
 def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str, ...]) -> Iterator[str]:
@@ -326,15 +325,15 @@ def _binding(search: Search, best: Floats, point: TuningPoint, names: tuple[str,
             yield limit
     for side, ends in (("lower", search.low), ("upper", search.high)):
         for name, x, end in zip(names, best, ends, strict=True):
-            if abs(x - end) < np.log1p(cost.STEP):
+            if abs(x - end) < np.log1p(STEP):
                 yield f"{side} end of the range, {gains_text(control, (name,), (float(np.exp(end)),))}"
 
 
 def _response(drives: Sequence[Project], loads: Sequence[float] | None, control: Any) -> DriveResponse | None:
     """Response of drives under the load with the largest oscillation; None where one has no stable motion."""
     try:
-        cases = [case for drive in drives for case in cost.loads_of(drive, loads)]
-        responses = [cost.with_control(case, control).response() for case in cases]
+        cases = [case for drive in drives for case in loads_of(drive, loads)]
+        responses = [with_control(case, control).response() for case in cases]
     except SolveError:
         return None
     return max(responses, key=lambda response: float(response.oscillation[response.top]))
@@ -352,5 +351,4 @@ def _notched(search: Search, loop: Loop, best: Floats) -> NotchAdvice | None:
     trial.computed += with_notch.computed
     if notched.measure(x) > search.measure(best) - NOTCH_GAIN:
         return None
-    with_notch.full = with_notch.with_move = True
-    return NotchAdvice(frequency, NOTCH_WIDTH, NOTCH_DEPTH, with_notch.point(x), with_notch.control(x))
+    return NotchAdvice(frequency, NOTCH_WIDTH, NOTCH_DEPTH, with_notch.point(x, EVERYTHING), with_notch.control(x))

@@ -1,4 +1,4 @@
-"""Units of one type under one controller: a compensation under scatter."""
+"""Specimens of one type of gear, the units of a scatter, under one controller: a compensation under scatter."""
 
 from collections.abc import Sequence
 from typing import Any
