@@ -52,10 +52,10 @@ from .study.identification.discrepancy import MissingTerm as MissingTerm
 from .study.identification.identified import Identified as Identified
 from .study.identification.intervals import Interval as Interval
 from .study.identification.law_fit import LawComparison as LawComparison
+from .study.identification.law_fit import LoopCandidate as LoopCandidate
 from .study.identification.log import Gap as Gap
 from .study.identification.log import LogSegment as LogSegment
-from .study.identification.loops.loop_model import LoopCandidate as LoopCandidate
-from .study.identification.loops.loop_model import LoopFit as LoopFit
+from .study.identification.loops.loop_result import LoopFit as LoopFit
 from .study.identification.orders.error_result import ErrorScan as ErrorScan
 from .study.identification.orders.error_result import Reversal as Reversal
 from .study.identification.orders.error_result import ScanLine as ScanLine

@@ -15,7 +15,7 @@ from ..study.identification.identified import Identified
 from ..study.identification.joint.answer import law_cloud, residual_orders, torsion_of
 from ..study.identification.joint.metered import Metered
 from ..study.identification.log import Log, LogSegment
-from ..study.identification.loops.loop_model import LoopFit
+from ..study.identification.loops.loop_result import LoopFit
 from ..study.identification.orders.order_result import OrderScan
 from .panels import BLUE, DASHES, GREY, ORANGE, PALE, TIME, Axis, Panel, bode_pair, panels_of
 

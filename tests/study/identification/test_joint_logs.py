@@ -10,7 +10,7 @@ import pytest
 from measured_axis import GRAVITY, J_L, K1, K2, T1, B, measured
 
 import strainwave as sw
-from strainwave.files.variants.identify_log import _certain
+from strainwave.files.variants.identified_project import is_certain
 from strainwave.study.identification.joint.solve import scatter
 
 sys.path.append(str(Path(__file__).resolve().parents[3] / "benchmarks"))
@@ -103,7 +103,7 @@ def test_a_line_of_both_turns_counts_where_it_is_as_sure_as_one_that_was_looked_
     for pair, deviations, counts in (((2, 0), 4.0, True), ((2, 2), 4.0, False), ((2, 2), 7.0, True)):
         estimates = SimpleNamespace(values={f"line({pair[0]}, {pair[1]})": deviations}, covariance=np.eye(1))
         answer = SimpleNamespace(estimates=estimates, joint=SimpleNamespace(weights=np.ones(1000)))
-        assert _certain(answer, pair) is counts
+        assert is_certain(answer, pair) is counts
 
 
 @pytest.mark.parametrize(("seed", "times"), [(2, 10.0), (7, 10.0), (4, 0.1), (4, 0.01)])

@@ -2,8 +2,7 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,26 +14,17 @@ from ...base.results import Floats
 from ...base.sentences import listed
 from ...base.terminal import Progress, on_screen, silent
 from ...base.units import ARCSEC, RPM
-from ...drive.demands.motor_limits import MotorLimits
 from ...drive.project import Project
-from ...drive.sources import Source
-from ...model.excitation import Harmonic, KinematicError, Line
 from ...model.gears.catalogue import gear as gear_of
-from ...model.laws.friction import Coulomb, LoadFriction, Viscous
-from ...model.laws.hysteresis import BoucWen, Parallel
+from ...model.laws.hysteresis import Parallel
 from ...model.laws.springs import PiecewiseLinear
-from ...model.train.motion import AngleTorque
 from ...study.identification.fitted import Fit
-from ...study.identification.joint import solve
 from ...study.identification.joint.answer import Answer, fit_joint, residuals_of
 from ...study.identification.joint.estimates import Tie
-from ...study.identification.joint.model import line_names
 from ...study.identification.joint.pieces import angles_of
 from ...study.identification.log import Log
-from ..fields.groups import ASSUMED, MEASURED
 from ..logs.read import read_log
-from ..project_text import project_text
-from ..reading import from_text
+from .identified_project import identified_project
 
 EXPLAINED_SHARE, SHARE_WITH_REST = 0.9, 0.98  # of the motion: to be explained, alone and beside a rest above scatter
 UNITS = {
@@ -43,9 +33,7 @@ UNITS = {
     "load_friction": "", "load_inertia": "kg*m^2", "torque_constant": "N*m/A", "torque_scale": "",
     "motor_inertia": "kg*m^2", "motor_coulomb": "N*m", "motor_viscous": "N*m*s/rad", "motor_load_friction": "",
 }  # fmt: skip
-LAW = ("K1", "K2", "K3", "T1", "T2")
 USUAL = 1.54, 1.79, 4.3e-4, 1.6e-3  # K2, K3, T1, T2 over K1: medians of the 179 laws of the catalogue
-SURE = 3.4  # standard deviations that an amplitude of a line in the project is away from 0: a file takes 30 %
 TOO_FAST = 3.0  # times the largest speed of the gear's input, in a tenth of a log: an angle of another unit
 HELD = 0.5  # share of a moving load's readings that are the ones before
 
@@ -67,7 +55,7 @@ class IdentifiedLog(Fit):
     explained : float
         Share of the torsion's motion that the model explains.
     causes : tuple of str
-        Effects that the logs show and the model lacks.
+        Effects that the logs show and the model lacks, or that the load inertia given does not fit.
     project : Project or None
         The drive with the numbers found; None where they are not usable.
     answer : Answer
@@ -111,7 +99,7 @@ class IdentifiedLog(Fit):
     def headline(self) -> str:
         """Sentence on the share of the motion that the model explains."""
         share = f"{100.0 * max(self.explained, 0.0):.{1 if self.explained < 0.99 else 2}f} % of the motion"
-        lacks = "" if self.causes and self.causes[0].startswith("that") else ", which the model lacks"
+        lacks = ", which the model lacks" if all(cause.of_model for cause in self.answer.causes) else ""
         shows = f"The log shows {listed(self.causes)}{lacks}" if self.causes else ""
         if self.explained < EXPLAINED_SHARE:
             several = len({piece.log for piece in self.answer.joint.pieces}) > 1
@@ -220,12 +208,12 @@ def identify_log(
     records = _logs(logs)
     _refuse_fast(records, None if record is None else record.max_speed)
     answer = fit_joint(records, ratio, law, inertia, constant, progress)
-    causes = (*answer.causes, *(_held(records) if answer.explained < EXPLAINED_SHARE else ()))
+    causes = (*(cause.text for cause in answer.causes), *(_held(records) if answer.explained < EXPLAINED_SHARE else ()))
     fit = answer.estimates
     least = SHARE_WITH_REST if answer.more else EXPLAINED_SHARE
     enough = project is not None or {"K1", "B"} & {*fit.values}  # else nothing is known beside the catalogue
     usable = bool(not causes and answer.explained >= least and answer.inertia_known and enough)
-    made = _project(answer, gear, project) if usable else None
+    made = identified_project(answer, gear, project) if usable else None
     progress("identified", 1.0)
     return IdentifiedLog(
         fit.values, fit.covariance, fit.freedom, fit.unidentified, fit.tied, answer.explained, causes, made,
@@ -250,8 +238,9 @@ def _logs(logs: Any) -> list[Any]:
 def _refuse_fast(logs: Sequence[Any], limit: float | None) -> None:
     """Refuse angles in which the motor turns far faster than the gear allows."""
     for i, log in enumerate(logs):
-        time, motor, *_ = angles_of(log, i)
-        speed = float(np.quantile(np.abs(np.diff(motor) / np.diff(time)), 0.9)) if len(time) > 1 else 0.0
+        angles = angles_of(log, i)
+        speeds = np.abs(np.diff(angles.motor) / np.diff(angles.motor_time))
+        speed = float(np.quantile(speeds, 0.9)) if len(speeds) else 0.0
         if limit is not None and speed > TOO_FAST * limit:
             fact = f"in log {i + 1} the motor turns at {speed / RPM:.4g} rpm, and the gear allows {limit / RPM:.4g} rpm"
             raise ValueError(f"{fact}; the angles seem to be in deg and were read in rad: give units")
@@ -281,84 +270,3 @@ def _held(logs: Sequence[Any]) -> list[str]:
         if np.any(moving) and np.mean(load[moving] == 0.0) > HELD:
             causes.append(f"readings of load_angle in log {i + 1} that are held (most are those before)")
     return causes
-
-
-def _project(answer: Answer, gear: str | None, given: Project | None) -> Project:
-    """The project with the numbers found, and their scatter."""
-    joint, values = answer.joint, answer.estimates.values
-    kept = {name: joint.scales[name].first for name in (*LAW, "B") if name not in values}  # what the logs do not tell
-    v, speeds = joint.values | kept, np.abs(np.concatenate([piece.motor_rate for piece in joint.pieces]))
-    if given is None:
-        top = float(np.max(speeds))
-        given = from_text(
-            f"gear: {gear}\nmotor: {{mode: held}}\nload: {{inertia: {v['inertia']!r} kg*m^2}}\n"
-            "damping: {quality: 20}\n"
-            f"speed: {{from: {0.05 * top!r} rad/s, to: {top!r} rad/s, shaft: motor}}\n"
-            "excitation: {kinematic_error: [{order: 2, amplitude: 1 arcsec}]}\n",
-            Path("identified.yaml"),
-        )
-    law: Any = PiecewiseLinear(v["K1"], v["K2"], v["K3"], v["T1"], max(v["T2"], v["T1"]))
-    if v["hysteresis"]:
-        law = Parallel(law, BoucWen(v["hysteresis"], 0.0, v["yield_twist"]))
-    lines = [Line(j + k / joint.ratio, *_wave(v, line_names((j, k)))) for j, k in joint.lines]
-    sizes = {pair: line for pair, line in zip(joint.lines, lines, strict=True) if _certain(answer, pair)}
-    error = KinematicError(tuple(sizes.values())) if sizes else given.subject.error
-    size, phase = _wave(v, ("gravity_sin", "gravity_cos"))
-    drag = _with_friction(AngleTorque(size, 1, -phase), values, "")
-    pulled = {"excitation": Harmonic(0.0, mean=-v["gravity_mean"])} if v["gravity_mean"] else {}
-    B = v["B"] if "B" in values else given.subject.B
-    train = given.subject.with_load(J=v["inertia"], drag=drag, **pulled)._replace(law=law, B=B, error=error)
-    if values.get("motor_inertia", 0.0) > 0.0:
-        train = train.with_motor(J=values["motor_inertia"])
-    if (friction := _with_friction(None, values, "motor_")) is not None:
-        train = train.with_motor(drag=friction)
-    if v["load_friction"] > 0.0:
-        train = train._replace(friction=LoadFriction(v["load_friction"]))
-    measured = {"gear": {*LAW} & {*values}, "damping": {"B"} & {*values}}
-    sources = (*given.sources, *(Source(name, "", MEASURED) for name, numbers in measured.items() if numbers))
-    if gear is not None and not sizes:
-        sources += (Source("excitation.kinematic_error", "", ASSUMED),)
-    limits = given.motor_limits
-    if "torque_constant" in values:
-        limits = (limits or MotorLimits())._replace(K_t=values["torque_constant"])
-    scatter, correlation = _scatter(answer, list(sizes))
-    spread = {"scatter": scatter, "correlation": correlation}
-    better = replace(given, subject=train, sources=sources, motor_limits=limits, **spread)
-    return from_text(project_text(better), given.path)
-
-
-def _with_friction(law: Any, values: dict[str, float], shaft: str) -> Any:
-    """A law, or None, with the dry and viscous friction that was found of a shaft."""
-    for name, kind in (("coulomb", Coulomb), ("viscous", Viscous)):
-        if values.get(shaft + name, 0.0) > 0.0:
-            part = kind(values[shaft + name])
-            law = part if law is None else Parallel(law, part)
-    return law
-
-
-def _scatter(answer: Answer, lines: Sequence[tuple[int, int]]) -> tuple[Any, Any]:
-    """Deviations of the numbers that were found, relative, by their names in the file, and their correlation."""
-    names = {name: f"gear.law.{name}" for name in LAW}
-    names |= {"B": "damping.B", "motor_inertia": "motor.inertia"}
-    names |= {f"line({j}, {k})": f"excitation.kinematic_error.{i}.amplitude" for i, (j, k) in enumerate(lines)}
-    fit, values = answer.estimates, list(answer.estimates.values)
-    indices = [values.index(name) for name in names if name in values]
-    part = fit.covariance[np.ix_(indices, indices)]
-    size = np.sqrt(np.diag(part))
-    rows = [(names[values[i]], float(sd / fit.values[values[i]])) for i, sd in zip(indices, size, strict=True)]
-    return tuple(rows), tuple(map(tuple, (part / np.outer(size, size)).tolist())) if len(indices) > 1 else None
-
-
-def _wave(values: dict[str, float], names: Sequence[str]) -> tuple[float, float]:
-    """Amplitude and phase of a cosine and a sine: amplitude cos(angle + phase)."""
-    a, b = (values[name] for name in names)
-    return float(np.hypot(a, b)), float(np.arctan2(-b, a))
-
-
-def _certain(answer: Answer, pair: tuple[int, int]) -> bool:
-    """True for a line that stands out of its scatter: other than order 2, which every gear has, as those looked for."""
-    name, fit = f"line({pair[0]}, {pair[1]})", answer.estimates
-    if name not in fit.values:
-        return False
-    index, least = list(fit.values).index(name), max(solve.SURE, solve.POWER_OF_TERM * len(answer.joint.weights))
-    return bool(fit.values[name] ** 2 > fit.covariance[index, index] * (SURE**2 if pair == (2, 0) else least))

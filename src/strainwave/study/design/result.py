@@ -9,9 +9,9 @@ import numpy as np
 
 from ...base.facts import Fact
 from ...base.number_text import counted, number
-from ...base.pareto import unbeaten
 from ...base.records import Labelled, Result
 from ...base.units import RPM
+from ..pareto import unbeaten
 from .specification import Specification
 
 SHOWN = 8  # of the best designs

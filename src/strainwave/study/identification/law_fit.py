@@ -74,7 +74,7 @@ class LackOfFit(NamedTuple):
         )
 
 
-class Candidate(NamedTuple):
+class LoopCandidate(NamedTuple):
     """A candidate law: what it has, its unknowns, and its error on samples or runs that were left out.
 
     `error` is the root mean square [N*m] under the fit to the others, `worse` the mean difference of its square from
@@ -95,7 +95,7 @@ class Candidate(NamedTuple):
 
 def compare_candidates(
     fits: Sequence[tuple[str, int]], errors: Floats, unit: float, where: str
-) -> tuple[int, tuple[Candidate, ...], str]:
+) -> tuple[int, tuple[LoopCandidate, ...], str]:
     """The simplest candidate within two standard errors of the best, the table, and the reason.
 
     Parameters
@@ -117,7 +117,7 @@ def compare_candidates(
     tied = np.flatnonzero(worse <= TIE_ERRORS)
     choice = min(tied.tolist(), key=lambda i: (fits[i][1], means[i]))
     rows = tuple(
-        Candidate(fits[i][0], fits[i][1], unit * float(means[i]) ** 0.5, float(worse[i]), i == choice)
+        LoopCandidate(fits[i][0], fits[i][1], unit * float(means[i]) ** 0.5, float(worse[i]), i == choice)
         for i in np.argsort(means, kind="stable").tolist()
     )
     text = f"{fits[choice][0]}: error {unit * means[choice] ** 0.5:.3g} N*m {where}"
@@ -145,7 +145,7 @@ class LawFit(Fit):
         Degrees of freedom of their intervals.
     unidentified : dict of str to str
         What the measurement does not tell, by its path, each with a sentence.
-    comparison : tuple of Candidate
+    comparison : tuple of LoopCandidate
         The candidates by their error in what was left out, smallest first.
     reason : str
         Why this candidate was chosen.
@@ -168,7 +168,7 @@ class LawFit(Fit):
     covariance: Floats
     freedom: Floats
     unidentified: dict[str, str]
-    comparison: tuple[Candidate, ...]
+    comparison: tuple[LoopCandidate, ...]
     reason: str
     residual_rms: float
     torque: Floats

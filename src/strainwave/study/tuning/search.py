@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from ...base.pareto import unbeaten
 from ...base.results import Floats
+from ..pareto import unbeaten
 from .cost import NO_EXTRAS, Extras, Trial, TuningPoint
 from .loop import with_control
 

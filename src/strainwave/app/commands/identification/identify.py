@@ -19,7 +19,7 @@ from ....plot.fits import identified_log_rows
 from ....plot.svg import figure
 from ...console import Progress, echo, to_json, write_all
 from ...report.section import rendered_part
-from ...report.sections import SECTIONS
+from ...report.sections.opening import opening
 from ...view import View
 from ..options import file_type, json_option, output_option, reading_options
 from .read_log import log_by_choice
@@ -81,16 +81,21 @@ def identify(
 
 def verdict(project: Project) -> list[str]:
     """The verdict of `analyze` on the drive that was found, and the range of its oscillation by the intervals."""
-    text, kind = list[str](), "verdict"
     try:
         with Progress(project.title) as progress:
-            text += rendered_part(SECTIONS[0], View.of(project, project.analyze(progress.show, advice=False))).lines
-        if project.has_memory:  # each of its responses is an integration
-            return [*text, "No range by the intervals: the gear has memory, and each response would be an integration."]
-        kind = "range by the intervals"
+            text = rendered_part(opening, View.of(project, project.analyze(progress.show, advice=False))).lines
+    except (SolveError, ValueError) as error:
+        return [f"No verdict: {error}"]
+    return [*text, oscillation_range(project)]
+
+
+def oscillation_range(project: Project) -> str:
+    """Range of the oscillation of drives that are drawn by the intervals, or why there is none."""
+    if project.has_memory:  # each of its responses is an integration
+        return "No range by the intervals: the gear has memory, and each response would be an integration."
+    try:
         peaks = [float(np.max(one.response().oscillation)) for one in scattered(project, DRAWN)]
     except (SolveError, ValueError) as error:
-        return [*text, f"No {kind}: {error}"]
+        return f"No range by the intervals: {error}"
     low, high = (f"{size / ARCSEC:.4g}" for size in np.quantile(peaks, (0.025, 0.975)))
-    spread = f"By the intervals the response oscillates with up to {low} to {high} arcsec (95 % of {DRAWN} drives)."
-    return [*text, spread]
+    return f"By the intervals the response oscillates with up to {low} to {high} arcsec (95 % of {DRAWN} drives)."

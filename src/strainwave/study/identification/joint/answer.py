@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,13 @@ CAUSES = {
 }
 
 
+class Cause(NamedTuple):
+    """Effect that the logs show, a noun or a clause, and whether the model lacks it; else what was given is wrong."""
+
+    text: str
+    of_model: bool = True
+
+
 @dataclass(frozen=True, eq=False)
 class Answer:
     """A joint that was fitted.
@@ -50,8 +57,8 @@ class Answer:
         Share of the torsion's motion that the model explains: 1 - rms of the residual / rms of the torsion.
     residual, scatter : float
         Root mean square of the residual [rad], and the scatter of the load's readings.
-    causes : tuple of str
-        What the model lacks and a test supports, a noun each.
+    causes : tuple of Cause
+        Why the fit explains no more, as a test supports.
     inertia_known : bool
         Whether the load's inertia was given, or a channel of torque has weighed it.
     channels : tuple of Metered
@@ -65,7 +72,7 @@ class Answer:
     explained: float
     residual: float
     scatter: float
-    causes: tuple[str, ...]
+    causes: tuple[Cause, ...]
     inertia_known: bool
     channels: tuple[Metered, ...]
     notes: tuple[str, ...]
@@ -187,7 +194,7 @@ def _start_of(logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: 
 
 def _first_fit(
     logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None, progress: solve.Progress
-) -> tuple[Joint, list[str]]:  # fmt: skip
+) -> tuple[Joint, list[Cause]]:  # fmt: skip
     """The fit, and that the inertia given does not fit; without one the best of several resonances, K1 as printed.
 
     With an inertia that is far too small a fit takes long: where a first one is unlikely, others are asked first.
@@ -215,9 +222,9 @@ def _fit_any_inertia(
 def _fit_or_cause(
     joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None, given: bool,
     progress: solve.Progress,
-) -> tuple[Joint, list[str]]:  # fmt: skip
+) -> tuple[Joint, list[Cause]]:  # fmt: skip
     """The fit with what the model lacks, or with an inertia that is not the one given: what leaves less."""
-    likely, misgiven, limit = _likely(joint, law), list[str](), solve.rms(joint)
+    likely, misgiven, limit = _likely(joint, law), list[Cause](), solve.rms(joint)
     if not likely and given and inertia is not None:
         limit *= CAUSE_SHARE
         other, misgiven = _other_inertia(logs, ratio, law, inertia, limit, memory="hysteresis" in joint.free)
@@ -253,7 +260,7 @@ def unexplained(joint: Joint) -> bool:
 
 def _other_inertia(
     logs: Sequence[Any], ratio: float, law: Sequence[float], given: float, limit: float, *, memory: bool
-) -> tuple[Joint, list[str]]:  # fmt: skip
+) -> tuple[Joint, list[Cause]]:  # fmt: skip
     """The fit with any inertia, completed where it leaves less than a limit; and that the one given does not fit."""
     free = _fit_any_inertia(logs, ratio, law, lambda first, w: solve.running(first, w, solve.FIRST_LINES, memory))
     free = solve.completed(free) if solve.rms(free) < limit else free
@@ -261,12 +268,12 @@ def _other_inertia(
     if unexplained(free) or 1.0 / UNLIKE_RATIO < fitted / given < UNLIKE_RATIO:
         return free, []
     hint = f"with the gear's K1 it is near {fitted:.3g} kg·m²"
-    return free, [f"that the load inertia given, {given:.3g} kg·m², does not fit ({hint})"]
+    return free, [Cause(f"that the load inertia given, {given:.3g} kg·m², does not fit ({hint})", of_model=False)]
 
 
 def _fit_with_cause(
     joint: Joint, logs: Sequence[Any], ratio: float, law: Sequence[float], inertia: float | None
-) -> tuple[Joint, list[str]]:  # fmt: skip
+) -> tuple[Joint, list[Cause]]:  # fmt: skip
     """The fit with what a test supports beyond the model, and the names of it."""
     given = joint.values["inertia"] if inertia is None else inertia
     omega = float(np.sqrt(law[0] / given))
@@ -289,7 +296,7 @@ def _fit_with_cause(
                 return best, _cause_of_residual(best) if unexplained(best) else []
             value = best.values[name]
             size = {"gap": value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
-            return best, [CAUSES[name].format(size)]
+            return best, [Cause(CAUSES[name].format(size))]
     return joint, _cause_of_residual(joint) if unexplained(joint) else []
 
 
@@ -301,7 +308,7 @@ def _with_gap(joint: Joint) -> Joint:
     return replace(joint, values=v | more)
 
 
-def _cause_of_residual(joint: Joint) -> list[str]:
+def _cause_of_residual(joint: Joint) -> list[Cause]:
     """Cause of the residual in the longest piece, if a test supports it: a line of the motor's turn, or a resonance."""
     i = int(np.argmax([len(piece.time) for piece in joint.pieces]))
     piece, residual = joint.pieces[i], joint.residuals()[i]
@@ -314,10 +321,10 @@ def _cause_of_residual(joint: Joint) -> list[str]:
         slow = np.polynomial.Polynomial.fit(turned, torsion, 4)(turned)
         order, of_turn = _peak(turned * np.sign(turned[-1] - turned[0]), torsion - slow, LOWEST_ORDER)
         if of_turn and abs(order - round(order)) > ORDER_GAP:
-            return [f"a line of order {order:.3g} of the motor's turn, {size:.3g} arcsec rms"]
+            return [Cause(f"a line of order {order:.3g} of the motor's turn, {size:.3g} arcsec rms")]
     known = float(np.std(residual)) < MISSED_SHARE * float(np.std(torsion_of(joint, i)))  # else K1 is no measure
     if of_time and known:
-        return [f"a motion that rings near {frequency:.3g} Hz (a second resonance), {size:.3g} arcsec rms"]
+        return [Cause(f"a motion that rings near {frequency:.3g} Hz (a second resonance), {size:.3g} arcsec rms")]
     return []
 
 

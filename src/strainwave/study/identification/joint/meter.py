@@ -1,5 +1,6 @@
-"""A channel of torque beside a joint that was fitted: a motor's current or torque, or a torque at the load.
+"""Inertia, friction and torque constant of a motor, by its current or torque beside a joint that was fitted.
 
+A torque at the load gives the scale of the joint's torques in the same way.
 k (i - i0) = J_m a + u' T + (F_c + mu |T| / N) sign(v) + F_v v, with T the torque of the gear that the fit has, and u'
 the turn of the rigid gear for one of the motor, is linear in 1/k, J_m/k, ...; a torque at the load is k (i - i0) = T.
 Readings and columns are averaged over the same windows, so that none is filtered more than the other. Windows in which

@@ -221,7 +221,10 @@ class Joint:
         return name in NUMBERS[:POSITIVE]
 
     def moved(self, change: Floats) -> "Joint":
-        """The joint after a change (free + 3 pieces,) of its free numbers and starts, in units."""
+        """The joint after a change (free + 3 pieces,) of its free numbers and starts, in units.
+
+        A change of a logarithm is clipped to 1 either way. Starts stay where gains draw the motion to the readings.
+        """
         values = dict(self.values)
         for name, by in zip(self.free, change[: len(self.free)].tolist(), strict=True):
             values[name] = self.changed(name, float(np.clip(by, -1.0, 1.0)) if self.is_log(name) else by)[name]

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import BSpline, CubicSpline, make_interp_spline, make_lsq_spline
@@ -25,9 +25,28 @@ ELSEWHERE = 64.0  # counts that a shaft turns from one place to the next
 STILL = 1e-4  # rad of the load: nothing moves
 
 
+class Angles(NamedTuple):
+    """Angles of a log, each at its own times: (k,) times [s] and angles [rad] of the motor, (m,) of the load."""
+
+    motor_time: Floats
+    motor: Floats
+    load_time: Floats
+    load: Floats
+
+    @property
+    def times(self) -> tuple[Floats, Floats]:
+        """Times of the motor's angles, and of the load's."""
+        return self.motor_time, self.load_time
+
+    def within(self, begin: float, end: float) -> "Angles":
+        """The angles that were read from a time to another."""
+        of_motor, of_load = ((time >= begin) & (time <= end) for time in self.times)
+        return Angles(self.motor_time[of_motor], self.motor[of_motor], self.load_time[of_load], self.load[of_load])
+
+
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """A stretch of a log.
+    """A stretch of a log. `time`, `value` and `weight` are the load's, whose angles a fit compares.
 
     Attributes
     ----------
@@ -100,8 +119,8 @@ class Piece:
         return replace(self, weight=white / np.sqrt(white**2 + error)) if white > 0.0 else self
 
 
-def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Times and angles of the motor, and of the load, each as it was sampled.
+def angles_of(log: Log | Mapping[str, Any], which: int) -> Angles:
+    """Angles of the motor and of the load, each as it was sampled.
 
     Raises
     ------
@@ -121,7 +140,7 @@ def angles_of(log: Log | Mapping[str, Any], which: int) -> tuple[Floats, Floats,
         if len(t) > 1 and np.min(steps := np.diff(t)) <= 0.0:
             raise ValueError(f"log {which + 1}: stamps go back or repeat at {t[np.argmin(steps)]:.9g} s; sort it")
         arrays += [t, values]
-    return arrays[0], arrays[1], arrays[2], arrays[3]
+    return Angles(*arrays)
 
 
 def channel_of(log: Log | Mapping[str, Any], name: str) -> tuple[Floats, Floats] | None:
@@ -150,7 +169,7 @@ def pieces_of(logs: Sequence[Any], ratio: float, step: float) -> tuple[list[Piec
     """
     raw = [angles_of(log, i) for i, log in enumerate(logs)]
     sense = _sense(raw, ratio)
-    stretches = [(i, *part) for i, one in enumerate(raw) for part in _cut(*one)]
+    stretches = [(i, *part) for i, one in enumerate(raw) for part in _stretches(one)]
     if not stretches:
         raise ValueError(f"no stretch of the logs has {FEWEST} samples of both angles without a gap; log longer ones")
     many = sum((end - begin) / step for _, begin, end in stretches)
@@ -158,7 +177,7 @@ def pieces_of(logs: Sequence[Any], ratio: float, step: float) -> tuple[list[Piec
         stretches = _parts(stretches, GRID_STEPS * step)
     pieces = [piece for i, a, b in stretches if (piece := _piece(raw[i], i, a, b, step, sense, ratio)) is not None]
     if not pieces:
-        steps = float(np.median(np.diff(raw[0][2])))
+        steps = float(np.median(np.diff(raw[0].load_time)))
         raise ValueError(
             f"the load's angle has {steps:.3g} s between its readings, too few for a joint that rings; log faster, or "
             "give the unit of the time"
@@ -166,14 +185,14 @@ def pieces_of(logs: Sequence[Any], ratio: float, step: float) -> tuple[list[Piec
     return pieces, sense
 
 
-def _sense(raw: Sequence[tuple[Floats, ...]], ratio: float) -> float:
+def _sense(raw: Sequence[Angles], ratio: float) -> float:
     """Direction of the load against the motor, by the slope of one angle over the other."""
     rows = []
-    for i, (tm, motor, tl, load) in enumerate(raw):
-        if len(tm) < FEWEST or len(tl) < FEWEST:
-            raise ValueError(f"log {i + 1} has {min(len(tm), len(tl))} samples of an angle; {FEWEST} are the least")
-        sampled = np.interp(tl, tm, motor)
-        rows.append((sampled - np.mean(sampled), load - np.mean(load)))
+    for i, angles in enumerate(raw):
+        if (fewest := min(map(len, angles.times))) < FEWEST:
+            raise ValueError(f"log {i + 1} has {fewest} samples of an angle; {FEWEST} are the least")
+        sampled = np.interp(angles.load_time, angles.motor_time, angles.motor)
+        rows.append((sampled - np.mean(sampled), angles.load - np.mean(angles.load)))
     motor, load = np.concatenate([r[0] for r in rows]), np.concatenate([r[1] for r in rows])
     for name, turned in (("motor_angle", np.ptp(motor) / ratio), ("load_angle", np.ptp(load))):
         if turned < STILL:
@@ -200,21 +219,21 @@ def _why(slope: float, ratio: float) -> str:
     return f"{fact}; take the gear of the log, or give both angles on their own shafts"
 
 
-def _cut(tm: Floats, _motor: Floats, tl: Floats, _load: Floats) -> list[tuple[float, float]]:
+def _stretches(angles: Angles) -> list[tuple[float, float]]:
     """Begins and ends of the stretches in which neither channel has a gap."""
-    edges = [max(tm[0], tl[0]), min(tm[-1], tl[-1])]
+    first, last = max(t[0] for t in angles.times), min(t[-1] for t in angles.times)
     holes: list[tuple[float, float]] = []
-    for t in (tm, tl):
+    for t in angles.times:
         steps = np.diff(t)
         indices = np.flatnonzero(steps > max(GAP * float(np.median(steps)), 1e-9))
         holes += [(float(t[i]), float(t[i + 1])) for i in indices]
-    stretches, begin = [], edges[0]
+    stretches, begin = [], first
     for a, b in sorted(holes):
         if a > begin:
-            stretches.append((begin, min(a, edges[1])))
+            stretches.append((begin, min(a, last)))
         begin = max(begin, b)
-    stretches.append((begin, edges[1]))
-    return [(a, b) for a, b in stretches if min(np.sum((t >= a) & (t <= b)) for t in (tm, tl)) >= FEWEST]
+    stretches.append((begin, last))
+    return [(a, b) for a, b in stretches if min(np.sum((t >= a) & (t <= b)) for t in angles.times) >= FEWEST]
 
 
 def _parts(stretches: list[tuple[int, float, float]], seconds: float) -> list[tuple[int, float, float]]:
@@ -229,29 +248,32 @@ def _parts(stretches: list[tuple[int, float, float]], seconds: float) -> list[tu
 
 
 def _piece(
-    raw: tuple[Floats, ...], log: int, begin: float, end: float, step: float, sense: float, ratio: float
+    raw: Angles, log: int, begin: float, end: float, step: float, sense: float, ratio: float
 ) -> Piece | None:  # fmt: skip
-    tm, motor, tl, load = raw
-    of_motor, of_load = (tm >= begin) & (tm <= end), (tl >= begin) & (tl <= end)
-    tm, motor, tl, load = tm[of_motor], motor[of_motor], tl[of_load], sense * load[of_load]
-    if min(len(tm), len(tl)) < FEWEST:
+    """The piece of a log from a time to another; None where it has too few samples.
+
+    The motor's angle is a spline over the grid, which begins with its first reading. The load's angle is a spline over
+    the grid too, and its readings are kept at their own stamps, but for those at the margins.
+    """
+    angles = raw.within(begin, end)
+    if min(map(len, angles.times)) < FEWEST:
         return None
-    n = int((tm[-1] - tm[0]) / step)
-    s = 0.5 * step * np.arange(2 * n + 1)
-    turned = through(tm - tm[0], motor)
-    followed = CubicSpline(tl - tm[0], load)
-    inside = (tl >= tm[0] + MARGIN) & (tl <= tm[0] + s[-1] - MARGIN)
+    first, stamps, load = angles.motor_time[0], angles.load_time, sense * angles.load
+    n = int((angles.motor_time[-1] - first) / step)
+    grid = 0.5 * step * np.arange(2 * n + 1)
+    inside = (stamps >= first + MARGIN) & (stamps <= first + grid[-1] - MARGIN)
     if np.count_nonzero(inside) < FEWEST:
         return None
-    within = np.clip(s, tl[0] - tm[0], tl[-1] - tm[0])
-    step_of = float(np.median(np.diff(tl)))
-    stamps = tl[inside]
-    counts = np.array([count_of(load), count_of(motor) / ratio])
-    shafts = load[inside], np.interp(stamps, tm, motor) / ratio
-    lasting = np.array([_lasting(stamps, values, count, step_of) for values, count in zip(shafts, counts, strict=True)])
+    turned, followed = through(angles.motor_time - first, angles.motor), CubicSpline(stamps - first, load)
+    within = np.clip(grid, stamps[0] - first, stamps[-1] - first)
+    time, value, usual = stamps[inside], load[inside], float(np.median(np.diff(stamps)))
+    counts = np.array([count_of(load), count_of(angles.motor) / ratio])
+    shafts = value, np.interp(time, angles.motor_time, angles.motor) / ratio
+    lasting = np.array([_lasting(time, shaft, count, usual) for shaft, count in zip(shafts, counts, strict=True)])
     return Piece(
-        float(tm[0]), step, turned(s), turned(s, 1), tm, motor, followed(within), followed(within, 1), stamps,
-        load[inside], counts, lasting, np.ones(len(stamps)), ratio, log,
+        begin=float(first), step=step, motor=turned(grid), motor_rate=turned(grid, 1), read_time=angles.motor_time,
+        read=angles.motor, load=followed(within), load_rate=followed(within, 1), time=time, value=value, counts=counts,
+        lasting=lasting, weight=np.ones(len(time)), ratio=ratio, log=log,
     )  # fmt: skip
 
 

@@ -19,10 +19,11 @@ from ....model.laws.hysteresis import BoucWen, Parallel
 from ....model.laws.springs import Backlash, PiecewiseLinear, Play
 from ..fitted import derivatives
 from ..intervals import Spread, derived_freedom, orthogonal, restricted
-from ..law_fit import Candidate, LackOfFit, compare_candidates
-from .loop_model import FULL_STATE, LoopFit, Shape, state_after
+from ..law_fit import LackOfFit, LoopCandidate, compare_candidates
+from .loop_model import FULL_STATE, Shape, state_after
 from .loop_model import torque as torque_along
 from .loop_path import Loop, closed_energy, read_loop
+from .loop_result import LoopFit
 from .loop_solve import RANK, Solution, left_out, scatter, shifts_of_begins, solve, start_values
 
 ELEMENTS = ((0, False), (1, False), (1, True), (2, False), (2, True))  # exponent of Bouc-Wen, whether beta is fitted
@@ -263,7 +264,7 @@ def _undetermined(loop: Loop, fit: Solution) -> str:
     return ""
 
 
-def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[Candidate, ...], str]:
+def _compare(loop: Loop, fits: list[Solution]) -> tuple[Solution, tuple[LoopCandidate, ...], str]:
     """The simplest candidate within two standard errors of the best in blocks left out, the table, and the reason."""
     errors, given = np.array([left_out(loop, fit) for fit in fits]), [(str(fit.shape), len(fit.p)) for fit in fits]
     units = [1.0 / float(np.median(fit.weight)) for fit in fits]
@@ -311,7 +312,7 @@ def _numbers(fit: Solution, p: Floats, rated: float) -> dict[str, float]:
 
 
 def _result(
-    loop: Loop, fit: Solution, unidentified: dict[str, str], comparison: tuple[Candidate, ...], reason: str,
+    loop: Loop, fit: Solution, unidentified: dict[str, str], comparison: tuple[LoopCandidate, ...], reason: str,
     rated: float, remarks: tuple[str, ...], ratio: float | None,
 ) -> LoopFit:  # fmt: skip
     pattern = structure(loop, fit)

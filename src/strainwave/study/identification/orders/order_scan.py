@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.special import gammaincc
@@ -24,6 +24,67 @@ ORDER_SHARE = 0.4  # of the samples per turn: the highest order that they show
 RUN_DIFFERENCE = 5.0  # deviations by which runs may differ before it is said
 FEW_RUNS, STRONG_LINE, COHERENT_SHARE = 4, 10.0, 0.6  # runs; deviations; share of size: less is no line
 DOUBT_CHANCE = 0.01  # probability that noise alone makes runs differ as much, below which their errors grow
+
+
+class Fitted(NamedTuple):
+    """Lines over the angle, fitted in each run and in all together."""
+
+    lines: list[FoundLine]
+    fits: list[RunFit]
+    joint: Joint
+
+    @property
+    def orders(self) -> Floats:
+        """Orders (lines,)."""
+        return np.array([line.place for line in self.lines])
+
+
+class Measured(NamedTuple):
+    """Runs, mean speeds [rad/s], the highest order they show, and frequencies [Hz] of lines that stay with the time."""
+
+    runs: list[Run]
+    speeds: Floats
+    limit: float
+    standing: list[float]
+
+    def fitted(self, lines: list[FoundLine], *, delayed: bool) -> Fitted:
+        """Lines fitted in all runs; a delay is found again until it stays."""
+        orders = np.array([line.place for line in lines])
+        loose = [i for i, line in enumerate(lines) if line.joint and line.place != round(line.place)]
+        delay, rounds = 0.0, ROUNDS if delayed and lines else 1
+        beyond = float(np.max(orders, initial=1.0)) * 1.2 + 20.0 / min(run.turns for run in self.runs)
+        top = min(self.limit, beyond)
+        for i in range(rounds):
+            fits = [fit_run(run, list(orders), delay, top, self.standing, loose) for run in self.runs]
+            if not lines:
+                return Fitted(lines, fits, Joint(np.zeros(0), np.zeros((1, 1)), 0.0, 0.0, 0))
+            joint = fit_together(orders, self.speeds, fits, delay, delayed=delayed)
+            if abs(joint.delay - delay) < 1e-7 or i + 1 == rounds:
+                break
+            delay = joint.delay
+        return Fitted(lines, fits, joint)
+
+    def without_chance(self, first: Fitted, false_alarm: float, *, delayed: bool) -> Fitted:
+        """Lines that stand out where all are fitted together, fitted again where others are left out."""
+        sure = [line for i, line in enumerate(first.lines) if _stands_out(first, i, false_alarm)]
+        return first if len(sure) == len(first.lines) else self.fitted(sure, delayed=delayed)
+
+    def before_hold(self, held: Fitted, hold: float) -> Fitted:
+        """The same with joint lines before a hold or a mean over a time; those of each run stay as measured."""
+        left = [sinc(held.orders, speed, hold) for speed in self.speeds]
+        fits = [
+            replace(fit, values=fit.values / some, spreads=fit.spreads / some[:, None, None] ** 2)
+            for fit, some in zip(held.fits, left, strict=True)
+        ]
+        return held._replace(joint=fit_together(held.orders, self.speeds, fits, held.joint.delay, delayed=True))
+
+
+class Agreement(NamedTuple):
+    """Probability that values are one but for their deviations, their mean, and the sum of squared differences."""
+
+    probability: float
+    mean: float
+    excess: float
 
 
 def order_scan(
@@ -90,24 +151,20 @@ def order_scan(
         given = [FoundLine(k, 0.0, "order", math.inf, 0.0) for k in _given(orders, limit)]
         placed, base = [named(line, turning, runs) for line in given], 0.0
     over_angle = sorted((line for line in placed if line.kind != "frequency"), key=lambda line: line.place)
-    chosen = np.array([line.place for line in over_angle])
-    standing = [line.place for line in placed if line.kind == "frequency"]
-    fits, joint = _fitted(runs, over_angle, limit, several, standing)
-    stays = [orders is not None or _stands_out(fits, joint, i, false_alarm) for i in range(len(chosen))]
-    if not all(stays):
-        over_angle, chosen = [line for line, on in zip(over_angle, stays, strict=True) if on], chosen[stays]
-        fits, joint = _fitted(runs, over_angle, limit, several, standing)
-    delayed = several and len(chosen) > 0 and abs(joint.delay) <= DELAY_S
-    too_long = abs(joint.delay) > DELAY_S
-    if too_long:
-        fits, joint = _fitted(runs, over_angle, limit, delayed, standing)
-    forms = responses(chosen, speeds, fits, joint.delay) if several and not too_long else None
-    if forms is not None and forms.hold:
-        joint = fit_together(chosen, speeds, _unheld(fits, chosen, speeds, forms.hold), joint.delay, delayed=delayed)
-    lines = [*_lines(over_angle, fits, joint, several)]
-    steady = [_frequency_line(line, runs, fits) for line in placed if line.kind == "frequency"]
-    lines += [k for k in steady if len(runs) < FEW_RUNS or k.amplitude >= COHERENT_SHARE * float(np.median(k.by_run))]
-    forward, backward = _by_direction(over_angle, speeds, fits, joint, several)
+    over_time = [line for line in placed if line.kind == "frequency"]
+    measured = Measured(runs, speeds, limit, [line.place for line in over_time])
+    first = measured.fitted(over_angle, delayed=several)
+    sure = first if orders is not None else measured.without_chance(first, false_alarm, delayed=several)
+    too_long = abs(sure.joint.delay) > DELAY_S
+    delayed = several and len(sure.lines) > 0 and not too_long
+    as_measured = measured.fitted(sure.lines, delayed=False) if too_long else sure
+    forms = responses(sure.orders, speeds, sure.fits, sure.joint.delay) if delayed else None
+    fitted = measured.before_hold(as_measured, forms.hold) if forms is not None and forms.hold else as_measured
+    fits, joint = fitted.fits, fitted.joint
+    steady = [_frequency_line(line, runs, fits) for line in over_time]
+    steady = [k for k in steady if len(runs) < FEW_RUNS or k.amplitude >= COHERENT_SHARE * float(np.median(k.by_run))]
+    lines = [*_lines(fitted, several), *steady]
+    forward, backward = _by_direction(fitted, speeds, several)
     left = np.concatenate([fit.residual for fit in fits])
     scan = OrderScan(
         lines=tuple(sorted(lines, key=lambda line: line.order)), delay=joint.delay if delayed else 0.0,
@@ -116,7 +173,7 @@ def order_scan(
         notes=tuple(_notes(lines, speeds, several, too_long, forms)), unit=runs[0].unit, freedom=_freedom(joint),
         forward=forward, backward=backward, responses=forms,
     )  # fmt: skip
-    notes = (*scan.notes, *_differences(scan, joint, spread > SAME_SPEED), *unparted(over_angle, turning, runs))
+    notes = (*scan.notes, *_differences(scan, joint, spread > SAME_SPEED), *unparted(fitted.lines, turning, runs))
     return replace(scan, notes=notes)
 
 
@@ -141,40 +198,31 @@ def _differences(scan: OrderScan, joint: Joint, speeds: bool) -> list[str]:
     return []
 
 
-def _unheld(fits: Sequence[RunFit], orders: Floats, speeds: Floats, hold: float) -> list[RunFit]:
-    """Lines of the runs before a hold or a mean over a time."""
-    left = [sinc(orders, speed, hold) for speed in speeds]
-    return [
-        replace(fit, values=fit.values / some, spreads=fit.spreads / some[:, None, None] ** 2)
-        for fit, some in zip(fits, left, strict=True)
-    ]
-
-
-def _stands_out(fits: Sequence[RunFit], joint: Joint, i: int, false_alarm: float) -> bool:
+def _stands_out(fitted: Fitted, i: int, false_alarm: float) -> bool:
     """True if a line that was found is more than noise where all lines are fitted together, and one in all runs.
 
     What friction and starts leave in each run is weak, and has a phase of its own in each.
     """
-    sizes, errors = np.array([fit.amplitude(i) for fit in fits]).T
+    sizes, errors = np.array([fit.amplitude(i) for fit in fitted.fits]).T
     power = float(np.sum((sizes / errors) ** 2))
-    weak = len(fits) >= FEW_RUNS and power < len(fits) * STRONG_LINE**2
-    if weak and abs(joint.values[i]) < COHERENT_SHARE * float(np.median(sizes)):
+    weak = len(sizes) >= FEW_RUNS and power < len(sizes) * STRONG_LINE**2
+    if weak and abs(fitted.joint.values[i]) < COHERENT_SHARE * float(np.median(sizes)):
         return False
-    return float(gammaincc(len(fits), 0.5 * power)) < false_alarm
+    return float(gammaincc(len(sizes), 0.5 * power)) < false_alarm
 
 
 def _by_direction(
-    placed: Sequence[FoundLine], speeds: Floats, fits: Sequence[RunFit], joint: Joint, several: bool
+    fitted: Fitted, speeds: Floats, several: bool
 ) -> tuple[tuple[OrderLine, ...], tuple[OrderLine, ...]]:  # fmt: skip
     """Lines of the runs forward and of those backward, with the delay of all; none where there is one direction."""
-    if not (np.any(speeds > 0.0) and np.any(speeds < 0.0) and placed):
+    if not (np.any(speeds > 0.0) and np.any(speeds < 0.0) and fitted.lines):
         return (), ()
-    orders, directions = np.array([line.place for line in placed]), []
+    directions = []
     for direction in (1.0, -1.0):
         some = [i for i, speed in enumerate(speeds) if speed * direction > 0.0]
-        part = [fits[i] for i in some]
-        one = fit_together(orders, speeds[some], part, joint.delay, delayed=False)
-        directions.append(tuple(_lines(placed, part, one, several)))
+        fits = [fitted.fits[i] for i in some]
+        joint = fit_together(fitted.orders, speeds[some], fits, fitted.joint.delay, delayed=False)
+        directions.append(tuple(_lines(Fitted(fitted.lines, fits, joint), several)))
     return directions[0], directions[1]
 
 
@@ -227,26 +275,6 @@ def _given(orders: Any, limit: float) -> list[float]:
     return chosen
 
 
-def _fitted(
-    runs: list[Run], lines: Sequence[FoundLine], limit: float, several: bool, standing: Sequence[float]
-) -> tuple[list[RunFit], Joint]:  # fmt: skip
-    """Fits of all runs and of all together, the delay found again until it stays."""
-    orders = np.array([line.place for line in lines])
-    loose = [i for i, line in enumerate(lines) if line.joint and line.place != round(line.place)]
-    delay, rounds = 0.0, ROUNDS if several and len(orders) else 1
-    speeds = np.array([run.speed for run in runs])
-    top = min(limit, float(np.max(orders, initial=1.0)) * 1.2 + 20.0 / min(run.turns for run in runs))
-    for i in range(rounds):
-        fits = [fit_run(run, list(orders), delay, top, standing, loose) for run in runs]
-        if not len(orders):
-            return fits, Joint(np.zeros(0), np.zeros((1, 1)), 0.0, 0.0, 0)
-        joint = fit_together(orders, speeds, fits, delay, delayed=several)
-        if abs(joint.delay - delay) < 1e-7 or i + 1 == rounds:
-            break
-        delay = joint.delay
-    return fits, joint
-
-
 def _birge(joint: Joint) -> float:
     """Factor of the errors: 1 where the noise may explain how runs differ."""
     return math.sqrt(joint.misfit / joint.freedom) if _differ(joint) else 1.0
@@ -262,26 +290,26 @@ def _differ(joint: Joint) -> bool:
     return joint.freedom > 0 and float(gammaincc(0.5 * joint.freedom, 0.5 * joint.misfit)) < DOUBT_CHANCE
 
 
-def _lines(
-    placed: Sequence[FoundLine], fits: Sequence[RunFit], joint: Joint, several: bool
-) -> Iterator[OrderLine]:  # fmt: skip
-    for i, (line, c) in enumerate(zip(placed, joint.values, strict=True)):
+def _lines(fitted: Fitted, several: bool) -> Iterator[OrderLine]:
+    """Lines over the angle with the errors of all runs, and those of each run."""
+    factor, freedom = _birge(fitted.joint) ** 2, _freedom(fitted.joint)
+    for i, (line, c) in enumerate(zip(fitted.lines, fitted.joint.values, strict=True)):
         pair = slice(2 * i, 2 * i + 2)
-        covariance = joint.covariance[pair, pair] * _birge(joint) ** 2
-        mean, why = polar(complex(c), covariance), _why(line, several=several)
-        by_run, errors = np.array([fit.amplitude(i) for fit in fits]).T
-        same, freedom = _same(by_run, errors)[0], _freedom(joint)
+        mean = polar(complex(c), fitted.joint.covariance[pair, pair] * factor)
+        by_run, errors = np.array([fit.amplitude(i) for fit in fitted.fits]).T
         yield OrderLine(
-            line.place, line.error, *mean, kind=line.kind, why=why, false_alarm=line.false_alarm, frequency=math.nan,
-            by_run=by_run, by_run_error=errors, same=same, freedom=freedom, pairs=line.pairs,
+            line.place, line.error, *mean, kind=line.kind, why=_why(line, several=several),
+            false_alarm=line.false_alarm, frequency=math.nan, by_run=by_run, by_run_error=errors,
+            same=_agreement(by_run, errors).probability, freedom=freedom, pairs=line.pairs,
         )  # fmt: skip
 
 
-def _same(values: Floats, errors: Floats) -> tuple[float, float, float]:
-    """Probability that values with these deviations are one, their mean, and the sum of squared differences."""
+def _agreement(values: Floats, errors: Floats) -> Agreement:
+    """Agreement of values with these deviations."""
     mean = float(np.sum(values / errors**2) / np.sum(1.0 / errors**2))
     excess = float(np.sum(((values - mean) / errors) ** 2))
-    return float(gammaincc(0.5 * (len(values) - 1), 0.5 * excess)) if len(values) > 1 else 1.0, mean, excess
+    chance = float(gammaincc(0.5 * (len(values) - 1), 0.5 * excess)) if len(values) > 1 else 1.0
+    return Agreement(chance, mean, excess)
 
 
 def _why(line: FoundLine, *, several: bool) -> str:
@@ -306,11 +334,11 @@ def _frequency_line(line: FoundLine, runs: Sequence[Run], fits: Sequence[RunFit]
         over_time = Run(run.time, 2.0 * np.pi * run.time, beside.without_orders)
         sizes.append(fit_run(over_time, [line.place], 0.0, 2.0 * line.place + 20.0 / over_time.turns).amplitude(0))
     a, s = np.array(sizes).T
-    same, mean, excess = _same(a, s)
-    error = math.sqrt(max(1.0, excess / max(len(a) - 1, 1)) / float(np.sum(1.0 / s**2)))
+    agreement = _agreement(a, s)
+    error = math.sqrt(max(1.0, agreement.excess / max(len(a) - 1, 1)) / float(np.sum(1.0 / s**2)))
     period = 2.0 * math.pi / abs(runs[0].speed)
-    size, why = Polar(mean, error, 0.0, math.pi), _why(line, several=True)
+    size, why = Polar(agreement.mean, error, 0.0, math.pi), _why(line, several=True)
     return OrderLine(
         line.place * period, line.error * period, *size, kind="frequency", why=why, false_alarm=line.false_alarm,
-        frequency=line.place, by_run=a, by_run_error=s, same=same, freedom=float(max(len(a) - 1, 1)),
+        frequency=line.place, by_run=a, by_run_error=s, same=agreement.probability, freedom=float(max(len(a) - 1, 1)),
     )  # fmt: skip
