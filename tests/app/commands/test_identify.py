@@ -176,3 +176,20 @@ def test_the_torsion_of_a_slow_load_encoder_counts_at_its_samples(tmp_path):
     (line,) = json.loads(run.stdout)["lines"]
     assert line["order"] == pytest.approx(2.0, abs=0.01)
     assert 0.5 * (line["amplitude_low"] + line["amplitude_high"]) == pytest.approx(1e-4, rel=2e-3)
+
+
+def test_order_scan_writes_a_sideband_of_the_output_as_a_line_of_both_turns(tmp_path):
+    """Between angles of a gear of ratio 80 over 1.5 output turns at three speeds: 10 and 4 arcsec, by hand."""
+    for i, speed in enumerate((80.0, 136.0, 200.0)):
+        t = np.arange(int(1.5 * 2.0 * np.pi * 80.0 / speed * 500.0)) / 500.0
+        motor = speed * t
+        error = ARCSEC * (10.0 * np.cos(2.0 * motor + 0.4) + 4.0 * np.cos(2.0 * motor + motor / 80.0 - 1.0))
+        noise = ARCSEC * np.random.default_rng(i).standard_normal(len(t))
+        write(
+            tmp_path / f"{i}.csv", "time [s];motor_angle [rad];load_angle [rad]", t, motor, motor / 80.0 - error - noise
+        )
+    text = invoke("order-scan", *(tmp_path / f"{i}.csv" for i in range(3)), "--ratio", "80", "--trim", "0").stdout
+    rows = dict(re.findall(r"- \{order: (.+?), amplitude: ([\d.]+) arcsec", text))
+    assert {order: round(float(size), 1) for order, size in rows.items()} == {
+        "2": 10.0, "{wave_generator: 2, output: 1}": 4.0,
+    }  # fmt: skip

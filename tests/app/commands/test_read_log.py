@@ -55,8 +55,15 @@ def test_the_choice_of_columns_is_kept_beside_the_log_for_every_face(tmp_path):
     assert "note: the choice of columns is kept in run.csv.columns.json" in chosen.stdout
     again = invoke(path)
     assert again.exit_code == 0, again.output
-    assert "note: columns are those chosen in run.csv.columns.json" in again.stdout
+    assert "note: columns and units are those chosen in run.csv.columns.json" in again.stdout
     assert sw.read_log(path).channels["load_angle"][-1] == pytest.approx(np.radians(0.36 * 2999), rel=1e-12)
+    unit = invoke(path, "--unit", "load_angle=arcmin")  # of the columns that are kept
+    assert unit.exit_code == 0, unit.output
+    assert sw.read_log(path).channels["load_angle"][-1] == pytest.approx(np.radians(0.36 * 2999 / 60.0), rel=1e-12)
+    copy(path.with_name("run.csv.columns.json"), tmp_path / "named.csv.columns.json")
+    (tmp_path / "named.csv").write_text("t [s],q [rad]\n" + "\n".join(f"{0.002 * k},{0.1 * k}" for k in range(30)))
+    with pytest.raises(ValueError, match=r"named.csv.columns.json.* is for other columns than named.csv has"):
+        sw.read_log(tmp_path / "named.csv")
     other = invoke(path, "--columns", "time,-,load_angle")  # options come first, and are kept in turn
     assert other.exit_code == 0, other.output
     assert np.all(sw.read_log(path).channels["load_angle"] == 7.0)

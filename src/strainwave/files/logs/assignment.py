@@ -15,8 +15,8 @@ from .table import Column, Roles, index_of, refuse, unit_of
 
 Columns = Mapping[str, str | int] | Sequence[str | None]
 Units = Mapping[str, str | float]
-ENDING = ".columns.json"  # of the file with a choice of columns, beside the log
-ARGUMENTS: dict[str, Any] = {"columns": (list, dict), "units": dict, "rate": (int, float), "joint": str}  # of read_log
+# Arguments of read_log that are kept beside a log, and the names of its columns.
+ARGUMENTS: dict[str, Any] = {"columns": (list, dict), "units": dict, "rate": (int, float), "joint": str, "names": list}
 
 
 def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[str]) -> Roles:
@@ -137,28 +137,46 @@ def in_si(path: Path, columns: Roles, units: Units, notes: list[str]) -> tuple[R
     return result, si
 
 
-def keep_choice(log: Path, choice: Mapping[str, Any]) -> str:
-    """Write a choice beside a log; the name of its file, or "" where the folder cannot be written."""
-    path = log.with_name(log.name + ENDING)
-    with suppress(OSError):
-        path.write_text(json.dumps(choice, indent=1) + "\n", encoding="utf-8")
-        return path.name
-    return ""
+def choice_of(log: Path, **given: Any) -> dict[str, Any]:
+    """Arguments of read_log as given, completed by those kept beside a log unless columns are among them.
 
-
-def kept_choice(log: Path) -> dict[str, Any]:
-    """Arguments of read_log that are kept beside a log; none without such a file.
+    "names" are the columns of the file that kept ones were chosen for.
 
     Raises
     ------
     FileError
-        If the file holds no choice.
+        If the file beside the log holds no choice.
     """
-    path = log.with_name(log.name + ENDING)
+    given = {name: value for name, value in given.items() if value not in (None, {})}
+    kept = {} if "columns" in given else _kept_choice(choice_file(log))
+    units = {**kept.get("units", {}), **given.get("units", {})}
+    return kept | given | ({"units": units} if units else {})
+
+
+def choice_file(log: Path) -> Path:
+    """File with the choice of columns of a log, beside it."""
+    return log.with_name(f"{log.name}.columns.json")
+
+
+def keep_choice(log: Path, choice: Mapping[str, Any], names: list[str]) -> str:
+    """Write the choice for a log with columns of these names beside it; a note on it."""
+    path = choice_file(log)
+    try:
+        path.write_text(json.dumps({**choice, "names": names}, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        return f"the choice of columns is not kept: {path.name}: {error.strerror}"
+    return f"the choice of columns is kept in {path.name}"
+
+
+def _kept_choice(path: Path) -> dict[str, Any]:
     if not path.exists():
         return {}
-    with suppress(OSError, ValueError):
+    with suppress(OSError, ValueError, RecursionError):
         choice = json.loads(path.read_text(encoding="utf-8"))
-        if isinstance(choice, dict) and all(isinstance(choice[name], ARGUMENTS.get(name, ())) for name in choice):
+        if isinstance(choice, dict) and "names" in choice and all(map(_is_argument, choice, choice.values())):
             return choice
     raise refuse(path, f"is no choice of {', '.join(ARGUMENTS)}; delete it, or give them anew")
+
+
+def _is_argument(name: str, value: Any) -> bool:
+    return isinstance(value, ARGUMENTS.get(name, ())) and not isinstance(value, bool)

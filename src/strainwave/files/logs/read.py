@@ -9,7 +9,7 @@ import numpy as np
 
 from ...base.quantities import number
 from ...study.identification.log import Log
-from .assignment import ENDING, Columns, Units, chosen, in_si, kept_choice
+from .assignment import Columns, Units, choice_file, choice_of, chosen, in_si, keep_choice
 from .binary_files import BINARY, Read
 from .conditioning import aligned, averaged, regular, trimmed, unwrapped
 from .doubts import doubts
@@ -32,11 +32,12 @@ def read_log(
     unwrap: bool = True,
     delimiter: str | None = None,
     decimal: str | None = None,
+    keep: bool = False,
 ) -> Log:
     """Read measured channels from a file.
 
     `notes` of the log hold every guess and change, and every argument overrides a guess. `doubts` hold what is not
-    plausible. Without columns, units, rate and joint, those that a command kept beside the file are taken.
+    plausible.
 
     Parameters
     ----------
@@ -66,6 +67,9 @@ def read_log(
     delimiter, decimal : str, optional
         Column separator (" " for any number of blanks) and decimal sign of a text. Default: those with which the text
         is a table; where this is so in two ways, the file is refused.
+    keep : bool
+        True to keep columns, units, rate and joint beside the file: a later reading takes each that it is not given,
+        all where it is given no columns.
 
     Returns
     -------
@@ -84,12 +88,15 @@ def read_log(
         If the library for a format is not installed.
     """
     path = Path(path)
-    kept = {} if columns or units or rate or joint else kept_choice(path)
-    columns, units = kept.get("columns", columns), kept.get("units", units)
-    rate, joint = kept.get("rate", rate), kept.get("joint", joint)
+    choice = choice_of(path, columns=columns, units=units, rate=rate, joint=joint)
+    chosen_for, given = choice.pop("names", None), any((columns, units, rate, joint))
+    columns, units, rate, joint = map(choice.get, ("columns", "units", "rate", "joint"))
     count = None if columns is None or isinstance(columns, Mapping) else len(columns)
     file, notes = columns_of(path, delimiter, decimal, count)
-    notes += [f"columns are those chosen in {path.name}{ENDING}"] if kept else []
+    names = [column.name for column in file]
+    if chosen_for is not None and chosen_for != names:
+        raise refuse(choice_file(path), f"is for other columns than {path.name} has; delete it, or give them anew")
+    notes += [] if chosen_for is None else [f"columns and units are those chosen in {choice_file(path).name}"]
     joint = only_joint(file) if joint is None and columns is None else joint
     if joint is not None:
         file = of_joint(path, file, joint)
@@ -99,6 +106,8 @@ def read_log(
     log = trimmed(log, trim, notes)
     regular(log, notes)
     doubted = doubts(log)
+    if keep and given:
+        notes.append(keep_choice(path, choice, names))
     new = [doubt for doubt in log.doubts if not any("'time'" in other for other in doubted)]
     return replace(log, notes=tuple(notes), doubts=(*doubted, *new))
 

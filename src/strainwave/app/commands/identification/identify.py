@@ -11,6 +11,7 @@ from ....base.facts import data, lines
 from ....base.results import SolveError
 from ....base.units import ARCSEC, parse
 from ....drive.project import Project
+from ....files.logs.read import read_log as log_of
 from ....files.project_text import project_text
 from ....files.reading import read_project
 from ....files.variants.identify_log import identify_log as identified
@@ -22,7 +23,6 @@ from ...report.section import rendered_part
 from ...report.sections.opening import opening
 from ...view import View
 from ..options import file_type, json_option, output_option, reading_options
-from .read_log import log_by_choice
 
 YAML, JSON, SVG = "identified.yaml", "identified.json", "identified.svg"
 PROJECTS = (".yaml", ".yml")
@@ -55,7 +55,7 @@ def identify(
     constant = None if torque_constant is None else parse(torque_constant, "N*m/A")
     guess = read_project(projects[0]) if projects else None
     reading |= {"trim": reading["trim"] or 0.0}  # the run-up tells more than a constant speed
-    logs = [log_by_choice(file, reading) for file in files if file not in projects]
+    logs = [log_of(file, keep=True, **reading) for file in files if file not in projects]
     if not logs:
         raise click.UsageError("give at least one log of the joint")
     with Progress(gear or (guess.title if guess else "")) as progress:

@@ -1,6 +1,5 @@
 """`strainwave read-log`: the channels of a log as a table, a figure, and CSV in SI."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,6 @@ import numpy as np
 from ....base.facts import Fact, data, lines
 from ....base.number_text import unit_text
 from ....base.results import Floats
-from ....files.logs.assignment import ARGUMENTS, keep_choice
 from ....files.logs.read import read_log as log_of
 from ....plot.fits import log_panels
 from ....plot.svg import WIDTH, stacked
@@ -34,7 +32,7 @@ def read_log(file: Path, output: Path | None, as_json: bool, **reading: Any) -> 
     FILE is CSV in any dialect, gzipped too, .npz, .mat, .parquet, .mf4, .mcap or a guide log of PHD2. Angles and speeds
     of the load count on the output shaft.
     """
-    read = log_by_choice(file, reading)
+    read = log_of(file, keep=True, **reading)
     parts = read.segments() if read.moving else ()
     if output is not None:
         with staged(output) as folder:
@@ -44,13 +42,6 @@ def read_log(file: Path, output: Path | None, as_json: bool, **reading: Any) -> 
     report = facts(file, read, parts)
     written = [] if output is None else [f"written: {output / CSV}, {output / SVG}"]
     echo(to_json(data(report)) if as_json else "\n".join([*lines(report), *written]))
-
-
-def log_by_choice(file: Path, reading: dict[str, Any]) -> Log:
-    """Read a log, and keep what the options say of its columns beside it."""
-    log, given = log_of(file, **reading), {name: reading[name] for name in ARGUMENTS if reading[name]}
-    kept = keep_choice(file, given) if given else ""
-    return replace(log, notes=(*log.notes, f"the choice of columns is kept in {kept}")) if kept else log
 
 
 def _sizes(values: Floats) -> list[float]:

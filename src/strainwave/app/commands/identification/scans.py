@@ -10,6 +10,7 @@ import numpy as np
 
 from ....base.number_text import counted
 from ....base.units import ARCSEC
+from ....files.logs.read import read_log as log_of
 from ....files.logs.scan_file import is_scan, read_scan
 from ....files.yaml_text import FileError, Problem, complaint
 from ....model.orders import Turn, order_map
@@ -23,7 +24,6 @@ from ....study.identification.orders.order_scan import order_scan as orders_scan
 from ....study.identification.run import FEWEST_SAMPLES, Run
 from ...console import echo, to_json, write_all
 from ..options import file_type, json_option, output_option, reading_options
-from .read_log import log_by_choice
 
 SHAFTS: dict[str, Turn] = {"load_angle": "output", "motor_angle": "motor"}
 SHAFT = click.Choice(("motor", "output"))
@@ -92,7 +92,9 @@ def project_lines(lines: Iterable[Any], once: float = 1.0) -> str:
     strongest = sorted(lines, key=lambda line: -line.amplitude)[:SHOWN_IN_PROJECT]
     for line in sorted(strongest, key=lambda line: line.order):
         size = f"amplitude: {line.amplitude / ARCSEC:.6g} arcsec, phase: {line.phase:.5g} rad"
-        rows.append(f"    - {{order: {round(line.order / once)}, {size}}}")
+        j, k = getattr(line, "pair", None) or (round(line.order / once), 0)
+        order = f"{{wave_generator: {j}, output: {k}}}" if k else f"{j}"
+        rows.append(f"    - {{order: {order}, {size}}}")
     return "\n".join([*rows, "sources: {excitation.kinematic_error: measured}"])
 
 
@@ -112,8 +114,8 @@ def block(lines: Sequence[Any], once: float = 1.0) -> str:
 )
 @click.option(
     "--angle",
-    help="Channel of the angle that the orders count on. Default: load_angle, else motor_angle. Of a scan file its "
-    'column, as "Winkel [deg]".',
+    help="Channel of the angle that the orders count on. Default: motor_angle with --ratio, else load_angle. Of a scan "
+    'file its column, as "Winkel [deg]".',
 )
 @click.option("--orders", help="Orders to fit, as 100,200,202.5. Default: those found.")
 @click.option("--highest", type=float, help="Highest order looked for.")
@@ -144,7 +146,7 @@ def order_scan(
     dialect = {name: reading[name] for name in ("delimiter", "decimal")}
     try:
         if not any(of_scan.values()):
-            logs = [_with_torsion(log_by_choice(file, reading), ratio) for file in files]
+            logs = [_with_torsion(log_of(file, keep=True, **reading), ratio) for file in files]
     except FileError:
         if not is_scan(files[0], **dialect):
             raise
@@ -154,6 +156,8 @@ def order_scan(
         _print_scan(files, of_scan | {"angle": angle or "angle"}, of_logs, dialect, search, ratio, as_json)
         return
     channel = channel or _likely(logs[0], files[0])
+    if ratio is not None and "motor_angle" in logs[0].channels:
+        angle = angle or "motor_angle"  # the load's has the error in it
     runs = [run for log in logs for run in _runs(log, channel, angle)]
     turned = angle or ("load_angle" if "load_angle" in logs[0].channels else "motor_angle")
     ratio = ratio if turned in SHAFTS and (ratio or 0.5) % 1.0 == 0.0 else None
@@ -174,7 +178,7 @@ def order_scan(
     elif scan.unit == "rad":
         once = float(ratio) if ratio and turned == "load_angle" else 1.0
         whole = [line for line in scan.lines if is_whole(line, once)]
-        echo(block(whole, once) or "no whole order for a project file")
+        echo(block(whole, once) or "no line for a project file")
     if output is not None:
         echo(f"written: {output / CSV}, {JSON}, {SVG}")
 
@@ -252,6 +256,8 @@ def _columns(scan: OrderScan) -> list[tuple[str, Any]]:
 
 
 def is_whole(line: OrderLine, once: float = 1.0) -> bool:
-    """True for a possible line of a kinematic error: a whole order of the motor within its error."""
+    """True for a possible line of a kinematic error: a pair of both turns, or a whole order of the motor."""
+    if line.pair is not None:
+        return line.kind != "frequency" and line.pair[0] > 0
     order, error = line.order / once, max(line.order_error / once, 1e-6)
     return line.kind != "frequency" and round(order) > 0 and abs(order - round(order)) <= error

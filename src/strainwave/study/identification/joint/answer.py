@@ -295,7 +295,7 @@ def _fit_with_cause(
             if name not in best.free:  # it has but led out of a trap
                 return best, _cause_of_residual(best) if unexplained(best) else []
             value = best.values[name]
-            size = {"gap": value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
+            size = {"gap": 2.0 * value / ARCSEC, "asymmetry": 200.0 * value, "drag": value}[name]
             return best, [Cause(CAUSES[name].format(size))]
     return joint, _cause_of_residual(joint) if unexplained(joint) else []
 

@@ -182,7 +182,7 @@ def _group(order: float, turning: Clocks | None, turns: float, *, short: bool = 
     if turning is None or j not in LOBE_ORDERS or short != (turns < BEATS * turning.beat((j, 0))):
         return {}
     group = {pair: turning.order(pair) for pair in ((j, 0), (j, -j), (j, j))}
-    if turns * abs(turning.order((j, 1)) - group[j, 0]) > LINE_GAP:  # sidebands of what changes along the output's turn
+    if turns * abs(turning.order((j, 1)) - group[j, 0]) > 2.0 * BEATS:  # sidebands
         group |= {pair: turning.order(pair) for pair in ((j, -1), (j, 1))}
     return group if _beside(order, group, turns) else {}
 

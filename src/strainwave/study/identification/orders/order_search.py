@@ -332,8 +332,10 @@ class Spectrum:
         """
         ratios = np.ones((len(self.over), len(self.places)))
         for i, (c, r, power) in enumerate(zip(self.over, residuals, self.powers(residuals), strict=True)):
-            noise, freedom = self._noise(c, power, len(r))
             inside = self.places <= c.highest
+            if not inside.any():
+                continue  # a run whose samples show no order that is looked for
+            noise, freedom = self._noise(c, power, len(r))
             ratios[i, inside] = (freedom * np.log1p(power / noise / freedom))[inside]
         return ratios
 
@@ -347,6 +349,8 @@ class Spectrum:
         for begin in (0, step // 2) if step > 1 else (0,):
             some = self.places[begin::step]
             places = some[some <= c.highest]
+            if not len(places):
+                continue
             powers = np.interp(places, self.places, power)
             floor = Floor(places, powers, TURN / c.reach, math.ceil(c.highest), samples, 4.0 * c.least / samples)
             mean, freedom = floor.estimates(places)
