@@ -132,7 +132,7 @@ def test_a_stiffness_without_a_rated_torque_is_held_against_those_of_the_catalog
 def test_a_mean_torque_beyond_the_gears_ratcheting_torque_is_said():
     text = "gear: CSG-40-50\n" + EXPLICIT.format(**SOUND | {"mean": "-2400 N*m"}).split("\n", 1)[1]
     note, loss = from_text(text, Path("project.yaml")).notes
-    assert "hysteresis loss of up to 60 arcsec. The results leave out its lag" in loss
+    assert "hysteresis loss of up to 60 arcsec. The results leave out this lag" in loss
     assert "reaches 2400 N*m, beyond the ratcheting torque of 2300 N*m: the teeth skip, and no number" in note
 
 

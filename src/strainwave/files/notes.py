@@ -53,7 +53,7 @@ def hysteresis_note(project: Project) -> Iterator[str]:
         loss = gear.hysteresis_loss / ARCSEC
         yield (
             f"The record of {gear.name} gives a hysteresis loss of up to {loss:.4g} arcsec. The results "
-            f"leave out its lag of up to {0.5 * loss:.4g} arcsec after a reversal, and its damping. To count them, "
+            f"leave out this lag (up to {0.5 * loss:.4g} arcsec after a reversal) and its damping. To count them, "
             "write 'hysteresis: catalogue' at the top level of the file."
         )
 
@@ -99,8 +99,8 @@ def move_note(project: Project) -> tuple[str, ...]:
 
 def curve_remark(searched: bool) -> str:
     """The motions that sizes and jumps are of; `searched` where others are looked for at the ends of the range."""
-    others = "searched at both ends of the speed range only" if searched else "not searched"
-    return f"motions beside this curve: {others}"
+    others = "searched at the lowest and the highest speed only" if searched else "not searched"
+    return f"for this response curve only; other motions: {others}"
 
 
 def load_remark(project: Project) -> tuple[str, ...]:

@@ -120,7 +120,7 @@ def test_a_hysteresis_that_cannot_carry_the_load_is_named():
 def test_repetitive_control_is_refused_around_an_integral():
     """The table's mean and the integral of the loop would grow for ever, one against the other."""
     cascade = sw.controllers.Cascade(40.0, 0.4, 8.0, PERIOD, J=J_M)
-    with pytest.raises(ValueError, match="as with an integral in the plain loop; use 'adaptive'"):
+    with pytest.raises(ValueError, match="an integral in the plain loop is a usual cause"):
         compensated(controller="repetitive", loop=cascade)
 
 

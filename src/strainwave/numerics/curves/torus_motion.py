@@ -42,9 +42,11 @@ def smallest_in_turns(waves: Any, pairs: Any, ratio: float) -> Floats:
 
 
 def _sizes(measure: Any, waves: Any, pairs: Any, ratio: float, starting: int) -> Floats:
+    """A measure (n, turns) of x and its mean in every turn of motions (n, pairs), from so many places of a turn."""
     order = pairs @ np.array([1.0, 1.0 / ratio])
     means, places = _of_means(order), _places(waves, order, starting)
     parts = _parts(waves, pairs, ratio, places)
+    # x and its means over a turn are summed together: the lower half of each is the means
     both = (_in_turns(np.concatenate([part, means * part]), pairs, ratio, places) for part in parts)
     sizes = [measure(*np.split(each, 2)) for each in both]
     return np.tile(np.concatenate(sizes), (1, turns_of(ratio) // sizes[0].shape[1]))

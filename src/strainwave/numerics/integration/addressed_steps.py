@@ -1,4 +1,6 @@
-"""Steps of a method in a workspace, where kernels know its system by an address.
+"""Steps of an integration as marches call them: `try_step`, `take_step` and `torsion_inside` in a workspace.
+
+Machine code knows the system and the step by addresses (`StepsAt`); run as Python, they are the objects themselves.
 
 A step is compiled with a system of few states: it would take a quarter longer if it called it by an address of its
 own, where nothing is shared by the stages. That of a train would compile for seconds, and there a call costs little.

@@ -127,7 +127,7 @@ def _sentence(analysis: "Analysis", verdict: Verdict) -> Sentence:
     if verdict.answer is Answer.BUT:
         begin = "OK except " + ranges(verdict.speeds)
     sentence = Sentence("{}: {}; {}.", begin, _oscillation(analysis), torque_text(analysis, verdict))
-    of_file = Sentence(" That is for the load of the file. {}", words.posture_sentence(analysis))
+    of_file = Sentence(" This is for the load in the project file. {}", words.posture_sentence(analysis))
     return sentence + of_file if analysis.postures else sentence
 
 
@@ -315,7 +315,7 @@ def _motor(analysis: "Analysis") -> str:
         fastest = analysis.project.speeds.given[-1] / RPM
         line += f" Speed up to {number(fastest, 5)} rpm{_of(fastest, speed / RPM, 'rpm')}."
     if motor.run_up is not None and study is not None and study.ramp is not None:
-        text = f" With its acceleration the run-up of {number(study.ramp.duration, 3)} s takes up to "
+        text = f" The run-up of {number(study.ramp.duration, 3)} s, acceleration included, needs up to "
         slower = Finding("", motor.run_up, torque, "", "").exceeded
         line += f"{text}{number(motor.run_up, digits)} N·m" + (": run up more slowly." if slower else ".")
     others = [f.sentence for f in analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]

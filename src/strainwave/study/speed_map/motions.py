@@ -98,7 +98,7 @@ class LoadMotions:
     ----------
     load : float
         The load: torque [N*m] or inertia [kg*m^2].
-    curves : tuple of Motions
+    curves : tuple of MotionCurve
         The main curve first.
     quasi_static : float
         Oscillation [rad] of a drive that turns slowly.
@@ -111,7 +111,7 @@ class LoadMotions:
         Speeds [rad/s] at which the motion that a slow run-up or run-down comes to repeats after more turns, or is left.
     doubled : tuple of (float, float)
         Speeds [rad/s] between which the main curve repeats after more than one turn.
-    loose : tuple of Loose
+    loose : tuple of LooseMotion
         Motions on which trajectories settled and that no curve has.
     remarks : tuple of str
         What a reader must know, in sentences.

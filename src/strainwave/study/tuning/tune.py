@@ -239,7 +239,7 @@ def _limited_to_given(search: Search, given: Sequence[Floats], whose: str, sturd
         settlings=tuple(SLACK * max(min(some), SETTLED_S) for some in times),
     )
     trial.setting = trial.setting._replace(limits=limits)
-    sentence = f"No goal is given: compliance and settling stay within 2 % of {whose}; name goals to give them up."
+    sentence = f"No goal is given: compliance and settling stay within 2 % of {whose}; with goals they may grow."
     return Search(trial, (search.low, search.high), search.reference, sturdy=sturdy), sentence
 
 

@@ -362,7 +362,10 @@ def _linear(
 
 
 def _delay(orders: Floats, speeds: Floats, values: Floats, roots: Floats) -> float:
-    """The longer delay [s] with the smallest differences, among many."""
+    """Delay [s], among even ones up to `DELAY_S`, that makes lines (runs, lines) of all runs most alike.
+
+    Each line is turned back by the delay; the power of its weighted mean over the runs, summed over lines, is largest.
+    """
     weights = np.linalg.norm(roots, axis=(2, 3)) ** 2 / 2.0
     fastest = float(np.max(np.abs(np.subtract.outer(speeds, speeds)))) * float(np.max(orders))
     tried = np.linspace(-DELAY_S, DELAY_S, 2 * int(min(DELAY_S * fastest / STEP_RAD, 5000)) + 3)

@@ -59,7 +59,7 @@ class SecondOrderFormula(NamedTuple):
         c = hard(drive, drive.lines[0], omega, amplitude)
         step = STEP * (abs(z.real) + abs(z.imag) + 1e-3 * drive.size)
         centre = ahead = aside = 0j
-        for i in range(3):
+        for i in range(3):  # a step aside in the imaginary part, one ahead in the real part, at last z itself
             point = z + complex(step if i == 1 else 0.0, step if i == 0 else 0.0)
             small, first, back = self.formula.values(self.square, self.cube, pull, drive.mu, w, v, point, c)
             centre, ahead, aside = -(linear * point + first + back), centre, ahead
