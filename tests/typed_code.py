@@ -22,7 +22,7 @@ from strainwave.compile.tree import classes
 from strainwave.files.reading import from_text
 from strainwave.model.train.train_forms import AtLoad, Metered
 from strainwave.numerics.balance import second_order as balance
-from strainwave.numerics.integration import simulate as integrate
+from strainwave.numerics.integration import methods as integrate
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
