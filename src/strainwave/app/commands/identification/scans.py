@@ -177,8 +177,8 @@ def order_scan(
         echo("a project file counts orders on the motor's turn: give --ratio for its lines")
     elif scan.unit == "rad":
         once = float(ratio) if ratio and turned == "load_angle" else 1.0
-        whole = [line for line in scan.lines if is_whole(line, once)]
-        echo(block(whole, once) or "no line for a project file")
+        possible = [line for line in scan.lines if is_error_line(line, once)]
+        echo(block(possible, once) or "no line for a project file")
     if output is not None:
         echo(f"written: {output / CSV}, {JSON}, {SVG}")
 
@@ -255,7 +255,7 @@ def _columns(scan: OrderScan) -> list[tuple[str, Any]]:
     return [*columns, ("stays_with_angle", np.array([float(line.kind == "order") for line in scan.lines]))]
 
 
-def is_whole(line: OrderLine, once: float = 1.0) -> bool:
+def is_error_line(line: OrderLine, once: float = 1.0) -> bool:
     """True for a possible line of a kinematic error: a pair of both turns, or a whole order of the motor."""
     if line.pair is not None:
         return line.kind != "frequency" and line.pair[0] > 0
