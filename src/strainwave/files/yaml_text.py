@@ -128,7 +128,7 @@ def read_text(
     except PermissionError:
         return Problem(1, 1, "file", "may not be read; give yourself the permission to read it")
     except (OSError, ValueError, EOFError, zlib.error) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+        reason = "null character in the name" if "\0" in str(path) else getattr(error, "strerror", None) or str(error)
         return Problem(1, 1, "file", f"cannot be read ({reason}); check the name and the disk")
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return _wide(data)

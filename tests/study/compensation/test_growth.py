@@ -78,6 +78,33 @@ def test_what_learns_over_the_turn_grows_as_a_loop_of_its_own_does():
     assert given.warnings[0].startswith("controller Repetitive: small motions of the sampled loop grow at 225.7 rpm")
 
 
+BEATING = """\
+gear: {ratio: 100, law: {type: linear, K: 3.1e4 N*m/rad}}
+hysteresis: {type: bouc_wen, K: 1e4 N*m/rad, ratio: 0, yield_twist: 0.08 mrad}
+motor: {inertia: 3 kg*cm^2, loop: {type: cascade, bandwidth: 30 Hz, damping: 0.7}}
+load: {inertia: 1.2 kg*m^2}
+damping: {ratio: 3 %}
+speed: {from: 300 rpm, to: 2000 rpm, shaft: motor}
+excitation:
+  kinematic_error:
+    - {order: 2, amplitude: 10 arcsec}
+    - {order: {wave_generator: 2, output: 1}, amplitude: 3 arcsec}
+"""
+
+
+@pytest.mark.slow
+def test_gains_are_lowered_where_a_motion_grows_beyond_all_floats(tmp_path):
+    """Lines of the output's turn repeat after 100 turns of the motor, over which the first gains overflow."""
+    (tmp_path / "axis.yaml").write_text(BEATING)
+    project, speed = sw.read_project(tmp_path / "axis.yaml"), 2000.0 * math.pi / 30.0
+    bench = steady_bench_of(project)
+    built = COMPENSATORS["adaptive"].build(bench, speed)
+    assert 1.0 < bench.growth(built, speed) < math.inf
+    lowered = sw.compensate(project, "adaptive", speed=speed)
+    assert lowered.stable
+    assert lowered.after.rms < 0.1 * lowered.before.rms
+
+
 @pytest.mark.slow
 def test_gains_are_lowered_until_the_own_model_is_stable_with_a_factor_of_two():
     bench = steady_bench_of(DRIVE, SAMPLING)

@@ -35,7 +35,16 @@ MOST_FILES = 10  # project files of the front
 def design(specification: Path, output: Path, gears: Path | None, retune: bool, as_json: bool) -> None:
     """Find gears and motors for the SPECIFICATION of an axis.
 
-    Exit code 1 where none serves.
+    SPECIFICATION is a YAML file, at least:
+
+    \b
+    load: {inertia: 1.3 kg*m^2}
+    speed: {from: 2 rpm, to: 40 rpm}  # of the load
+    limit: {oscillation: 60 arcsec}
+    motor: {rotor_inertias: [0.5 kg*cm^2, 2 kg*cm^2]}
+    damping: {ratio: 3 %}
+
+    Further groups: title, duty or torque, life, largest, ratios, series, excitation. Exit code 1 where no gear serves.
     """
     request = replace(read_specification(specification), retune=retune)
     added = {} if gears is None else read_gears(gears)

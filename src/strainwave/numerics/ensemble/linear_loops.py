@@ -24,6 +24,7 @@ COUNTS = 3  # the last fields of a loop's memory: age of a measurement, samples 
 FEWEST_STEPS = 4  # steps between two samples
 LEAST_SAMPLES = 200  # samples of a turn, or of several: it is rounded to whole samples
 OTHER_TIME, SAME_SLOPE = 0.37, 1e-9  # of a turn: where the map is looked at again; a difference that is rounding
+BEYOND_FLOATS = float(np.finfo(float).max)
 STILL = 1e-8  # of a pole from 1: what decays slower than in hours does not decay
 STEP = 1e-6  # of the states, the memory and the inputs: a torque of 0.1 N*m in the stiffest gear
 
@@ -214,6 +215,9 @@ def multipliers(loop: Any, turn: float, *, at: ArrayLike) -> tuple[Complexes, fl
     later = _slopes(lambda d: sampled.following(d, time=OTHER_TIME * turn), n)
     if np.max(np.abs(slopes - later)) > SAME_SLOPE * np.max(np.abs(slopes)):
         samples = round(np.ceil(LEAST_SAMPLES * period / turn) * turn / period)
-        slopes = _slopes(whole_turn, n)
+        try:
+            slopes = _slopes(whole_turn, n)
+        except ValueError:
+            return np.array([BEYOND_FLOATS], complex), samples * period
     moving = np.any(np.abs(slopes - np.eye(n)) > SAME_SLOPE, axis=1)
     return np.linalg.eigvals(slopes[moving][:, moving]).astype(complex), samples * period

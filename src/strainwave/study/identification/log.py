@@ -28,6 +28,7 @@ SHORTEST_SHARE = 0.01  # of the log: a shorter stretch is "other"
 SMOOTHED_SHARE = 0.01  # of the log: over it the speed is averaged
 POINTS = 400  # of the averaged speed, through which straight lines are laid
 SLOW_SHARE, NOISE_FACTOR = 2e-3, 8.0  # of the largest speed, and deviations of the averaged: bounds of slow stretches
+COHERENT = 0.5  # squared correlation of both shafts' motions from which they have a ratio
 RESTING_ANGLE, RESTING_SPEED = 1e-4, 1e-4  # [rad], [rad/s]: the whole log is at rest below one of them
 
 
@@ -232,7 +233,7 @@ class Log(Result):
 
     @property
     def ratio(self) -> float | None:
-        """Ratio of the motor's motion to the load's, by angles or speeds; None without both or without motion.
+        """Ratio of the motor's motion to the load's, by angles or speeds; None without both or a motion of both.
 
         The gear's ratio, where both shafts were measured on their own.
         """
@@ -244,8 +245,9 @@ class Log(Result):
             motor, load = motor[finite], load[finite]
             if kind == "angle":
                 motor, load = motor - np.mean(motor), load - np.mean(load)
-            if np.any(load != 0.0):
-                return float(abs(np.dot(load, motor) / np.dot(load, load)))
+            together = np.dot(load, motor)
+            if together**2 > COHERENT * np.dot(load, load) * np.dot(motor, motor):
+                return float(abs(together / np.dot(load, load)))
         return None
 
     @property
