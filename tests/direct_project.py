@@ -4,7 +4,7 @@ from pathlib import Path
 
 import strainwave as sw
 from strainwave import Project
-from strainwave.base.units import Speeds
+from strainwave.drive.speeds import Speeds
 
 
 def project_of(drive, speeds, *, gear=None, motor="held", **parts):

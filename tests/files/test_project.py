@@ -711,7 +711,9 @@ def test_a_large_file_is_refused_unread(written, monkeypatch):
 def test_a_directory_a_missing_file_and_a_pipe_are_refused(tmp_path):
     assert complaint(tmp_path) == [f"{tmp_path}:1:1: file: is a directory; give the project file inside it"]
     assert complaint(tmp_path / "no") == [f"{tmp_path / 'no'}:1:1: file: does not exist; check the name and the folder"]
-    assert complaint("a\0b") == ["a?b:1:1: file: cannot be read (null character in the name); check the name and the disk"]
+    assert complaint("a\0b") == [
+        "a?b:1:1: file: cannot be read (null character in the name); check the name and the disk"
+    ]
     assert "cannot be read" in complaint("x" * 5000)[0]
 
 

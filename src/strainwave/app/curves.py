@@ -6,9 +6,9 @@ from typing import Any
 
 from ..base.facts import Fact
 from ..base.results import Branch, Floats, Status
-from ..base.units import Speeds
 from ..drive.drive_response import DriveResponse
 from ..drive.project import Project
+from ..drive.speeds import Speeds
 from ..drive.two_turns import A_TURN, beat_said
 from .console import number
 from .view import AngleUnit, angle_unit, sizes, speed_data

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..base import units
 from ..base.number_text import number, rounded
 from ..base.sentences import AT_MOTOR, Angle, Quantity, told
-from ..base.units import ARCSEC, Speeds
+from ..base.units import ARCSEC
 from ..drive.project import Project
+from ..drive.speeds import Speeds
 from ..plot.panels import Axis
 
 if TYPE_CHECKING:

@@ -13,7 +13,6 @@ from ..base.quantities import checked, number, whole
 from ..base.results import SolveError
 from ..base.sentences import listed
 from ..base.terminal import on_screen
-from ..base.units import Speeds
 from ..model.controllers.closed_loop import Sampling
 from ..model.drive import Drive
 from ..model.error_spectrum import LoadedError
@@ -33,6 +32,7 @@ from .loops.worst_margins import WorstMargins, loop_fault, worst_margins
 from .motor_words import motor_name
 from .operating_point import refuse_overload
 from .sources import DriveUnit, Source
+from .speeds import Speeds
 from .steady import equation_curve, is_beating, leaves_angle_out, train_motions
 from .train_curve import NO_MOTION, has_curve, refuse_free, torques_of_angle, without_gravity
 

@@ -8,11 +8,11 @@ from typing import Any
 
 from ..base.protocols import Law
 from ..base.quantities import checked, interval, number, shown
-from ..base.units import Speeds
 from ..compile.tree import leaves
 from ..drive.demands.motor_limits import MotorLimits
 from ..drive.project import Project
 from ..drive.sources import DriveUnit
+from ..drive.speeds import Speeds
 from ..model.error_spectrum import LoadedError
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
 from ..model.laws.friction import LoadFriction, NoFriction

@@ -13,12 +13,12 @@ from typing import NamedTuple, TypeVar
 from ..base.number_text import number
 from ..base.quantities import checked, convert
 from ..base.terminal import printable
-from ..base.units import Speeds
 from ..drive.demands.motor_limits import MotorLimits
 from ..drive.demands.move_task import Task
 from ..drive.loops.instability import instability
 from ..drive.postures import Posture, refuse_twice
 from ..drive.project import Project
+from ..drive.speeds import Speeds
 from ..model.drive import Drive
 from ..model.error_spectrum import LoadedError, accuracy_spectrum
 from ..model.excitation import Harmonic, Harmonics, KinematicError, mean_torque

@@ -1,4 +1,4 @@
-"""Kinematic errors from few numbers: a vendor's accuracy class, measured values, and their true peak-to-peak.
+"""Kinematic errors from few numbers: a vendor's accuracy class, measured values, static sources; their peak-to-peak.
 
 The peak-to-peak of several lines depends on their phases: at most twice the sum of the amplitudes, and mostly less.
 """
@@ -17,6 +17,7 @@ from ..base.quantities import LARGEST, SMALLEST, checked, number, shown
 from ..base.results import Floats
 from ..base.units import ARCSEC
 from .excitation import KinematicError, Line
+from .orders import Turn, order_map
 
 DEFAULT_SHARES: Mapping[int, float] = MappingProxyType({1: 0.25, 2: 1.0, 4: 0.25})
 OVERSAMPLING = 16  # points per turn of the highest line
@@ -231,3 +232,57 @@ MEASURED_ERRORS = (
         "cloudynights.com/topic/918602, encoders on both sides, no load: 120 to 145 arcsec peak-to-peak, 45 arcsec rms",
     ),
 )  # fmt: skip
+
+
+class Source(NamedTuple):
+    """One contributor to the kinematic error.
+
+    `kind` is one of design, manufacture, assembly, deformation; `order` counts repeats per `turn` of the motor (the
+    wave generator) or of the output; `amplitude` is 0-to-peak [rad, output side]; `phase` [rad] is None where unknown.
+    """
+
+    name: str
+    kind: str
+    order: int
+    amplitude: float
+    phase: float | None = None
+    turn: Turn = "motor"
+
+
+def static_sources(N: float) -> dict[str, Source]:
+    """List the usual static sources of a gear of ratio N with their kinds and orders, all with the amplitude 0.
+
+    The orders follow from the geometry (`order_map`), to first order in the deviations; sizes and what else a design
+    has are the designer's to give: `static_sources(50)["flexspline run-out"]._replace(amplitude=1e-5)`.
+
+    Parameters
+    ----------
+    N : float
+        Ratio, a whole number.
+
+    Returns
+    -------
+    dict of str to Source
+        By name: the kind of each source, its order per motor turn, and its amplitude [rad], 0.
+
+    Raises
+    ------
+    ValueError
+        If N is not an integer of 2 to 10 000.
+    """
+    engagement = int(order_map(N).order("flexspline tooth engagement").per_output_turn)
+    rows: list[tuple[str, str, int, Turn]] = [
+        ("approximate tooth profile", "design", 2, "motor"),
+        ("wave generator eccentricity", "manufacture", 1, "motor"),
+        ("wave generator ellipticity", "manufacture", 2, "motor"),
+        ("circular spline ovality", "manufacture", 2, "motor"),
+        ("circular spline four-lobed", "manufacture", 4, "motor"),
+        ("flexspline ovality", "manufacture", engagement, "output"),
+        ("flexspline run-out", "manufacture", 1, "output"),
+        ("coupling offset", "assembly", 1, "motor"),
+        ("circular spline misalignment", "assembly", 2, "motor"),
+        ("output bearing run-out", "assembly", 1, "output"),
+        ("flexspline deformation under load", "deformation", 2, "motor"),
+        ("circular spline deformation by its screws", "deformation", 4, "motor"),
+    ]
+    return {name: Source(name, kind, order, 0.0, turn=turn) for name, kind, order, turn in rows}

@@ -5,11 +5,6 @@ teeth say, z1 (w_fs - w_wg) = z2 (w_cs - w_wg) (Willis 1841). One member is fixe
 motor turns the third. The wave generator has two lobes half a turn apart, so of a deviation that repeats n times around
 a ring the two meshes add up the even n and cancel the odd ones. A line j theta_1 + k theta_2 of the motor's and the
 output's angle in the housing has the pair (j, k). The output turn is the base angle on which these orders are whole.
-
-Static sources of the kinematic error: what a gear's design, manufacture, assembly and deformation contribute.
-
-The source article names design, assembly and the deformation of the flexspline; the manufacturing deviations of the
-parts are a kind of their own here. The orders follow from the two lobes of the wave generator.
 """
 
 from collections.abc import Iterator
@@ -25,6 +20,7 @@ from .excitation import Harmonic, Harmonics, KinematicError
 LARGEST_RATIO = 10_000
 SAME_ORDER = 1e-9
 Pair = tuple[int, int]
+Turn = Literal["motor", "output"]
 Member = Literal["wave generator", "flexspline", "circular spline"]
 MEMBERS: tuple[Member, ...] = ("wave generator", "flexspline", "circular spline")
 
@@ -331,61 +327,3 @@ def whole_ratio(N: float) -> int:
             f"N is {shown(N)}; orders are counted for a whole ratio (motor turns per output turn), 2 to {LARGEST_RATIO}"
         )
     return int(N)
-
-
-Turn = Literal["motor", "output"]
-KINDS = ("design", "manufacture", "assembly", "deformation")
-
-
-class Source(NamedTuple):
-    """One contributor to the kinematic error.
-
-    `kind` is one of design, manufacture, assembly, deformation; `order` counts repeats per `turn` of the motor (the
-    wave generator) or of the output; `amplitude` is 0-to-peak [rad, output side]; `phase` [rad] is None where unknown.
-    """
-
-    name: str
-    kind: str
-    order: int
-    amplitude: float
-    phase: float | None = None
-    turn: Turn = "motor"
-
-
-def static_sources(N: float) -> dict[str, Source]:
-    """List the usual static sources of a gear of ratio N with their kinds and orders, all with the amplitude 0.
-
-    The orders follow from the geometry (`order_map`), to first order in the deviations; sizes and what else a design
-    has are the designer's to give: `static_sources(50)["flexspline run-out"]._replace(amplitude=1e-5)`.
-
-    Parameters
-    ----------
-    N : float
-        Ratio, a whole number.
-
-    Returns
-    -------
-    dict of str to Source
-        By name: the kind of each source, its order per motor turn, and its amplitude [rad], 0.
-
-    Raises
-    ------
-    ValueError
-        If N is not an integer of 2 to 10 000.
-    """
-    engagement = int(order_map(N).order("flexspline tooth engagement").per_output_turn)
-    rows: list[tuple[str, str, int, Turn]] = [
-        ("approximate tooth profile", "design", 2, "motor"),
-        ("wave generator eccentricity", "manufacture", 1, "motor"),
-        ("wave generator ellipticity", "manufacture", 2, "motor"),
-        ("circular spline ovality", "manufacture", 2, "motor"),
-        ("circular spline four-lobed", "manufacture", 4, "motor"),
-        ("flexspline ovality", "manufacture", engagement, "output"),
-        ("flexspline run-out", "manufacture", 1, "output"),
-        ("coupling offset", "assembly", 1, "motor"),
-        ("circular spline misalignment", "assembly", 2, "motor"),
-        ("output bearing run-out", "assembly", 1, "output"),
-        ("flexspline deformation under load", "deformation", 2, "motor"),
-        ("circular spline deformation by its screws", "deformation", 4, "motor"),
-    ]
-    return {name: Source(name, kind, order, 0.0, turn=turn) for name, kind, order, turn in rows}

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base.units import Speeds
+from ..drive.speeds import Speeds
 from .panels import BLACK, BLUE, DASHES, DOT_DASH, GREY, ORANGE, Panel, angle, of_speeds
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from ..base.above import above
 from ..base.number_text import unit_text
 from ..base.results import Floats
-from ..base.units import BASES, Speeds
 from ..base.units import angle_unit as unit_of
+from ..drive.speeds import BASES, Speeds
 
 # Colours that colour-blind people tell apart (Okabe and Ito), and dashes for readers without colours.
 BLUE, ORANGE, GREEN, PINK = "#0072B2", "#D55E00", "#009E73", "#CC79A7"

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 from strainwave.app.report.report import page
 from strainwave.app.report.section import Part, Table, rendered_part
 from strainwave.app.view import AngleUnit, View
-from strainwave.base.units import Speeds
+from strainwave.drive.speeds import Speeds
 
 ANALYSIS = SimpleNamespace(exact=SimpleNamespace(method="harmonic balance"))
 PROJECT = SimpleNamespace(title="a drive", text="", speeds=Speeds((60.0, 200.0)))

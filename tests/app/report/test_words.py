@@ -15,9 +15,10 @@ from strainwave.app.report.sections.derived import quantities
 from strainwave.app.report.sections.resonances import peak_verdict
 from strainwave.app.report.sections.speeds_to_avoid import speeds_to_avoid
 from strainwave.app.view import AngleUnit, View
-from strainwave.base.units import ARCSEC, RPM, Speeds
+from strainwave.base.units import ARCSEC, RPM
 from strainwave.drive.demands.motor_limits import MotorLimits
 from strainwave.drive.demands.usage import MotorUse, Usage, limit_findings
+from strainwave.drive.speeds import Speeds
 from strainwave.study.analysis.analysis import Largest
 from strainwave.study.analysis.remedies import Remedy
 from strainwave.study.analysis.verdict import Answer, Verdict

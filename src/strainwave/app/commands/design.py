@@ -33,7 +33,7 @@ MOST_FILES = 10  # project files of the front
 @retune_option
 @json_option
 def design(specification: Path, output: Path, gears: Path | None, retune: bool, as_json: bool) -> None:
-    """Find gears and motors for the SPECIFICATION of an axis.
+    r"""Find gears and motors for the SPECIFICATION of an axis.
 
     SPECIFICATION is a YAML file, at least:
 

@@ -11,12 +11,13 @@ import numpy as np
 from ...base.facts import Fact
 from ...base.number_text import number
 from ...base.sentences import told
-from ...base.units import ARCSEC, Speeds
+from ...base.units import ARCSEC
 from ...compile.jit import light_as_python
 from ...drive.drive_response import DriveResponse
 from ...drive.friction.standstill import standing
 from ...drive.motor_words import motor_name
 from ...drive.project import Project
+from ...drive.speeds import Speeds
 from ...files.notes import curve_remark, load_remark, move_note, remarks, unsaid
 from ...files.reading import read_project
 from ...files.sources import source_facts, sources_text

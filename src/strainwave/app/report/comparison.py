@@ -6,7 +6,7 @@ from urllib.parse import quote
 import numpy as np
 
 from ...base.facts import table
-from ...base.units import Speeds
+from ...drive.speeds import Speeds
 from ...files.variants.comparison import ProjectComparison, compared
 from ...plot.comparison import comparison_panels
 from ...plot.svg import stacked

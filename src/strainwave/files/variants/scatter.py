@@ -16,9 +16,9 @@ from ...base.quantities import parse, positive_count, probabilities, whole
 from ...base.records import Labelled, Result
 from ...base.results import Floats, Interrupted
 from ...base.terminal import silent
-from ...base.units import Speeds
 from ...drive.postures import WITH_MEMORY, spread
 from ...drive.project import Project
+from ...drive.speeds import Speeds
 from ...drive.train_curve import refuse_free
 from ...study.identification.intervals import Interval
 from ...study.speed_map.avoid import band_above

@@ -19,8 +19,8 @@ from ..orders import GearOrder as GearOrder
 from ..orders import OrderMap as OrderMap
 from ..orders import on_output_turn as on_output_turn
 from ..orders import order_map as order_map
-from ..orders import Source as Source
-from ..orders import static_sources as static_sources
+from ..error_spectrum import Source as Source
+from ..error_spectrum import static_sources as static_sources
 from ..oscillator import GearDamping as GearDamping
 from ..oscillator import NoVariation as NoVariation
 from ..oscillator import Ripple as Ripple

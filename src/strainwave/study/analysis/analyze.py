@@ -12,12 +12,12 @@ from ...base.number_text import number
 from ...base.results import SolveError
 from ...base.sentences import Angle, Sentence, Speed
 from ...base.terminal import Progress, silent
-from ...base.units import Speeds
 from ...drive.demands.usage import MotorUse, Usage, largest_motor_use, largest_usage, limit_findings
 from ...drive.drive_response import DriveResponse
 from ...drive.friction.standstill import standing
 from ...drive.project import Project
 from ...drive.response import exact_response
+from ...drive.speeds import Speeds
 from ...drive.train_curve import refuse_free, unfollowed
 from ...drive.two_turns import NONE_STABLE, beating_response
 from ...model.oscillator import VaryingOscillator

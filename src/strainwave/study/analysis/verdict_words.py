@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 from ...base.facts import Fact
 from ...base.number_text import number, percent
 from ...base.sentences import Angle, Sentence, Speed, listed
-from ...base.units import ARCSEC, RPM, Speeds
+from ...base.units import ARCSEC, RPM
 from ...drive.demands.motor_limits import BRAKE, RMS, MotorLimits
+from ...drive.speeds import Speeds
 from ...model.gears.limits import Finding, gravest
 from ..speed_map.avoid import out_of_reach
 from . import words

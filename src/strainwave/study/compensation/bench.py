@@ -10,10 +10,10 @@ from ...base.law import depends, states_of
 from ...base.protocols import Control, lacking, lines_of, terms_of
 from ...base.quantities import checked
 from ...base.results import Floats, SolveError
-from ...base.units import BASES, Speeds
 from ...drive.motor_words import train_of
 from ...drive.operating_point import operating_state, with_more
 from ...drive.project import Project
+from ...drive.speeds import BASES, Speeds
 from ...drive.train_curve import follows_its_angle, without_gravity
 from ...drive.two_turns import beat_said
 from ...model.controllers.closed_loop import ClosedLoop, Sampling

@@ -13,8 +13,9 @@ from ...base.quantities import number as real
 from ...base.records import Labelled, Result
 from ...base.results import Booleans, Complexes, Floats, Integers, SolveError
 from ...base.terminal import on_screen
-from ...base.units import ARCSEC, BASES, Speeds
+from ...base.units import ARCSEC
 from ...drive.project import Project
+from ...drive.speeds import BASES, Speeds
 from ...drive.train_curve import in_turns
 from ...model.controllers.feedforward import SpeedTable
 from ...model.oscillator import Oscillator

@@ -14,7 +14,8 @@ from ...base.quantities import probabilities
 from ...base.records import Along, Labelled, Result
 from ...base.results import Floats
 from ...base.terminal import WIDTH, on_screen
-from ...base.units import ARCSEC, BASES, Speeds
+from ...base.units import ARCSEC
+from ...drive.speeds import BASES, Speeds
 from ...numerics.ensemble.loops import LoopEnsemble
 
 NAME, CELL = 18, 10  # letters of a name, and of a speed

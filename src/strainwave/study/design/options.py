@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...base.units import ARCSEC, RPM, Speeds
+from ...base.units import ARCSEC, RPM
 from ...drive.project import Project
+from ...drive.speeds import Speeds
 from ...model.error_spectrum import accuracy_spectrum
 from ...model.excitation import KinematicError
 from ...model.gears.gear import HEAVY, Gear

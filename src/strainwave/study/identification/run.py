@@ -63,8 +63,8 @@ class Run:
             raise ValueError(f"the angle stays at {self.angle[0]:.6g} rad; a run needs a shaft that turns")
         if back > 0.2 * abs(self.travel):
             raise ValueError(
-                f"the angle goes back by {back:.4g} rad in all while it travels {abs(self.travel):.4g} rad; a run needs "
-                "a shaft that turns one way: give the way there and the way back as two runs"
+                f"the angle goes back by {back:.4g} rad in all while it travels {abs(self.travel):.4g} rad; a run "
+                "needs a shaft that turns one way: give the way there and the way back as two runs"
             )
 
     @property

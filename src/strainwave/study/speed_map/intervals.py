@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...base.number_text import number
 from ...base.results import Floats
-from ...base.units import BASES, Speeds
+from ...drive.speeds import BASES, Speeds
 
 NARROW_WIDTH = 1e-3  # relative width of a band below which it is none: a step of the curve, or what rounding leaves
 FOLD_WIDTH = 1e-3  # relative width within which a motion at a fold may be found stable or not

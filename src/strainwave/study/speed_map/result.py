@@ -11,8 +11,9 @@ from ...base.number_text import number, unit_text
 from ...base.quantities import index
 from ...base.records import Labelled, Result
 from ...base.results import Floats
-from ...base.units import ARCSEC, BASES, RPM, Speeds
+from ...base.units import ARCSEC, RPM
 from ...drive.postures import titled
+from ...drive.speeds import BASES, Speeds
 from .campbell import CampbellLine
 from .decide import POSTURE
 from .intervals import common, listed, swept

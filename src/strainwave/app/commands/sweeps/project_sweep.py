@@ -13,8 +13,8 @@ import numpy as np
 from ....base.number_text import unit_text
 from ....base.quantities import convert
 from ....base.results import Floats
-from ....base.units import Speeds
 from ....drive.project import Project
+from ....drive.speeds import Speeds
 from ....drive.train_curve import refuse_free
 from ....files.notes import load_remark, unsaid
 from ....files.variants.names import keys_of, quantity
