@@ -22,13 +22,11 @@ from strainwave.base.facts import Fact
 from strainwave.base.records import Result
 from strainwave.base.sentences import Angle, Speed
 from strainwave.compile.elementwise import larger
-from strainwave.files.fields.json_schema import project_schema
 from strainwave.files.fields.kinds import Quantity
 from strainwave.files.fields.rows import field, group_text, read_file, rows_of
 from strainwave.files.fields.schema import LoadSpec, ProjectSpec
-from strainwave.files.fields.template import template
 from strainwave.files.reading import ProjectError, from_text
-from strainwave.files.reference import reference
+from strainwave.files.reference import project_schema, reference, template
 from strainwave.files.variants.names import keys_of
 from strainwave.files.yaml_text import read
 from strainwave.maths import cos, sign, tanh

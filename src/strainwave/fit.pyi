@@ -3,7 +3,7 @@
 from .files.fields.csv_files import read_profile as read_profile
 from .files.logs.scan_file import read_scan as read_scan
 from .files.variants.identify_log import identify_log as identify_log
-from .study.gear.hysteresis_fit import fit_hysteresis as fit_hysteresis
+from .study.gear.hysteresis_loop import fit_hysteresis as fit_hysteresis
 from .study.identification.arrangement import arrangement as arrangement
 from .study.identification.bode.bode_fit import fit_bode as fit_bode
 from .study.identification.bode.measured_bode import bode_of_records as bode_of_records

@@ -42,7 +42,7 @@ from .study.design.result import Sensitivity as Sensitivity
 from .study.gear.energy import Efficiency as Efficiency
 from .study.gear.energy import EnergyBalance as EnergyBalance
 from .study.gear.error_parts import ErrorParts as ErrorParts
-from .study.gear.hysteresis_fit import HysteresisFit as HysteresisFit
+from .study.gear.hysteresis_loop import HysteresisFit as HysteresisFit
 from .study.gear.hysteresis_loop import HysteresisLoop as HysteresisLoop
 from .study.identification.arrangement import Counted as Counted
 from .study.identification.bode.bode_fit import BodeFit as BodeFit

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import fsolve
 
 import strainwave as sw
-from strainwave.theory.printed_forms import FORMS, printed_steady, printed_x, without_alpha
+from strainwave.theory.article import FORMS, printed_steady, printed_x, without_alpha
 
 # --- E1: the forcing of the error equation; E7: the reach of the stability claim ---
 

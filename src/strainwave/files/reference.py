@@ -1,10 +1,59 @@
-"""The reference page of a project file: every field with its unit, its values, its range and its default."""
+"""The table of a project file's fields as reference page, as JSON Schema for editors and as commented template."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from itertools import groupby
+from textwrap import wrap
+from typing import Any
 
-from .fields.json_schema import project_schema
+from ..drive.demands.payload import Payload
+from ..model.oscillator import Ripple
+from .fields.entries import Loop, filter_types
 from .fields.kinds import Schema
+from .fields.python_law import NAMED
+from .fields.rows import law_types, row_at, schema_of
+from .fields.schema import PARTS, ProjectSpec
+
+NAME = "strainwave.schema.json"  # of the file that editors read
+
+
+def _definitions() -> dict[str, Schema]:
+    """Entries that more than one field takes, by name."""
+    laws = {name: schema_of(cls, name) for name, cls in law_types().items()}
+    python = {"python": {"type": "string", "pattern": f"^{NAMED.pattern}$", "description": "Law of a Python file."}}
+    forms = [
+        *({"$ref": f"#/$defs/law_{name}"} for name in laws),
+        {"type": "object", "properties": python, "required": ["python"]},
+        {"type": "string", "pattern": f"^{NAMED.pattern}$"},
+    ]
+    return {
+        **{f"law_{name}": law for name, law in laws.items()},
+        "law": {"anyOf": forms},
+        "ripple": schema_of(Ripple),
+        "payload": schema_of(Payload),
+        "loop": {"anyOf": Loop().schemas()},
+        "filter": {"oneOf": [schema_of(cls, name) for name, cls in filter_types().items()]},
+        "part": {"oneOf": [schema_of(cls, name) for name, cls in PARTS.items()]},
+    }
+
+
+def project_schema() -> Schema:
+    """JSON Schema (draft 2020-12) of a project file, with a description, the unit and the range of every field.
+
+    Returns
+    -------
+    dict
+        As `json.dumps` takes it. `x-unit` has the unit of a field in SI and `x-range` the range of its number.
+    """
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": "urn:strainwave:project-file",
+        "title": "strainwave project file",
+        "description": "A drive with a strain wave gear, its speeds and what excites it.",
+        **schema_of(ProjectSpec),
+        "$defs": _definitions(),
+    }
+
 
 PAGE = """# Fields of the project file
 
@@ -110,3 +159,45 @@ def _extent(item: Schema) -> str:
 def _plain(text: object) -> str:
     """A text without what Markdown would take for signs of its own."""
     return str(text).replace("|", "\\|").replace("*", "\\*").replace("_", "\\_").replace("<", "\\<")
+
+
+HEAD = """\
+# A drive with a strain wave gear. Every quantity is a number with its unit; other units of the same kind do as well.
+# What a line with '#' before a field shows may be written too.
+"""
+WIDTH = 110
+
+
+def template(values: Mapping[str, str], schema_file: str = "") -> str:
+    """Text of a project file with comments.
+
+    Parameters
+    ----------
+    values : dict
+        Text of every field by its path, "speed.from", in the order of the file; "" for one that is left as an example.
+    schema_file : str
+        Name of the JSON Schema that lies beside the file, for editors; "" for none.
+    """
+    lines = [f"# yaml-language-server: $schema={schema_file}"] if schema_file else []
+    lines += [HEAD]
+    for name, paths in groupby(values, key=lambda path: path.split(".")[0]):
+        inside = list(paths)
+        if inside != [name]:
+            lines += [*_comment(name), f"{name}:" if any(values[path] for path in inside) else f"# {name}:"]
+        for path in inside:
+            indent, key = "  " * path.count("."), path.split(".")[-1]
+            example = f"#{indent or ' '}{key}: {_row_at(path).example}"
+            lines += [*_comment(path), f"{indent}{key}: {values[path]}" if values[path] else example]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _row_at(path: str) -> Any:
+    return row_at(ProjectSpec, None, path.split("."))
+
+
+def _comment(path: str) -> list[str]:
+    """The description, with the words that a field may have."""
+    item, indent = _row_at(path).schema(), "  " * path.count(".")
+    words = f" One of: {', '.join(item['enum'])}." if "enum" in item and len(item["enum"]) < 9 else ""
+    return [f"{indent}# {line}" for line in wrap(item["description"] + words, WIDTH - len(indent))]

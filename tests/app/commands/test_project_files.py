@@ -17,8 +17,8 @@ from strainwave.app.commands import cli as command
 from strainwave.app.commands.installation.completion import SHELLS
 from strainwave.app.commands.new import QUESTIONS, new
 from strainwave.base.units import ARCSEC
-from strainwave.files.fields.json_schema import project_schema
 from strainwave.files.reading import read_project
+from strainwave.files.reference import project_schema
 
 GIVEN = ("--gear", "CSG-40-50", "--load-inertia", "10 kg m^2")
 SOURCE = str(Path(command.__file__).parents[3])

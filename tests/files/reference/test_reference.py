@@ -12,13 +12,11 @@ from twelve_projects import PROJECTS
 
 from strainwave.base.quantities import parse
 from strainwave.files.fields.entries import LoopSpec, loop_types
-from strainwave.files.fields.json_schema import project_schema
 from strainwave.files.fields.kinds import Quantity
 from strainwave.files.fields.rows import law_types, rows_of
 from strainwave.files.fields.schema import ProjectSpec
-from strainwave.files.fields.template import template
 from strainwave.files.reading import ProjectError, from_text
-from strainwave.files.reference import reference
+from strainwave.files.reference import project_schema, reference, template
 
 ROOT = Path(__file__).resolve().parents[3]
 FILES = [*(ROOT / "examples/projects").glob("*.yaml"), *(ROOT / "src/strainwave/app/projects").glob("*.yaml")]

@@ -6,9 +6,9 @@ import click
 
 from ...base.facts import data, lines
 from ...files.reading import read_project
+from ...theory.article import FORMS
 from ...theory.article import reproduce as reproduced
 from ...theory.derivation.error_equation import derive as derivation
-from ...theory.printed_forms import FORMS
 from ..console import Progress, echo, print_table, to_json, write_all
 from ..report.article import FORM_HEADS, files, header, reasons, shown, tables
 from ..report.derivation import derivation_page, reduction

@@ -20,7 +20,7 @@ from click.shell_completion import CompletionItem
 
 from ... import __version__
 from ...base.above import thing
-from ..console.output_files import written
+from ..console.written import written
 
 FAILED, INVALID_PROJECT, INTERRUPTED = 1, 3, 130
 EXPECTED = (

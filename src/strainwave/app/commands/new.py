@@ -12,13 +12,11 @@ import click
 from ...base.archive import atomic
 from ...base.units import ARCSEC
 from ...files.fields.groups import ACCURACY, ASSUMED, UNPRINTED
-from ...files.fields.json_schema import NAME, project_schema
 from ...files.fields.kinds import BANDWIDTH, Entry
 from ...files.fields.kinds import number as number_in
 from ...files.fields.schema import TITLE
-from ...files.fields.template import template
 from ...files.reading import from_text
-from ...files.reference import reference
+from ...files.reference import NAME, project_schema, reference, template
 from ...model.gears.catalogue import gear, names
 from ...model.gears.gear import SPECIAL
 from ..console import to_json

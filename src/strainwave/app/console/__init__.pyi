@@ -2,17 +2,17 @@
 
 from ...base.number_text import number as number
 from ...base.number_text import percent as percent
+from .csv_files import as_csv as as_csv
+from .csv_files import columns as columns
+from .csv_files import ending as ending
+from .csv_files import write_csv as write_csv
 from .library_words import in_options as in_options
 from .library_words import without_calls as without_calls
-from .output_files import as_csv as as_csv
 from .output_files import check_writable as check_writable
-from .output_files import columns as columns
-from .output_files import ending as ending
 from .output_files import sentence as sentence
 from .output_files import slug as slug
 from .output_files import staged as staged
 from .output_files import write_all as write_all
-from .output_files import write_csv as write_csv
 from .progress import Progress as Progress
 from .progress import finished as finished
 from .progress import fitted as fitted

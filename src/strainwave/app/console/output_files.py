@@ -4,73 +4,18 @@ They are written in a hidden folder inside the target and moved up when all are 
 therefore leaves no half-written report, and a folder that exists keeps its other files.
 """
 
-import csv
 import errno
-import io
 import os
-import re
 import shutil
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-import click
-import numpy as np
-from numpy.typing import ArrayLike
-
 from ...base.archive import refuse_inputs
-
-KEY = "strainwave.written"  # of what the contexts of a command share
-
-
-def note_written(folder: Path) -> None:
-    """Note that the present command, if there is one, has written results in a folder."""
-    context = click.get_current_context(silent=True)
-    if context is not None:
-        context.meta.setdefault(KEY, []).append(folder)
-
-
-def written(context: click.Context) -> list[Path]:
-    """Folders in which the command of a context has written results."""
-    return list(context.meta.get(KEY, ()))
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text as UTF-8, with the same ends of lines on every system."""
-    path.write_text(text, encoding="utf-8", newline="\n")
-
-
-def write_csv(path: Path, columns: Sequence[tuple[str, ArrayLike]]) -> None:
-    """Write columns of equal length; each name carries its unit ("x_rad"); one with a comma is quoted."""
-    body = np.column_stack([np.asarray(values, float) for _, values in columns])
-    row = ",".join(["%.8g"] * len(columns)) + "\n"  # in one go: `csv` takes many times as long for numbers
-    write_text(path, _lines([[name for name, _ in columns]]) + (row * len(body)) % tuple(body.ravel().tolist()))
-
-
-def as_csv(header: list[str], rows: Iterable[Iterable[Any]]) -> str:
-    """Write a table with words as CSV; a number that is not known is empty."""
-    cells = ([f"{x:.8g}".replace("nan", "") if isinstance(x, float) else x for x in row] for row in rows)
-    return _lines([header, *cells])
-
-
-def _lines(rows: Iterable[Iterable[Any]]) -> str:
-    """Rows of cells as lines of CSV, quoted where they have to be."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue()
-
-
-def columns(*tables: Mapping[str, tuple[Any, Any, str]]) -> list[tuple[str, ArrayLike]]:
-    """Columns of a file from the arrays of a result: each name carries its unit."""
-    return [(f"{name}{ending(unit)}", values) for arrays in tables for name, (_, values, unit) in arrays.items()]
-
-
-def ending(unit: str) -> str:
-    """A unit as the end of a column's name."""
-    return "_".join(["", *re.findall(r"(?!1$)\w+", unit.replace("1/", "per ").replace("/", " per "))])
-
+from .csv_files import write_csv, write_text
+from .written import note_written
 
 FULL = "free some space or choose another place; what was there before is unchanged"
 TAKEN = "a file stands where a folder is to go; choose another place"

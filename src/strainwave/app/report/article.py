@@ -17,8 +17,8 @@ from ...plot.panels import BLACK, BLUE, DASHES, ORANGE, TIME, Axis, Note, Panel
 from ...plot.portrait import proof_panels
 from ...plot.svg import figure
 from ...theory import article
+from ...theory.article import FORMS
 from ...theory.lyapunov import lyapunov
-from ...theory.printed_forms import FORMS
 from ...theory.resonance import PRIMARY, SUBHARMONIC, SUPERHARMONIC
 from ...theory.slow_flow.flow import SlowFlow
 from ...theory.slow_flow.results import SlowResponse

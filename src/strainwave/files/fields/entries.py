@@ -20,7 +20,7 @@ from ...model.oscillator import Ripple, Variation
 from ...model.train.controls import KINDS, USUAL, CascadeLoop, PositionLoop, SpeedLoop, Tuning, core_of, from_bandwidth
 from ...model.train.filters import FILTERS, apart, around
 from ...model.train.motion import AngleTorque
-from ...study.gear.hysteresis_fit import fit_hysteresis
+from ...study.gear.hysteresis_loop import fit_hysteresis
 from ..yaml_text import Keys, shown
 from ..yaml_text import read as read_yaml
 from .groups import CATALOGUE
