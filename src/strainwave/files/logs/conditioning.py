@@ -14,6 +14,7 @@ from .table import Roles, refuse
 
 SPARSE = 0.2  # share of missing values from which a channel has times of its own
 TIMES_SHARE = 0.2  # of the samples: fewer are no times of theirs
+COARSE, SAME_GRAIN = 0.05, 1e-3  # of a step: stamps rounded so are noise; of the grain: steps are multiples of it
 TRANSIENT = 0.2  # share of a log that may come before the constant speed with which it ends
 
 Channels = dict[str, Floats]
@@ -194,3 +195,10 @@ def regular(log: Log, notes: list[str]) -> None:
         notes.append(f"{counted(len(gaps), 'gap')}, the longest of {longest:.4g} s, the first at {first:.6g} s")
     if log.jitter > 0.01 * log.step:
         notes.append(f"steps of the time vary by {100.0 * log.jitter / log.step:.2g} % (one standard deviation)")
+        steps = np.diff(log.time)
+        grain = float(np.min(np.diff(np.unique(steps.round(9))), initial=np.inf))
+        if grain > COARSE * log.step and np.all(np.abs(steps / grain - np.round(steps / grain)) < SAME_GRAIN):
+            notes.append(
+                f"stamps are rounded to {1e3 * grain:.4g} ms, {100.0 * grain / log.step:.0f} % of a step, which is noise to "
+                "every fit: log finer stamps, or where samples are regular give the rate in place of the time"
+            )
