@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import json
+import math
 import os
 import signal
 import socket
@@ -121,7 +122,7 @@ def test_work_that_takes_too_long_is_killed_and_the_next_is_done():
         workers = Workers(1, longest=0.5)
         with pytest.raises(Refused, match=r"longer than 0.5 s"):
             await workers.run(time.sleep, 3600.0)
-        workers._longest = None
+        workers._longest = math.inf
         assert json.loads((await workers.run(pid))[0]) > 0
         await workers.close()
 
@@ -173,6 +174,30 @@ def test_long_work_that_nobody_waits_for_any_more_is_killed():
 
     run(work())
     assert asked == [0, 1, 2]
+
+
+def test_visitors_with_slow_answers_leave_a_process_to_the_others(monkeypatch):
+    monkeypatch.setattr("strainwave.app.web.workers.SLOW_S", 0.0)  # any answer is slow
+    begun = []
+
+    async def work():
+        workers = Workers(2)
+        for visitor in "ab":
+            await workers.run(pid, visitor=visitor)
+        held = [
+            asyncio.create_task(workers.run(time.sleep, 3600.0, visitor=visitor, begun=partial(begun.append, visitor)))
+            for visitor in "ab"
+        ]
+        await until(lambda: begun, "no slow work begins")
+        assert json.loads((await workers.run(pid, visitor="c"))[0]) > 0
+        assert begun == ["a"]
+        held[0].cancel()  # the next slow one has its turn
+        await until(lambda: begun == ["a", "b"], "the second slow work does not begin")
+        held[1].cancel()
+        await asyncio.gather(*held, return_exceptions=True)
+        await workers.close()
+
+    run(work())
 
 
 def test_processes_end_with_the_server():

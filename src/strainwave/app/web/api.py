@@ -199,7 +199,7 @@ async def _computed(request: Request, work: Callable[..., Any], *args: Any) -> t
     async def waiting() -> bool:
         return not await request.is_disconnected()
 
-    return await workers.run(work, *args, waiting=waiting)
+    return await workers.run(work, *args, visitor=request.client, waiting=waiting)
 
 
 async def _view(request: Request, work: Callable[..., Any], *args: Any) -> Response:
@@ -282,8 +282,7 @@ async def job(request: Request) -> Response:
 
 async def status(request: Request) -> Response:
     """Sentence on the code that is compiled now for the views; null if none is."""
-    workers: Workers = request.app.state.workers
-    return JSONResponse({"compiling": workers.compiling or None})
+    return JSONResponse({"compiling": request.app.state.workers.compiling or None})
 
 
 async def schema(_request: Request) -> Response:

@@ -47,6 +47,7 @@ def first_text(name: str) -> str:
     )
 
 
+@lru_cache(64)
 def parts_of(project: Project) -> dict[str, dict[str, str]]:
     """Parts that the page can add to a project without them, with first values."""
     content = read(project.text).content

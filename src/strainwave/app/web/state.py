@@ -31,10 +31,9 @@ def project_of(state: State) -> Project:
     if (state.gear is None) == (state.project is None):
         raise Refused("the state needs either a gear of the catalogue or the text of a project file")
     text = first_text(state.gear) if state.gear is not None else str(state.project)
-    values = dict(state.values)
     try:
         base = _read(text)
-        values |= first_sources(base, values) if values else {}
+        values = state.values | first_sources(base, state.values)
         return replaced(base, values, retune=True) if values else base  # the page is an editor of its file
     except ProjectError as error:
         raise Refused("; ".join(PLACE.sub("", str(error)).splitlines())) from None
@@ -54,12 +53,11 @@ def _read(text: str) -> Project:
 
 
 def _refuse_files(content: object) -> None:
-    for key, value in content.items() if isinstance(content, dict) else ():
+    listed = enumerate(content) if isinstance(content, list) else ()
+    for key, value in content.items() if isinstance(content, dict) else listed:
         if key in FROM_FILES:
             fault = f"the project names a file in {key!r}; the app reads none: write its numbers into the project"
             raise Refused(fault)
-        _refuse_files(value)
-    for value in content if isinstance(content, list) else ():
         _refuse_files(value)
 
 

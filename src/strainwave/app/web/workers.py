@@ -3,7 +3,7 @@
 import asyncio
 import math
 from collections.abc import Awaitable, Callable, Coroutine
-from contextlib import AsyncExitStack
+from contextlib import AsyncExitStack, nullcontext
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +16,7 @@ LATER = 4.0  # seconds: two processes that start beside the first picture would 
 PATIENCE = 5.0  # seconds of processor time between two looks at whether work is still wanted
 SHARED = 6.0  # times its processor time that work may last on a machine that has more to do
 LOOK = 0.25  # seconds between two looks at whether a process has answered
+SLOW_S = 0.1  # seconds of processor time of an answer after which the next one of its visitor leaves a process free
 
 
 class Abandoned(Exception):
@@ -40,6 +41,8 @@ class Work:
 class Workers:
     """At most `count` processes. Work waits for a free one in the order in which it came.
 
+    Visitors whose last answer was slow have all processes but one, so that the others do not wait for all of them.
+
     Parameters
     ----------
     count : int
@@ -54,9 +57,10 @@ class Workers:
     """
 
     def __init__(
-        self, count: int, longest: float | None = None, background: bool = False, patience: float = PATIENCE
+        self, count: int, longest: float = math.inf, background: bool = False, patience: float = PATIENCE
     ) -> None:  # fmt: skip
-        self._turn = asyncio.Semaphore(count)
+        self._turn, self._turn_of_slow = asyncio.Semaphore(count), asyncio.Semaphore(max(1, count - 1))
+        self._slow: set[Any] = set()  # visitors
         self._longest, self._background, self._patience = longest, background, patience
         self._all: set[Worker] = set()
         self._ending: list[Worker] = []
@@ -70,14 +74,14 @@ class Workers:
 
     async def run(
         self, work: Callable[..., Any], *args: Any, waiting: Callable[[], Awaitable[bool]] | None = None,
-        begun: Callable[[], None] | None = None, progress: Progress | None = None,
+        begun: Callable[[], None] | None = None, progress: Progress | None = None, visitor: Any = None,
     ) -> tuple[bytes, float]:  # fmt: skip
         """JSON of the result of `work(*args)`, and its processor time [s], as `Worker.ask`.
 
         `waiting` is asked when the turn has come, and of long work again and again (Abandoned); `begun` is told when it
         has come. Work that is cancelled or no longer wanted is killed with its process, and the next gets a new one.
         """
-        async with self._turn:
+        async with self._turn_of_slow if visitor in self._slow else nullcontext(), self._turn:
             if waiting is not None and not await waiting():
                 raise Abandoned
             while True:
@@ -85,13 +89,14 @@ class Workers:
                 if begun is not None:
                     begun()
                 try:
-                    return await self._answered(worker, worker.ask(work, *args, progress=progress), waiting)
+                    text, took = await self._answered(worker, worker.ask(work, *args, progress=progress), waiting)
+                    (self._slow.add if took > SLOW_S else self._slow.discard)(visitor)
+                    return text, took
                 except TimeoutError:
-                    longest = self._longest or 0.0
                     raise Refused(
-                        f"the answer takes longer than {longest:g} s of computing, or than {SHARED * longest:g} s "
-                        "beside other work; narrow the speeds, take fewer or lower orders or a softer law, or use the "
-                        "command line, which has no such limit"
+                        f"the answer takes longer than {self._longest:g} s of computing, or than "
+                        f"{SHARED * self._longest:g} s beside other work; narrow the speeds, take fewer or lower "
+                        "orders or a softer law, or use the command line, which has no such limit"
                     ) from None
                 except Died:
                     if not worker.interpreted:  # else `warm` has ended it, as another one has machine code now
@@ -117,8 +122,7 @@ class Workers:
                     continue
                 spent += LOOK
                 taken = max(worker.computed, spent / SHARED)
-                limit = math.inf if self._longest is None or worker.interpreted else self._longest
-                if taken >= limit:
+                if taken >= self._longest and not worker.interpreted:
                     raise TimeoutError
                 if waiting is not None and taken >= looked + self._patience:
                     looked = taken
