@@ -126,6 +126,18 @@ def test_gaps_and_jitter_are_found(tmp_path):
     log = sw.read_log(save(tmp_path / "log.csv", time=shaken, torque=np.sin(t)))
     assert log.jitter == pytest.approx(2e-4 / np.sqrt(6.0), rel=0.1)
     assert any(note.startswith("steps of the time vary by 4") for note in log.notes)
+    assert not any("rounded" in note for note in log.notes)
+    rounded = np.round(np.arange(1000) * 2.175e-3, 3)  # every step is 2 or 3 ms
+    log = sw.read_log(save(tmp_path / "log.csv", time=rounded, torque=np.sin(rounded)))
+    assert any(note.startswith("stamps are rounded to 1 ms, 4") for note in log.notes)
+
+
+def test_a_log_at_rest_has_no_ratio(tmp_path):
+    t = np.arange(1000) / 500.0
+    angles = {"motor_angle": 1e-5 * RNG.standard_normal(1000), "load_angle": 1e-5 * RNG.standard_normal(1000)}
+    assert sw.read_log(save(tmp_path / "log.csv", time=t, **angles)).ratio is None
+    turning = {"motor_angle": 50.0 * t + angles["motor_angle"], "load_angle": t + angles["load_angle"]}
+    assert sw.read_log(save(tmp_path / "log.csv", time=t, **turning)).ratio == pytest.approx(50.0, rel=1e-5)
 
 
 def test_a_channel_with_empty_cells_is_interpolated(tmp_path):

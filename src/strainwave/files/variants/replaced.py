@@ -103,7 +103,7 @@ def _read(project: Project, content: dict[str, Any]) -> Project:
     return _reading(json.dumps(content, ensure_ascii=False), project.path)
 
 
-@lru_cache(16)
+@lru_cache(64)
 def _reading(text: str, path: Path) -> Project:
     try:
         return from_located(read_again(text), text, path)

@@ -27,7 +27,7 @@ DISTURBANCE_PHASE = 3.5  # of the fastest disturbance in a panel [rad]
 HARMONIC_PHASE = 4.5  # of the highest harmonic of an orbit in a panel [rad]
 SMALL_SHARE = 1e-11  # share of an orbit's harmonics that no panel has to resolve
 MOST_PANELS = 2048  # panels a period
-ORBITS_AT_ONCE, HARMONICS_AT_ONCE = 64, 1600  # all harmonics of all orbits: their waves stay in the cache
+ORBITS_AT_ONCE, WAVES_AT_ONCE = 64, 400_000  # samples times harmonics of a pass, whose table stays in the cache
 FEW_RUNS = 8  # runs in NumPy, which take a tenth of a second, before they are compiled
 
 
@@ -166,14 +166,20 @@ def resolved(disturbances: Any) -> bool:
 
 def maps_through_panels(all_orbits: Any) -> Floats:
     """Period maps (orbits, states, states) of `Disturbances` of orbits; panels end at the kinks of an orbit."""
-    maps, count = [], min(ORBITS_AT_ONCE, max(1, HARMONICS_AT_ONCE // (all_orbits.twists.shape[2] // 2)))
-    for i in range(0, len(all_orbits.twists), count):
-        maps.append(_maps(all_orbits.of(slice(i, i + count))))
-    return np.concatenate(maps)
+    longest, h = _longest_panels(all_orbits), all_orbits.twists.shape[2] // 2
+    shares = np.maximum(PLACES * h * 2.0 * np.pi / longest / WAVES_AT_ONCE, 1.0 / ORBITS_AT_ONCE)  # of a pass
+    passes = np.split(np.arange(len(shares)), np.flatnonzero(np.diff(np.cumsum(shares) // 1.0)) + 1)
+    return np.concatenate([_maps(all_orbits.of(slice(orbits[0], orbits[-1] + 1))) for orbits in passes])
+
+
+def _longest_panels(disturbances: Any) -> Floats:
+    """Longest panels [rad] (orbits,) that resolve orbits and their disturbances."""
+    of_disturbances = DISTURBANCE_PHASE * disturbances.speed / disturbances.rate
+    return np.asarray(np.minimum(of_disturbances, longest_in(disturbances)))
 
 
 def _maps(disturbances: Any) -> Floats:
-    longest = np.minimum(DISTURBANCE_PHASE * disturbances.speed / disturbances.rate, longest_in(disturbances))
+    longest = _longest_panels(disturbances)
     cuts = [places if len(places) else np.zeros(1) for places in disturbances.crossings()]
     numbers = np.array([len(places) for places in cuts])
     starts, last = np.concatenate(cuts), np.cumsum(numbers) - 1
