@@ -34,7 +34,7 @@ def drive_curve(train: DriveTrain, speeds: tuple[float, float], **how: Any) -> D
 
 def train_motions(
     train: DriveTrain, speeds: tuple[float, float], level: float | None = None, harmonics: int | None = None, *,
-    coexisting: bool = True, points: int | None = None,
+    coexisting: bool = True, points: int | None = None, torques: bool = True,
 ) -> DriveResponse | None:  # fmt: skip
     """Motions of a train, in one turn or in two: as `train_curve`, or as `beating_response` with points at a level.
 
@@ -54,7 +54,8 @@ def train_motions(
         return response
     if not has_curve(train):
         return None
-    return train_curve(train, speeds, harmonics, coexisting=coexisting, points=OF_TRAIN if points is None else points)
+    points = OF_TRAIN if points is None else points
+    return train_curve(train, speeds, harmonics, coexisting=coexisting, points=points, torques=torques)
 
 
 def equation_curve(

@@ -50,7 +50,7 @@ NO_MOTION = (
 @one_thread
 def train_curve(
     train: DriveTrain, speeds: tuple[float, float], harmonics: int | None = None, *, coexisting: bool = True,
-    points: int = POINTS,
+    points: int = POINTS, torques: bool = True,
 ) -> DriveResponse | None:  # fmt: skip
     """Follow the steady motions of a train; None where none is found.
 
@@ -69,6 +69,8 @@ def train_curve(
         Whether motions that do not join the curve are looked for at the ends of the range.
     points : int
         About so many points, and more where the curve bends.
+    torques : bool
+        False to leave out what the motions ask of gear and motor, where dry friction does not depend on it.
     """
     system = at_load(train)
     if train.motor.free and system.linear_part() is None:
@@ -76,7 +78,10 @@ def train_curve(
     motions = turn_response(system, speeds, points, harmonics, coexisting)
     if not len(motions.curve):
         return None
-    response = of_train(system, motions, follows_its_angle(train), train if is_dry(train) else None)
+    if torques or is_dry(train):
+        response = of_train(system, motions, follows_its_angle(train), train if is_dry(train) else None)
+    else:
+        response = DriveResponse(motions.curve, sweep_on(motions.curve), has_reference=not train.motor.free)
     return None if response.sweep is None else response  # nothing stable to follow
 
 
@@ -114,21 +119,10 @@ def at_load(train: DriveTrain) -> AtLoad:
     return AtLoad(plain, train.omega)
 
 
-def largest_oscillation(
-    system: Any, speeds: tuple[float, float], harmonics: int, coexisting: bool = True
-) -> tuple[float, float] | None:
-    """Speed [rad/s] and size [rad], |x - mean|, of the largest oscillation of a train or an error equation in a range.
-
-    None where no motion is found. Without `coexisting` those that do not join the curve are not looked for.
-    """
-    crest = largest_crest(system, speeds, harmonics, coexisting)
-    return crest and crest[:2]
-
-
 class Crest(NamedTuple):
     """Largest oscillation of a curve: speed [rad/s], size [rad], and the balance problem with its point there.
 
-    `tail` tells what the harmonics leave out; None where it was not looked at.
+    `tail` tells what the harmonics leave out; None where it was not looked at. It is not `stable` where no motion is.
     """
 
     speed: float
@@ -136,6 +130,7 @@ class Crest(NamedTuple):
     problem: Any
     point: Floats
     tail: Any = None
+    stable: bool = True
 
     def size_of(self, train: DriveTrain) -> float | None:
         """Oscillation [rad] at this speed of a train that differs in numbers alone; None where none is found."""
@@ -147,7 +142,11 @@ class Crest(NamedTuple):
 def largest_crest(
     system: Any, speeds: tuple[float, float], harmonics: int | None, coexisting: bool = True, points: int = PEAK_POINTS
 ) -> Crest | None:
-    """Crest of `largest_oscillation`, with the balance that finds that of a similar train; None grows the harmonics."""
+    """Largest oscillation |x - mean| of a train or an error equation in a range of speeds [rad/s].
+
+    None where no motion is found. Without `harmonics` they are grown; without `coexisting`, motions that do not join
+    the curve are not looked for.
+    """
     if isinstance(system, DriveTrain):
         system = at_load(system)
     grown = harmonics is None
@@ -165,7 +164,7 @@ def crest_in(problem: Any, trace: Trace, speeds: tuple[float, float]) -> Crest:
     stable = np.abs(floquet[:, 0]) < DECAYS
     stable |= ((labels == FOLD) | (labels > TOP)) & (np.convolve(stable, [1, 1, 1], "same") > 0)  # where stability ends
     stable &= (points[:, -1] >= speeds[0]) & (points[:, -1] <= speeds[1])
-    return _largest_of(problem, points[stable], speeds) if stable.any() else crest
+    return _largest_of(problem, points[stable], speeds) if stable.any() else crest._replace(stable=False)
 
 
 def _largest_of(problem: Any, points: Floats, speeds: tuple[float, float]) -> Crest:

@@ -116,6 +116,17 @@ def test_speeds_without_a_stable_motion_are_left_out_of_the_band(held, monkeypat
     assert sure.doubts[1].names == ("excitation.kinematic_error.0.amplitude",)  # a line of zero has no range
 
 
+def test_the_sizes_without_a_band_are_those_of_the_curves_of_the_band(held):
+    alone, banded = how_sure(held, band=False), how_sure(held)
+    assert np.isnan(alone.low).all()
+    assert np.isnan(alone.high).all()
+    assert np.isfinite(banded.high).all()
+    assert (alone.drives, alone.lost, len(alone.doubts)) == (banded.drives, (), 2)
+    assert alone.largest == pytest.approx(banded.largest, rel=1e-12)
+    for one, other in zip(alone.doubts, banded.doubts, strict=True):
+        assert one.sizes == pytest.approx(other.sizes, rel=1e-12)
+
+
 def test_each_panel_alone_names_the_curve_of_the_drive(held):
     whole = held.response(coexisting=False, points=CURVE_POINTS)
     error, torque = ({curve.label for curve in panel.curves} for panel in drive_panels(whole, held))

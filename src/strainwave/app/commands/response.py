@@ -21,6 +21,7 @@ from ...drive.speeds import Speeds
 from ...files.notes import curve_remark, load_remark, move_note, remarks, unsaid
 from ...files.reading import read_project
 from ...files.sources import source_facts, sources_text
+from ...files.variants.sureness import how_sure
 from ...plot import axes
 from ...plot.drive import HEIGHT, drive_panels, reference
 from ...plot.panels import named
@@ -49,7 +50,7 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
         sure = None
         if output is None or as_json or output.suffix in FIGURES:  # a CSV file has no range for assumed numbers
             progress.show("range for assumed numbers", 0.2)
-            sure = drive.sureness  # of many curves, for which machine code pays
+            sure = how_sure(drive, False) if output is None else drive.sureness  # many curves: machine code pays
         if output is not None:
             progress.show("writing", 0.8)
             _write(drive, curve, output)

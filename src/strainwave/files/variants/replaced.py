@@ -90,8 +90,7 @@ def tuning(project: Project, names: Iterable[str], retune: bool) -> str:
     keys = [keys_of(content, name) for name in names]
     loop = "the gains of the motor's loop", _has_bandwidth(content), LOOP
     damping = "the damping B", bool(_ratios(content)), DAMPING
-    given = [(what, group) for what, present, group in (loop, damping) if present]
-    parts = [what for what, group in given if any(key[: len(group)] != group for key in keys)]
+    parts = [what for what, g, group in (loop, damping) if g and any(key[: len(group)] != group for key in keys)]
     if not parts:
         return ""
     if retune:

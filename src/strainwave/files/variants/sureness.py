@@ -1,6 +1,6 @@
 """`how_sure`: what assumed numbers of damping, hysteresis, error and loop leave open in the response of a drive."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise, product
@@ -17,6 +17,9 @@ from ...base.units import ARCSEC
 from ...drive.drive_response import DriveResponse
 from ...drive.postures import LOADS, WITH_MEMORY, spread
 from ...drive.project import Project
+from ...drive.steady import is_beating
+from ...drive.train_curve import has_curve, largest_crest
+from ...model.laws.dry import is_dry
 from ..fields.groups import ASSUMED
 from ..project_text import project_text
 from ..reading import from_text
@@ -132,11 +135,23 @@ class Sureness(NamedTuple):
 
 
 def solved(project: Project) -> DriveResponse:
-    """The response of a drive with its assumed numbers at other values."""
-    return project.response(coexisting=False, points=CURVE_POINTS)
+    """The response of a drive with its assumed numbers at other values, of a whole train without its torques."""
+    response = project.train_response(coexisting=False, points=CURVE_POINTS, torques=False)
+    return project.response(coexisting=False, points=CURVE_POINTS) if response is None else response
 
 
-def how_sure(project: Project) -> Sureness:
+def largest(project: Project) -> float:
+    """Largest oscillation [rad] of that response: of a train without dry friction its crest, where that is stable."""
+    train = project.train
+    if train is not None and has_curve(train) and not (is_dry(train) or is_beating(train.error)):
+        crest = largest_crest(train, project.speeds.limits, None, False, CURVE_POINTS)
+        if crest is not None and crest.stable:
+            return crest.size
+    response = solved(project)
+    return float(response.oscillation[response.top])
+
+
+def how_sure(project: Project, band: bool = True) -> Sureness:
     """Follow the response of a drive with its assumed numbers at the ends of what is usual.
 
     A damping that the file calls assumed goes from two thirds to five thirds of its value, 2 to 5 % for 3 %; an error
@@ -144,7 +159,8 @@ def how_sure(project: Project) -> Sureness:
     the torque of a hysteresis, and the torsion at which it yields, from half of it to one and a half. Damping and gains
     are computed anew for each drive. Of a range of loads each is followed under the torques of `load`, and the largest
     oscillation counts. A project that is changed in Python is written as a file first; where no file holds it, nothing
-    is computed.
+    is computed. Without the `band` the stability of their curves is looked at where it matters to the largest alone, in
+    half the time, and `low` and `high` are NaN.
     """
     omega = np.linspace(*project.speeds.limits, BAND_SPEEDS)
     if any(_assumed(project)):
@@ -154,7 +170,7 @@ def how_sure(project: Project) -> Sureness:
             why = f"The range for assumed numbers is not computed: {error}"
             return Sureness((), omega, omega * nan, omega * nan, (nan, nan), 0, (why,))
     groups = tuple(_assumed(project))
-    drives = _Drives(project, groups, _torques(project) if groups else (), omega)
+    drives = _Drives(project, groups, _torques(project) if groups else (), omega, band)
     plain = (None,) * len(groups)
     corners = [*product((0.0, 1.0), repeat=len(groups))] if groups else []
     for case in (*(_with_share(plain, i, end) for i in range(len(groups)) for end in (0.0, 1.0)), *corners):
@@ -165,22 +181,19 @@ def how_sure(project: Project) -> Sureness:
             others = [_with_share(corner, i, share) for corner in corners if corner[i]]
             best = max(others, key=lambda case: drives.size(case) or 0.0)
             drives.worst_share(i, best, tuple(x for x in (share - BESIDE, share, share + BESIDE) if 0.0 <= x <= 1.0))
-    alone = [[case for case in drives.sizes if _with_share(case, i, None) == plain] for i in range(len(groups))]
-    sides = [_extremes(drives.sizes, cases) for cases in alone]
+    sizes = drives.sizes.items()
+    sides = [_extremes([s for case, s in sizes if _with_share(case, i, None) == plain]) for i in range(len(groups))]
     doubts = tuple(
-        Doubt(group.what, tuple(group.names), _texts(group, 1.0), (_texts(group, low), _texts(group, high)), side)
+        Doubt(what, tuple(group.names), _texts(group, 1.0), (_texts(group, low), _texts(group, high)), side)
         for group, side in zip(groups, sides, strict=True)
+        for what, low, high in [RANGES[group.key]]
         if isfinite(side[0])
-        for _, low, high in (RANGES[group.key],)
     )
-    some = np.isfinite(drives.low)
-    low, high = np.where(some, drives.low, np.nan), np.where(some, drives.high, np.nan)
     number_of = sum(size is not None for size in drives.computed.values())
-    torques = drives.torques
+    torques, ends = drives.torques, _extremes(drives.sizes.values())
     load = f" under the worst of {len(torques)} load torques" if len(torques) > 1 else ""
     load = unit_text(f" with {number(torques[0])} N·m on the load") if len(torques) == 1 else load
-    largest = _extremes(drives.sizes, drives.sizes)
-    return Sureness(doubts, omega, low, high, largest, number_of, tuple(drives.lost), load)
+    return Sureness(doubts, omega, drives.low, drives.high, ends, number_of, tuple(drives.lost), load)
 
 
 class _Drives:
@@ -197,10 +210,10 @@ class _Drives:
     """
 
     def __init__(
-        self, project: Project, groups: "tuple[Group, ...]", torques: tuple[float, ...], omega: Floats
+        self, project: Project, groups: "tuple[Group, ...]", torques: tuple[float, ...], omega: Floats, band: bool
     ) -> None:
-        self.project, self.groups, self.torques, self.omega = project, groups, torques, omega
-        self.low, self.high = np.full(len(omega), np.inf), np.full(len(omega), -np.inf)
+        self.project, self.groups, self.torques, self.omega, self.band = project, groups, torques, omega, band
+        self.low, self.high = omega * nan, omega * nan
         self.sizes, self.lost = dict[Case, float](), dict[str, None]()
         self.computed = dict[frozenset[tuple[str, str]], float | None]()
         if groups:
@@ -214,22 +227,25 @@ class _Drives:
             changes |= {name: text for name, text in texts.items() if text != _scaled(group.names[name], 1.0)}
         key = frozenset(changes.items())
         if key not in self.computed:
-            self.computed[key] = None
             try:
                 variant = replaced(self.project, changes, retune=True) if changes else self.project
-                for torque in self.torques or (None,):
-                    response = solved(_under_torque(variant, torque))
-                    self.computed[key] = max(self.computed[key] or 0.0, float(response.oscillation[response.top]))
-                    for indices, values in _stretches(response, self.omega):
-                        self.low[indices] = np.minimum(self.low[indices], values)
-                        self.high[indices] = np.maximum(self.high[indices], values)
+                loads = [variant.under(torque) for torque in self.torques] or [variant]
+                self.computed[key] = max(map(self.one_size, loads))
             except (ValueError, SolveError) as error:
-                self.lost[f"One variant cannot be computed: {error}"] = None
-                return None
-        size = self.computed[key]
-        if size is not None:
+                self.computed[key], self.lost[f"One variant cannot be computed: {error}"] = None, None
+        if (size := self.computed[key]) is not None:
             self.sizes[case] = size
         return size
+
+    def one_size(self, project: Project) -> float:
+        """Largest oscillation [rad] of one drive, whose curve widens the band."""
+        if not self.band:
+            return largest(project)
+        response = solved(project)
+        for indices, values in _stretches(response, self.omega):
+            self.low[indices] = np.fmin(self.low[indices], values)
+            self.high[indices] = np.fmax(self.high[indices], values)
+        return float(response.oscillation[response.top])
 
     def worst_share(self, i: int, case: Case, shares: tuple[float, ...]) -> float:
         """Share of the range of group i with the largest oscillation, the others as in a case.
@@ -238,18 +254,15 @@ class _Drives:
         known, the range is halved until its neighbours are nearly as large. Where the ends are the largest of few, they
         are taken.
         """
-        sizes = {x: self.size(_with_share(case, i, x)) or 0.0 for x in (0.0, 1.0, *shares)}
-        for _ in range(HALVINGS):
-            top = sorted(sizes, key=lambda x: -sizes[x])[0]
+        sizes, top, added = dict[float, float](), 0.0, [0.0, 1.0, *shares]
+        for _ in range(1 + HALVINGS):
+            sizes |= {x: self.size(_with_share(case, i, x)) or 0.0 for x in added}
+            top, xs = max(sizes, key=lambda x: sizes[x]), sorted(sizes)
             if top in (0.0, 1.0) and not self.groups[i].shifts:
                 break
-            xs = sorted(sizes)
-            k = xs.index(top)
-            beside = [x for x in (*xs[max(k - 1, 0) : k], *xs[k + 1 : k + 2]) if sizes[x] < (1.0 - FLAT) * sizes[top]]
-            if not beside:
-                break
-            sizes |= {x: self.size(_with_share(case, i, x)) or 0.0 for x in (0.5 * (top + x) for x in beside)}
-        return max(sizes, key=lambda x: sizes[x])
+            around = xs[max(xs.index(top) - 1, 0) : xs.index(top) + 2]
+            added = [0.5 * (top + x) for x in around if sizes[x] < (1.0 - FLAT) * sizes[top]]
+        return top
 
 
 def _with_share(case: Case, i: int, share: float | None) -> Case:
@@ -265,15 +278,9 @@ def _torques(project: Project) -> tuple[float, ...]:
     others = spread(project, WITH_MEMORY if project.has_memory else LOADS)
     for torque in dict.fromkeys((project.mean_load_torque, *others)):
         with suppress(ValueError, SolveError):
-            response = solved(_under_torque(project, torque))
-            sizes[torque] = float(response.oscillation[response.top])
+            sizes[torque] = largest(project.under(torque))
     worst = max(sizes, key=lambda torque: sizes[torque], default=project.mean_load_torque)
     return (worst,) if project.has_memory else tuple(sorted({*project.other_loads, project.mean_load_torque, worst}))
-
-
-def _under_torque(project: Project, torque: float | None) -> Project:
-    """The project under a torque [N*m] on the load; None leaves that of the file."""
-    return project if torque is None else project.under(torque)
 
 
 def _as_a_file(project: Project) -> Project:
@@ -284,22 +291,16 @@ def _as_a_file(project: Project) -> Project:
     return from_text(project_text(project), project.path)
 
 
-def _extremes(sizes: dict[Case, float], cases: Iterable[Case]) -> tuple[float, float]:
-    """Least and largest of the sizes of some cases."""
-    known_sizes = [sizes[case] for case in cases]
-    return (min(known_sizes), max(known_sizes)) if known_sizes else (nan, nan)
+def _extremes(sizes: Collection[float]) -> tuple[float, float]:
+    """Least and largest of some sizes; NaN of none."""
+    return min(sizes, default=nan), max(sizes, default=nan)
 
 
 class Group(NamedTuple):
-    """Numbers that are assumed together: their key in `RANGES`, what they are, and the text of each by its name."""
+    """Numbers that are assumed together: their key in `RANGES`, and the text of each by its name."""
 
     key: str
     names: dict[str, str]
-
-    @property
-    def what(self) -> str:
-        """Name of the group, in words."""
-        return RANGES[self.key][0]
 
     @property
     def shifts(self) -> bool:
