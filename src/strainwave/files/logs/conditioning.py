@@ -199,6 +199,6 @@ def regular(log: Log, notes: list[str]) -> None:
         grain = float(np.min(np.diff(np.unique(steps.round(9))), initial=np.inf))
         if grain > COARSE * log.step and np.all(np.abs(steps / grain - np.round(steps / grain)) < SAME_GRAIN):
             notes.append(
-                f"stamps are rounded to {1e3 * grain:.4g} ms, {100.0 * grain / log.step:.0f} % of a step, which is noise "
-                "to every fit: log finer stamps, or where samples are regular give the rate in place of the time"
+                f"stamps are rounded to {1e3 * grain:.4g} ms, {100.0 * grain / log.step:.0f} % of a step, which is "
+                "noise to every fit: log finer stamps, or where samples are regular give the rate in place of the time"
             )
