@@ -50,7 +50,7 @@ def main(path=None):
         errors[name] = 1e3 * math.sqrt(np.mean(error[50:] ** 2))
         print(label := f"{name}: {errors[name]:.3f} mV")
         axes.plot(np.arange(50, len(error)) / RATE, 1e3 * error[50:], lw=0.3, label=label)
-    axes.set(xlabel="time from the start of the record (s)", ylabel="measured less computed (mV)", title="free runs")
+    axes.set(xlabel="time from the start of the record (s)", ylabel="measured − computed (mV)", title="free runs")
     axes.legend()
     return errors
 

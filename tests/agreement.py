@@ -169,7 +169,7 @@ def analyses(path: Path, folder: Path) -> Told:
     passes = response["passes"]
     if passes is not None:
         yield "passes", Value("app", passes)
-        yield "passes", Value("analyze", file["verdict"]["answer"] == "all right")
+        yield "passes", Value("analyze", file["verdict"]["answer"] == "pass")
 
 
 def moves(path: Path, folder: Path) -> Told:

@@ -71,7 +71,7 @@ def test_an_average_speed_beyond_that_of_the_gear_is_a_remark():
     np.testing.assert_allclose(found.windows, [drive.speeds.limits], rtol=1e-12)
     for remarks in (shown["remarks"], found.remarks):
         (duty,) = [said for said in remarks if "average input speed" in said]
-        assert duty.endswith("3000 rpm; stay there for a short time only.")
+        assert duty.endswith("3000 rpm; run at this speed for a short time only.")
 
 
 def test_a_speed_above_the_largest_of_the_gear_fails_alike(tmp_path):
@@ -102,7 +102,7 @@ def test_a_motor_weaker_than_its_load_fails_on_the_page_and_forbids_every_speed_
     shown, found = views.response(drive), sw.speed_map(drive, search=False)
     assert shown["passes"] is False
     torque, speed = shown["failures"]
-    assert "above its limit of 0.3 N*m (loads and friction alone take 0.80" in torque
+    assert "above its limit of 0.3 N*m (loads and friction alone require 0.80" in torque
     assert speed.startswith("The speed of the motor reaches 4000 rpm, above its limit of 3500 rpm")
     assert shown["required_motor"]["max_torque"] == 0.3
     np.testing.assert_allclose(shown["avoid"], [(500.0, 4000.0)], rtol=1e-9)
@@ -128,7 +128,7 @@ def test_a_limit_below_the_error_of_slow_rotation_is_named_with_it():
 def test_jumps_below_the_limit_fail_and_are_named():
     shown = views.response(from_text(HELD.replace("120 arcsec", "1000 arcsec"), Path("held.yaml")))
     assert shown["passes"] is False
-    assert shown["failures"] == ["The motion jumps on a slow run-up or run-down."]
+    assert shown["failures"] == ["The oscillation jumps in a slow run-up or run-down."]
 
 
 @pytest.mark.slow

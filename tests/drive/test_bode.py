@@ -105,7 +105,7 @@ def test_large_amplitude_has_the_torsion_of_the_error_equation():
         (lambda: sw.bode(PLAIN_TRAIN, [1.0]).decibels("x"), "shaft is 'x'; it must be 'motor' or 'load'"),
         (
             lambda: sw.bode(DRIVE.train(control=sw.train.Held()), [1.0]),
-            "a held motor answers no torque; take source='load'",
+            "a held motor does not respond to torque; use source='load'",
         ),
     ],
 )

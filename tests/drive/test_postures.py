@@ -85,7 +85,7 @@ def test_postures_are_rows_of_the_file_of_a_table_or_of_an_arm_and_are_written_b
     rows = sw.study.two_link(*links, np.radians([[0.0, 90.0], [30.0, 0.0]]), joint=2, payload=2.0)
     np.testing.assert_allclose([row[:2] for row in arm.postures], [row[:2] for row in rows], rtol=1e-12, atol=1e-12)
     assert arm.postures[0].name == "0 and 90 deg"
-    assert any("2 postures" in note and "for the load of the file" in note for note in arm.notes)
+    assert any("2 postures" in note and "the nominal load alone" in note for note in arm.notes)
     for found in (inline, table, arm):
         (tmp_path / "again.yaml").write_text(sw.project_text(replace(found, title="Changed")), encoding="utf-8")
         assert sw.read_project(tmp_path / "again.yaml").postures == found.postures
@@ -109,13 +109,13 @@ def test_the_verdict_counts_every_posture_and_names_the_worst(tmp_path):
     assert worst.peak == pytest.approx(max(sizes), rel=1e-3)
     assert worst.answer is Answer.BUT
     assert any(low <= found[2].omega[found[2].top] <= high for low, high in decided_bands(decided))
-    names = ["posture 1", "posture 2 (out)", "posture 3 (in)", "load of the file, -3 N*m"]
+    names = ["posture 1", "posture 2 (out)", "posture 3 (in)", "nominal load, -3 N*m"]
     assert [case.name for case in arm.cases] == [case.name for case in decided.load_cases] == names
     assert [(case.inertia, case.torque) for case in arm.cases] == [(1.0, -3.0), (4.0, -60.0), (2.0, -3.0), (1.3, -3.0)]
     for case in arm.cases:
         end = case.on(arm).whole.load.end()
         assert (end.J, float(end.excitation.torque(0.3))) == pytest.approx((case.inertia, case.torque))
-    assert "postures the worst is posture 2 (out)" in posture_sentence(SimpleNamespace(posture=worst, postures=rows))
+    assert "postures: posture 2 (out)" in posture_sentence(SimpleNamespace(posture=worst, postures=rows))
     assert judged_postures(decide(replace(arm, postures=()), Rules(arm.limit), search=False)) == ()
 
 
@@ -132,7 +132,7 @@ def test_a_posture_changes_the_load_and_keeps_loop_and_damping(tmp_path):
 @pytest.mark.parametrize(
     ("postures", "table", "said"),
     [
-        ("rows.csv", TABLE, "postures: a posture gives the stiffness of a coupling, and the project has none"),
+        ("rows.csv", TABLE, "postures: a posture gives a coupling stiffness, but the project has no coupling"),
         ("rows.csv", "inertia [kg*m^2],torque [N*m]\n2,3\n-1,3\n", "rows.csv:3:1: inertia: is -1; write a value above"),
         ("rows.csv", "torque [N*m]\n2\n3\n", "rows.csv:1:1: file: has no single column 'inertia'"),
         ("rows.csv", "inertia,torque [N*m]\n2,3\n3,4\n", "column 'inertia' has no unit"),
@@ -141,7 +141,7 @@ def test_a_posture_changes_the_load_and_keeps_loop_and_damping(tmp_path):
         ("[{torque: 3 N*m}]", TABLE, "postures[0].inertia: is missing"),
         ("[{inertia: 0 kg*m^2}]", TABLE, "postures[0].inertia: '0 kg*m^2' is not positive"),
         ("[{name: out, inertia: 1 kg*m^2}, {name: out, inertia: 2 kg*m^2}]", TABLE,
-         "postures: two postures have the name 'out'; give each of them another"),
+         "postures: two postures have the name 'out'; give them different names"),
         ("{links: [{mass: 6 kg, length: 0.4 m}], angles: [[0 deg, 0 deg]]}", TABLE, "postures.links: has 1 items"),
         ("{links: [{mass: 6 kg, length: 1 m}, {mass: 6 kg, length: 1 m}], joint: 3, angles: [[0 deg, 0 deg]]}", TABLE,
          "postures.joint: '3' is no joint of two links"),

@@ -50,7 +50,7 @@ def test_sentence_says_how_much_where_and_why():
     assert "N e' up to 0.011" in said
     assert "speed ripple, up to 0.05 of the speed" in said
     assert "by up to 2 % (200 rad/s)" in said
-    assert "at 210 rad/s one of them has jumped and the other not yet" in said
+    assert "at 210 rad/s only one of the two has jumped" in said
 
 
 def test_without_any_orbit_the_sentence_says_so():
@@ -63,5 +63,5 @@ def test_without_any_orbit_the_sentence_says_so():
 def test_analysis_of_a_free_drive_says_what_its_error_equation_leaves_out():
     lines = error(1e-4)
     found = project_of(DRIVE, (90.0, 250.0), motor="free", kinematic_error=lines).analyze()
-    assert "With the motor free the error equation leaves out" in found.warnings[-1]
+    assert "With a free motor the error equation neglects" in found.warnings[-1]
     assert "N e' up to 0.01" in found.warnings[-1]

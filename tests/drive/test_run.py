@@ -86,7 +86,7 @@ def test_bad_starts_and_times_are_told():
     with pytest.raises(ValueError, match="it must be 4 numbers: x, x', motor deviation, motor deviation'"):
         sw.drive_run(PLAIN_TRAIN, (0.0, 0.0))
     run = sw.drive_run(PLAIN_TRAIN, None, 0.1)
-    with pytest.raises(ValueError, match=r"the run goes from 0 to 0\.1 s; 2 s is not in it"):
+    with pytest.raises(ValueError, match=r"the run lasts from 0 to 0\.1 s; 2 s is outside"):
         run.efficiency(2.0)
 
 
@@ -181,7 +181,7 @@ def test_nothing_moves_before_a_move_begins(control):
 def test_torque_that_nothing_holds_is_told():
     slack = sw.Drive(4.5e-4, 1.3, 50.0, 20.0, sw.Linear(0.0))
     train = slack.train(control=sw.train.Held(), load_torque=sw.Harmonic(0.0, mean=-3.0), reference=sw.train.AtRest())
-    with pytest.raises(sw.SolveError, match="give the state to begin with, y0"):
+    with pytest.raises(sw.SolveError, match="give the initial state, y0"):
         sw.drive_run(train, None, 0.1)
 
 

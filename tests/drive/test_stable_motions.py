@@ -96,7 +96,7 @@ def test_the_largest_is_where_the_motion_flips_and_the_verdict_says_that_the_dri
     assert left < 0.3 * top or left == math.inf  # it jumps, or the load escapes: the basins decide
     said = judged(escaping, found)
     assert said.leaves in said.failures
-    assert "jumps or escapes" in said.leaves
+    assert "the drive jumps to another motion" in said.leaves
     assert any(low * 1.0001 < flip <= high * 1.0001 for low, high in said.avoid.unstable)
     assert not said.covered
 

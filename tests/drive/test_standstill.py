@@ -90,7 +90,7 @@ def test_with_dry_friction_rest_is_the_set_between_both_signs_over_the_stiffness
     assert found.error == pytest.approx(error, rel=1e-6)
     assert not found.integrates
     ends = " to ".join(f"{end / ARCSEC:.4g}" for end in sag).replace("-", "−")
-    assert f"is {ends} arcsec (output) off its reference" in " ".join(str(found).split())
+    assert f"is {ends} arcsec (output) from its reference" in " ".join(str(found).split())
 
 
 def hunted(control, dry, end, lag=0.0):
@@ -181,7 +181,7 @@ def test_the_command_response_and_the_analysis_say_it(tmp_path):
     assert found["integrates"]
     project = sw.read_project(tmp_path / "elbow.yaml")
     remarks = " ".join(project.analyze(advice=False).train.remarks)
-    assert "At standstill the motor is 0 arcsec" in remarks
+    assert "At standstill the motor deviates by 0 arcsec" in remarks
     assert "No hunting was found" in remarks
 
 
@@ -201,10 +201,10 @@ def test_headline_response_and_move_say_that_a_drive_hunts(tmp_path):
     (tmp_path / "elbow.yaml").write_text(HUNTING, encoding="utf-8")
     project = sw.read_project(tmp_path / "elbow.yaml")
     size = hunted(sw.train.CascadeLoop(20.0, 0.24, 0.05), sw.laws.Stribeck(0.05, 0.1, 0.02), 20.0)[1] / N / ARCSEC
-    headline = re.search(r"; it hunts at rest by ±([\d.]+) arcsec$", first_lines(project.analyze(advice=False))[0])
+    headline = re.search(r"; hunting at standstill: ±([\d.]+) arcsec$", first_lines(project.analyze(advice=False))[0])
     assert float(headline[1]) == pytest.approx(size, rel=0.02)
     run = CliRunner().invoke(cli, ["response", str(tmp_path / "elbow.yaml"), "--json"])
     assert json.loads(run.stdout)["standstill"]["hunting"]["size_arcsec"] == pytest.approx(size, rel=0.02)
     remarks = " ".join(sw.move(project, sw.Trapezoid(0.1, 0.3), tail=0.1).remarks)
-    stroke = re.search(r"At rest: It hunts: the integrator makes the motor stick and slip by up to ±([\d.]+)", remarks)
+    stroke = re.search(r"At rest: Hunting: the integrator makes the motor stick and slip by up to ±([\d.]+)", remarks)
     assert float(stroke[1]) == pytest.approx(size, rel=0.02)

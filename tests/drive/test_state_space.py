@@ -184,7 +184,7 @@ def test_margins_agree_with_python_control():
 
 @pytest.mark.parametrize("control", [sw.train.Free(), sw.train.Held()], ids=["free", "held"])
 def test_a_motor_without_a_loop_has_no_margins(control):
-    with pytest.raises(ValueError, match="has no loop to cut; give it a SpeedLoop or a PositionLoop"):
+    with pytest.raises(ValueError, match="has no loop; give it a SpeedLoop or a PositionLoop"):
         sw.margins(DRIVE.train(control=control))
 
 

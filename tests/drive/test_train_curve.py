@@ -179,7 +179,7 @@ def test_the_operating_state_lies_behind_a_gap_and_below_the_largest_torque():
     state = operating_state(train(law=soft, mean=-0.999 * most), 150.0)
     assert soft.torque(state[0]) == pytest.approx(0.999 * most, rel=1e-9)
     assert soft.stiffness(state[0]) > 0.0
-    with pytest.raises(sw.SolveError, match=r"in no state at 150 rad/s: Cubic carries at most .* and the mean torque"):
+    with pytest.raises(sw.SolveError, match=r"was found at 150 rad/s: Cubic carries at most .* and the mean torque"):
         operating_state(train(law=soft, mean=-1.01 * most), 150.0)
 
 

@@ -229,8 +229,12 @@ def test_one_turn_alone_has_the_folds_and_the_stability_of_its_response():
 @pytest.mark.parametrize(
     ("system", "options", "sentence"),
     [
-        (HELD._replace(law=sw.Backlash(K, 1e-4)), {}, "a law with corners has too many of them: integrate it with"),
-        (HELD._replace(law=sw.Parallel(sw.Linear(K), sw.laws.Coulomb(1.0, 0.1))), {}, "friction, memory or a control"),
+        (HELD._replace(law=sw.Backlash(K, 1e-4)), {}, "this torsion law has corners: integrate the drive with"),
+        (
+            HELD._replace(law=sw.Parallel(sw.Linear(K), sw.laws.Coulomb(1.0, 0.1))),
+            {},
+            "friction, hysteresis or a nonlinear",
+        ),
         (HELD._replace(N=7.3), {}, r"line 1 of the kinematic error: the order 1\.75 is no whole number"),
         (
             HELD._replace(N=1.01, error=sw.KinematicError((sw.Line(2, 1e-4), sw.Line(2 - 2 / 1.01, 8e-5)))),
@@ -238,8 +242,12 @@ def test_one_turn_alone_has_the_folds_and_the_stability_of_its_response():
             "line 1 of the kinematic error: the ratio is 1.01: motor and output turn nearly alike, so that the order "
             "0.019802 beats with neither turn",
         ),
-        (sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(1.0), 1.0), {}, "is no DriveTrain, and no Oscillator with a"),
-        (ALONE, {}, "nothing that repeats drives this drive; give a line"),
+        (
+            sw.Oscillator(J, B, sw.Linear(K), sw.Harmonic(1.0), 1.0),
+            {},
+            "is neither a DriveTrain nor an Oscillator with a",
+        ),
+        (ALONE, {}, "no periodic excitation; give an error order"),
         (ALONE, {"omega": 0.0}, r"omega \[rad/s\] is 0\.0; it must be a positive"),
         (ALONE, {"omega": -45.0}, r"omega \[rad/s\] is -45\.0; it must be a positive"),
         (ALONE, {"omega": np.nan}, r"omega \[rad/s\] is nan; it must be a positive"),
@@ -312,7 +320,7 @@ def test_the_response_and_the_map_of_a_beat_are_judged_by_its_largest_turn(tmp_p
     answers = facts(project, found)
     told = {fact.key: fact.value for fact in answers}
     assert told["left_out_relative"] == 1e-4
-    assert found.message == "reached both ends; motions apart from the curve are not looked for"
+    assert found.message == "reached both ends; other periodic motions are not searched"
     assert told["beat.turns"] == found.curve.beat == 25.0
     assert not told["passes"]
     most = float(found.omega[found.top])
@@ -372,7 +380,7 @@ def test_means_are_those_of_all_turns_after_which_motions_repeat(tmp_path):
 def test_harmonics_are_refused_where_motions_beat(tmp_path):
     project = joint(tmp_path)
     for count in (-3, 9):
-        with pytest.raises(ValueError, match=f"harmonics is {count}, but waves of motions that beat are grown; leave"):
+        with pytest.raises(ValueError, match=f"harmonics is {count}, but waves of beating motions are chosen"):
             project.response(count)
 
 
@@ -385,7 +393,9 @@ def test_a_map_of_a_free_motor_has_the_motions_of_its_train(tmp_path):
     # above its resonance a torque that grows slows a free motor down (Sommerfeld's effect)
     assert "no stable steady motion is known with a load inertia of 4" in mapped.remarks
     heavy = project.with_load_inertia(4.0)
-    with pytest.raises(sw.SolveError, match="no steady motion of this drive is stable in this range; drive_run has"):
+    with pytest.raises(
+        sw.SolveError, match="no steady motion of this drive is stable in this range; drive_run computes"
+    ):
         sw.speed_map(heavy, speeds=(162.0, 164.0), search=False)
 
 
@@ -471,8 +481,8 @@ def test_the_whole_torque_of_a_free_motor_keeps_its_speed_by_its_equations(order
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("motor", "damping", "said"), [
-    ("held", "0", "nothing damps this drive, and its motions of two turns never settle"),
-    ("free", "0", "nothing damps this drive, and its motions of two turns never settle"),
+    ("held", "0", "this drive has no damping, and its beating motions never settle"),
+    ("free", "0", "this drive has no damping, and its beating motions never settle"),
     ("free", "1e-9", "the curve of motions of two turns winds at .* rad/s; give the drive more damping"),
 ])  # fmt: skip
 def test_a_drive_that_nothing_damps_ends_in_a_sentence(motor, damping, said, tmp_path):
@@ -502,7 +512,7 @@ def test_gravity_beats_with_the_lines_of_a_response_and_of_a_map(tmp_path):
 
 def test_a_free_motor_that_does_not_lift_its_load_is_told_so(tmp_path):
     project = under_gravity(tmp_path, 6, "mode: free")
-    said = r"in every turn of the output: to lift the load takes 12 J, and it turns with 3\.95 J at 125\.66"
+    said = r"in every output turn: lifting the load requires 12 J, and the kinetic energy is 3\.95 J at 125\.66"
     for ask in (project.response, project.analyze, lambda: two_turn_motion(project.whole, 40.0 * np.pi)):
         with pytest.raises(sw.SolveError, match=said):
             ask()
@@ -513,7 +523,9 @@ def test_what_follows_no_beat_says_so(tmp_path):
     text = PROJECT.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "6 arcsec")
     varying = from_text(f"{text.replace('MOTOR', 'mode: held')}{ripples}\n", tmp_path / "joint.yaml")
     for ask in (varying.response, varying.analyze, lambda: sw.speed_map(varying)):
-        with pytest.raises(ValueError, match="a line of the output's turn is in this drive, and its damping or stiff"):
+        with pytest.raises(
+            ValueError, match="an error order of the output turn together with varying damping or stiff"
+        ):
             ask()
 
 
@@ -556,7 +568,7 @@ def test_the_corners_of_a_catalogue_gear_are_rounded_and_said(tmp_path):
         text.replace("ORDER", "{wave_generator: 2, output: 2}").replace("SIZE", "1e-7 arcsec"), tmp_path / "joint.yaml"
     )
     one, two = alone.response(coexisting=False), beat.response()
-    assert two.rounding.startswith("the corners of the law are rounded over ")
+    assert two.rounding.startswith("the corners of the torsion law are rounded over ")
     assert two.message.endswith(f"looked for; {two.rounding}")
     assert two.rounding in sw.speed_map(beat, speeds=(40.0, 45.0), search=False).remarks
     folds = [[fold.omega for fold in found.folds] for found in (one, two)]

@@ -39,14 +39,14 @@ def test_the_error_is_that_under_the_torque_of_the_load():
     axis = project()
     assert sizes(axis.kinematic_error) == pytest.approx([26.0, 2.0])
     assert sizes(axis.whole.error) == pytest.approx([26.0, 2.0])
-    assert any("grows with the torque; it is that under the mean torque of the load, -60 N*m" in x for x in axis.notes)
+    assert any("grows with the torque. It is computed for the mean load torque of -60 N*m" in x for x in axis.notes)
     for torque, size in ((0.0, 20.0), (40.0, 16.0), (-200.0, 40.0), (300.0, -10.0)):
         other = axis.under(torque)
         assert sizes(other.kinematic_error) == pytest.approx([size, 2.0])
         assert sizes(other.whole.error) == pytest.approx([size, 2.0])
         assert sizes(axis.equation_of(axis.drive, torque).error) == pytest.approx([size, 2.0])
     turned = project(TEXT.replace("mean: -60 N*m", "mean: {from: -60 N*m, to: 300 N*m}"))
-    assert any(x.startswith("Under 300 N*m on the load per_torque makes the amplitude") for x in turned.notes)
+    assert any(x.startswith("Under a load torque of 300 N*m, per_torque makes an amplitude") for x in turned.notes)
     assert not any("per_torque" in x for x in axis.notes)
     middle = project(TEXT.replace("mean: -60 N*m", "mean: {from: -60 N*m, to: 20 N*m}"))
     assert sizes(middle.kinematic_error) == pytest.approx([22.0, 2.0])
@@ -126,7 +126,7 @@ def test_backward_motion_has_its_own_error():
     axis = project(BOTH_WAYS)
     assert sizes(axis.kinematic_error) == pytest.approx([26.0, 2.0])
     assert sizes(axis.loaded_error.under(60.0, backward=True)) == pytest.approx([14.0, 2.0])
-    assert any("another one in backward motion" in note for note in axis.notes)
+    assert any("differs in backward motion" in note for note in axis.notes)
     again = project(sw.project_text(replace(axis, title="another")))
     assert again.loaded_error == axis.loaded_error
     axis = axis.under(0.0)  # under a torque the motor feels e' T, whose phase depends on the direction

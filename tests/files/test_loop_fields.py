@@ -175,7 +175,7 @@ def test_the_margin_of_a_lagged_integral_is_that_of_routh():
 def test_a_lagged_loop_without_damping_is_told_to_get_some():
     said = complaint("loop: {type: speed, K_p: 0 N*m*s/rad, K_i: 50 N*m/rad, lag: 1 ms}")
     assert "is unstable with this gear" in said
-    assert "give the loop more damping (K_d by position, K_p by speed) or a lag below 1 ms" in said
+    assert "increase the damping of the loop (K_d for position, K_p for speed), or give a lag below 1 ms" in said
 
 
 def test_a_file_that_names_no_motor_gives_the_three_between_which_the_answer_lies():

@@ -76,7 +76,7 @@ def test_a_curve_with_holes_is_refused_in_one_sentence(tmp_path, motor, table, s
 
 
 def test_a_curve_needs_speeds_of_a_shaft_and_the_sheet_of_python_is_checked_too(tmp_path):
-    with pytest.raises(ValueError, match="the speeds are a forcing's; write 'shaft: motor'"):
+    with pytest.raises(ValueError, match="speed is a forcing frequency; write 'shaft: motor'"):
         project(tmp_path, f"peak_torque: {PEAK}", shaft="forcing")
     low, high = ((0.0, 1.0), (2.0, 1.0)), ((0.0, 2.0), (2.0, 1.0))
     for limits, said in (

@@ -163,7 +163,7 @@ def test_a_project_may_take_a_gear_of_ones_own(written):
     ("old", "new", "said"),
     [
         ("-50}", "-52}", "project.yaml:1:32: gear.name: gears.yaml has no gear 'MY-40-52'; it has MY-40-50"),
-        ("-50}", "-51}", "project.yaml:1:1: motor.inertia: is missing and no source gives it for MY-40-51"),
+        ("-50}", "-51}", "project.yaml:1:1: motor.inertia: is missing, and MY-40-51 has no known value"),
         ("gears.yaml", "../gears.yaml", "project.yaml:1:14: gear.file: '../gears.yaml' is no plain file name"),
         (", name: MY-40-50", "", "project.yaml:1:7: gear.name: is missing"),
         ("gears.yaml", "wrong.yaml", "wrong.yaml:9:9: gears[0].T1: '54 N' is not a torque"),

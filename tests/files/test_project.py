@@ -79,13 +79,13 @@ def test_a_line_of_two_turns_has_the_sum_of_its_orders(written):
 @pytest.mark.parametrize(
     ("gear", "ratio", "said"),
     [
-        ("{name: CSG-40-50, fixed: circular_spline}", 50.0, "the flexspline turns against the motor, once in 50 turns; "
-         "an oval circular spline gives order 2, an oval flexspline gives the order {wave_generator: 2, output: 2}."),
-        ("{name: CSG-40-50, fixed: flexspline}", 51.0, "the circular spline turns with the motor, once in 51 turns; an "
-         "oval flexspline gives order 2, an oval circular spline gives the order {wave_generator: 2, output: -2}."),
+        ("{name: CSG-40-50, fixed: circular_spline}", 50.0, "flexspline turns against the motor, once in 50 turns; an oval "
+         "circular spline gives error order 2, an oval flexspline gives error order {wave_generator: 2, output: 2}."),
+        ("{name: CSG-40-50, fixed: flexspline}", 51.0, "circular spline turns with the motor, once in 51 turns; an oval "
+         "flexspline gives error order 2, an oval circular spline gives error order {wave_generator: 2, output: -2}."),
         ("{ratio: 51, fixed: flexspline, law: {type: linear, K: 1e5 N*m/rad}}", 51.0, "with the motor, once in 51"),
         ("{ratio: 1.02, fixed: wave_generator, law: {type: linear, K: 1e5 N*m/rad}}", 1.02, "once in 1.02 turns; an "
-         "oval circular spline gives the order {wave_generator: 0, output: 2}."),
+         "oval circular spline gives error order {wave_generator: 0, output: 2}."),
     ],
 )  # fmt: skip
 def test_ratio_sense_and_orders_follow_from_the_member_that_is_fixed(gear, ratio, said, written):
@@ -232,8 +232,8 @@ def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(wri
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"5 kg*cm^2": "5 kg*m^2", "CSG-40-50": "HFUC-90-100"}, "no source gives one for HFUC-90-100; write it as an"),
-        ({"shaft: motor": "shaft: forcing", "rpm": "rad/s"}, "belongs to the motor's turn"),
+        ({"5 kg*cm^2": "5 kg*m^2", "CSG-40-50": "HFUC-90-100"}, "has no catalogue value for HFUC-90-100; write an"),
+        ({"shaft: motor": "shaft: forcing", "rpm": "rad/s"}, "refers to the motor turn"),
     ],
 )
 def test_an_accuracy_needs_a_source_and_the_motors_turn(written, changes, said):
@@ -249,7 +249,7 @@ def test_notes_tell_what_is_doubtful(written):
     for part in ("motor.inertia is 1 kg*cm^2, less than the 4.5 kg*cm^2 of the wave generator", "do not balance"):
         assert part in notes
     (loss,) = read_project(written(GOOD)).notes
-    assert loss.startswith("The record of CSG-40-50 gives a hysteresis loss of up to 60 arcsec. The results leave out")
+    assert loss.startswith("The catalogue gives CSG-40-50 a hysteresis loss of up to 60 arcsec. The results neglect")
 
 
 def test_the_hysteresis_of_the_record_is_that_of_its_loss(written):
@@ -260,7 +260,9 @@ def test_the_hysteresis_of_the_record_is_that_of_its_loss(written):
     assert project.drive.law.first == gear.law
     assert not [note for note in project.notes if "hysteresis loss" in note]
     lacking = written(f"hysteresis: catalogue\n{GOOD}".replace("CSG-40-50", "CSF-40-50"))
-    assert "hysteresis: is catalogue, and no source gives hysteresis loss and rated torque" in complaint(lacking)[0]
+    assert (
+        "hysteresis: is catalogue, but no catalogue gives the hysteresis loss and rated torque" in complaint(lacking)[0]
+    )
 
 
 def test_a_special_accuracy_is_that_of_the_selected_grade(written):
@@ -363,14 +365,14 @@ WRONG = [
     (
         "gear: CSG-40-50",
         "gear: {name: CSG-40-50, fixed: wave_generator}",
-        "1:32: gear.fixed: is wave_generator, and CSG-40-50 has it on the motor; write ratio and law in full",
+        "1:32: gear.fixed: is wave_generator, but CSG-40-50 has it on the motor; write ratio and law in full",
     ),
     ("order: 2", "order: {wave_generator: 2}", "7:29: excitation.kinematic_error[0].order.output: is missing"),
-    ("order: 2", "order: {output: -1}", "7:29: excitation.kinematic_error[0].order: repeats backwards"),
+    ("order: 2", "order: {output: -1}", "7:29: excitation.kinematic_error[0].order: has a negative frequency"),
     (
         "order: 2",
         "order: {wave_generator: 1, output: -50}",
-        "7:29: excitation.kinematic_error[0].order: stands still at the ratio 50; leave the line out",
+        "7:29: excitation.kinematic_error[0].order: has zero frequency at the ratio 50; remove this order",
     ),
     (
         "gear: CSG-40-50",
@@ -381,7 +383,7 @@ WRONG = [
     (
         "[{order: 2,",
         "[{order: 2, amplitude: 1 arcsec}, {order: {wave_generator: 1, output: 50},",
-        "7:62: excitation.kinematic_error[1].order: repeats 100 times per output turn, as line 0 does; add the two",
+        "7:62: excitation.kinematic_error[1].order: has 100 periods per output turn, as line 0; add the two lines",
     ),
     ("order: 2", "order: [2]", "7:29: excitation.kinematic_error[0].order: a list is not a whole number"),
     ("order: 2, ", "", "7:21: excitation.kinematic_error[0].order: is missing; write for example 'order: 2'"),
@@ -389,12 +391,12 @@ WRONG = [
     ("23 arcsec", "23 arcsec, phase: -3.7e5 deg", "7:61: excitation.kinematic_error[0].phase: '-3.7e5 deg' is more"),
     (LINES, "accuracy: -1 arcmin", "7:13: excitation.accuracy: '-1 arcmin' is not positive"),
     (LINES, "accuracy: 60.1 arcmin", "7:13: excitation.accuracy: '60.1 arcmin' is above 1 deg"),
-    (LINES, LINES + "\n  accuracy: 1 arcmin", "8:13: excitation.accuracy: stands beside kinematic_error"),
-    ("23 arcsec", "0 arcsec", "7:3: excitation: nothing periodic drives the error; write for example"),
+    (LINES, LINES + "\n  accuracy: 1 arcmin", "8:13: excitation.accuracy: contradicts kinematic_error"),
+    ("23 arcsec", "0 arcsec", "7:3: excitation: has no periodic component; write for example"),
     (
         "load_torque: {mean: -50 N*m}",
         "motor_torque: {lines: [{order: 1, amplitude: 1 N*m}]}",
-        "8:17: excitation.motor_torque: a held motor keeps its speed whatever its torque; remove it "
+        "8:17: excitation.motor_torque: has no effect on a held motor; remove motor_torque "
         "or write 'mode: free' under motor",
     ),
     ("damping", "\tdamping", "4:1: file: the line is indented with a tab; indent with spaces"),
@@ -410,7 +412,7 @@ def test_a_motor_torque_beside_a_loop_is_told_where_cogging_goes(written):
     text = GOOD.replace("load_torque: {mean: -50 N*m}", "motor_torque: {lines: [{order: 12, amplitude: 0.1 N*m}]}")
     motor = next(line for line in GOOD.splitlines() if line.startswith("motor:"))
     (line,) = complaint(written(text.replace(motor, "motor: {inertia: 4.5 kg*cm^2, loop: {bandwidth: 30 Hz}}")))
-    assert "excitation.motor_torque: stands beside motor.loop" in line
+    assert "excitation.motor_torque: contradicts motor.loop" in line
     drag = "drag: {type: angle_torque, amplitude: 0.02 N*m, order: 12}"
     assert drag in line
     train = sw.read_project(written(GOOD.replace(motor, f"motor: {{loop: {{bandwidth: 30 Hz}}, {drag}}}"))).train
@@ -460,7 +462,7 @@ def test_a_backlash_law_has_no_damping_ratio_and_an_explicit_gear_no_motor_inert
     text = GOOD.replace(*law("type: backlash, K: 5 N*m/rad, half_gap: 1 mrad"))
     assert complaint(written(text.replace("inertia: 5 kg*cm^2, ", ""))) == [
         "project.yaml:2:8: motor.inertia: is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'",
-        "project.yaml:4:18: damping.ratio: has no meaning for a law without stiffness at rest (backlash); "
+        "project.yaml:4:18: damping.ratio: has no meaning for a torsion law without stiffness at rest (backlash); "
         "write B: 10 N*m*s/rad",
     ]
 
@@ -511,9 +513,7 @@ def test_a_damping_ratio_of_what_only_hysteresis_holds_is_refused(written, more)
     if not more:
         text = GOOD.replace("CSG-40-50", f"{{ratio: 50, law: {YIELDING}}}")
     (line,) = complaint(written(text))
-    assert (
-        "damping.ratio: has no meaning for a law whose friction or hysteresis alone holds it at rest; write B" in line
-    )
+    assert "damping.ratio: has no meaning for a torsion law with friction or hysteresis but no spring; write B" in line
 
 
 def test_contradictions_are_told_with_what_is_wrong_elsewhere(written):
@@ -581,13 +581,13 @@ WITH_FRICTION = "{ratio: 50, law: {type: parallel, first: {type: linear, K: 5 N*
         (
             "gear: CSG-40-50",
             "backlash: {half_gap: 1 mrad}\ngear: " + WITH_FRICTION % YIELDING,
-            "1:11: backlash: takes a spring behind it, and gear.law has friction or memory; write that as 'hysteresis'",
+            "1:11: backlash: requires a spring, but gear.law has friction or hysteresis; write that as 'hysteresis'",
         ),
         (
             "gear: CSG-40-50",
             "backlash: {half_gap: 1 mrad}\ngear: "
             "{ratio: 50, law: {type: polynomial, coefficients: [1 N*m, 5 N*m/rad]}}",
-            "1:11: backlash: does not go with gear.law: Play.law is a Polynomial with the torque 1 N*m at zero torsion",
+            "1:11: backlash: contradicts gear.law: Play.law is a Polynomial with the torque 1 N*m at zero torsion",
         ),
         ("CSG-40-50", "{name: CSG-40-50}", "1:7: gear: gives name alone; write 'gear: CSG-40-50' for a gear of"),
         ("CSG-40-50", "{name: A, law: {type: linear, K: 1e4 N*m/rad}}", "1:7: gear: the catalogue has no gear 'A'"),
@@ -620,7 +620,7 @@ def test_what_a_gear_or_a_shaft_cannot_hold_is_told_at_its_place(written, old, n
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("mode: held", "mode: free, " + LOOP, "motor.loop: keeps the motor's speed, and 'mode: free' gives it up"),
+        ("mode: held", "mode: free, " + LOOP, "motor.loop: contradicts 'mode: free', a motor without a loop"),
         ("mode: held", LOOP.replace("0.5", "-0.5"), "motor.loop.K_p: is -0.5; with a negative gain"),
         ("CSG-40-50", "{ratio: 50, law: {type: angle_torque, amplitude: 1 N*m}}", "gear.law: AngleTorque follows the"),
         ("ratio: 0.02", "ratio: 0.02, ripples: [{order: 2, depth: 120 %}]", "damping.ripples: the depths of a Vari"),
@@ -636,9 +636,9 @@ def test_ripples_stand_beside_no_memory_and_no_loop(written):
     ripples = "stiffness: {ripples: [{order: 2, depth: 0.1}]}\n"
     law = YIELDING.replace("ratio: 0", "ratio: 0.5")
     (line,) = complaint(written(GOOD.replace("CSG-40-50", f"{{ratio: 50, law: {law}}}") + ripples))
-    assert "stiffness: varies, which takes a spring" in line
+    assert "stiffness: varies, but the torsion law is no spring" in line
     (line,) = complaint(written(GOOD.replace("mode: held", LOOP) + ripples))
-    assert "motor.loop: belongs to the drive train, whose stiffness and damping do not vary" in line
+    assert "motor.loop: cannot be combined with varying stiffness or damping" in line
 
 
 @pytest.mark.parametrize(("shaft", "begin"), [("motor", "30 rpm at the motor"), ("load", "30 rpm at the load")])

@@ -58,7 +58,7 @@ def test_every_line_of_a_long_file_has_a_source_and_a_rewritten_file_keeps_it():
     [
         ("{damping: guessed}", "sources.damping: 'guessed' is not known; write one of yours, assumed, measured"),
         ("{daming: assumed}", "sources.daming: the project file has no 'daming'"),
-        ("{load.inertias: assumed}", "sources.load.inertias: is no field of a project file"),
+        ("{load.inertias: assumed}", "sources.load.inertias: is no field of this project file"),
     ],
 )
 def test_a_wrong_source_is_refused_at_its_place(sources, said):

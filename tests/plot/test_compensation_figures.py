@@ -52,7 +52,7 @@ def test_controllers_stand_beside_the_plain_loop_by_the_encoder_that_they_need()
     np.testing.assert_allclose(named(blind, "a").y, [1e-6, 1e-6], rtol=1e-12)
     np.testing.assert_allclose(named(seeing, "b").x, [15.0, 150.0], rtol=1e-12)
     assert {curve.label for curve in blind.curves} == {"plain loop", "a", ""}
-    assert "limit met, or error grew" in {curve.label for curve in seeing.curves}
+    assert "motor limit reached, or error grew" in {curve.label for curve in seeing.curves}
     assert blind.log
     assert blind.xlog
     assert (str(blind.x), str(blind.y)) == ("motor speed (rpm)", "rms of the error (arcsec)")

@@ -91,7 +91,7 @@ def test_the_boundary_is_the_level_of_the_lower_saddle_and_motions_leave_beyond_
     drawn = np.isfinite(boundary.y) & (boundary.y != 0.0)
     assert proof.V(boundary.x[drawn], boundary.y[drawn]) == pytest.approx(proof.region.energy_limit, rel=1e-9)
     assert np.min(proof.V(marks.x, 0.0 * marks.x)) == pytest.approx(proof.region.energy_limit, rel=1e-9)
-    leaving = curves(LAWS[name], "motions that leave")
+    leaving = curves(LAWS[name], "motions that escape")
     assert len(leaving) == saddles
     for motion in leaving:
         assert abs(motion.x[-1]) > 1.5 * abs(motion.x[0])

@@ -162,7 +162,7 @@ def test_the_second_order_is_shown_where_it_is_asked_for(result):
 def test_header_says_start_window_method_and_what_is_printed():
     said = " ".join(header())
     for words in (
-        "Start: at rest",
+        "Initial state: at rest",
         "30/mu",
         "5/mu",
         "Dormand and Prince",

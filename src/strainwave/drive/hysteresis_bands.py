@@ -126,6 +126,6 @@ def bands_sentence(parameter: str, bands: tuple[HysteresisBand, ...]) -> str:
         if band.whole:
             sentences.append(f"Hysteresis {band.width:.6g} wide{f', from {ends}' if len(bands) > 1 else ''}.")
             continue
-        missing = "The jump of the other direction lies" if band.on_run_up or band.on_run_down else "Both jumps lie"
-        sentences.append(f"The sweeps are on different motions from {ends}. {missing} outside the range.")
+        missing = "The jump of the other sweep lies" if band.on_run_up or band.on_run_down else "Both jumps lie"
+        sentences.append(f"Run-up and run-down are on different motions from {ends}. {missing} outside the range.")
     return " ".join(sentences)

@@ -123,7 +123,7 @@ def jumps(branch: Branch) -> Jumps:
     followed = pieces_of(branch, branch.stable | doubled(branch))  # or a stable motion of twice the period goes on
     pieces = [p for p in followed if np.max(branch.values[p]) > low and np.min(branch.values[p]) < high]
     if not pieces or not branch.stable.any():
-        raise ValueError("the branch has no stable orbit that a sweep could follow")
+        raise ValueError("the branch has no stable motion that a run-up or run-down could follow")
     up, down = (_sweep(branch, pieces, sign) for sign in (1.0, -1.0))
     between = bands_between(up.legs, down.legs)
     bands = tuple(b for b in between if b.on_run_up or b.on_run_down or b.high - b.low > SEAM * abs(b.high))
@@ -157,14 +157,14 @@ def _sweep_sentence(branch: Branch, name: str, sweep: Sweep, twice: Booleans) ->
     parameter, path = branch.parameter, sweep.path
     changes = [
         f"{'rises' if j.after > j.before else 'drops'} at {parameter} = {j.value:.9g} from {j.before:.4g} to "
-        f"{j.after:.4g} ({j.cause}{'; other stable orbits wait there, the nearest is taken' if j.choices > 1 else ''})"
+        f"{j.after:.4g} ({j.cause}{'; the nearest of several stable motions is used' if j.choices > 1 else ''})"
         for j in sweep.jumps
     ]
     without = f"changes without a jump{' where the motion is stable' if twice[path].any() else ''}"
-    text = f"On the {name} max |x| " + (", then ".join(changes) if changes else without)
+    text = f"In the {name} max |x| " + (", then ".join(changes) if changes else without)
     if not sweep.finished:
         end = branch.values[path[-1]]
-        text += f", and beyond {parameter} = {end:.6g} this branch has no stable orbit: integrate to see what follows"
+        text += f". Beyond {parameter} = {end:.6g} this branch has no stable motion; use a time integration there"
     return text + "."
 
 
@@ -195,8 +195,8 @@ def _doubled_sentences(branch: Branch, visited: Integers) -> list[str]:
     if not len(inside):
         return []
     return [
-        f"Between {branch.parameter} = {inside.min():.6g} and {inside.max():.6g} the motion repeats after two periods "
-        "or more, or leaves this curve: its max |x| is not that of this curve; integrate there."
+        f"Between {branch.parameter} = {inside.min():.6g} and {inside.max():.6g} the motion has twice the period "
+        "or more, or is not on this curve, so max |x| of the curve does not apply; use a time integration there."
     ]
 
 
@@ -281,4 +281,4 @@ def _landing(
 def _cause(branch: Branch, value: float) -> str:
     """Name of the special point at a value, where the stable orbits end."""
     special: list[Orbit] = [*branch.folds, *branch.doublings, *branch.branch_points]
-    return next((o.label for o in special if o.value == value), "the stable orbits end")
+    return next((o.label for o in special if o.value == value), "the stable motions end")

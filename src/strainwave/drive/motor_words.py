@@ -20,7 +20,7 @@ def motor_name(control: Any, inertia: float) -> str:
         return f"{motor_name(control.loop, inertia)}, T_p {1e3 * control.T_p:.4g} ms"
     if isinstance(control, LoadEncoder | MixedEncoders):
         mixed = f"both encoders, mixed at {control.frequency / HERTZ:.4g} Hz" if len(control) > 1 else ""
-        return f"{motor_name(control.loop, inertia)}, position by {mixed or 'the encoder of the load'}"
+        return f"{motor_name(control.loop, inertia)}, position from {mixed or 'the load encoder'}"
     if isinstance(control, Filtered):
         kind = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", type(control.filter).__name__.removesuffix("Filter")).lower()
         hertz = control.filter.frequency / HERTZ
@@ -41,7 +41,7 @@ def train_of(project: Any, task: str) -> tuple[str, DriveTrain]:
     trains: list[tuple[str, DriveTrain]] = list(project.motors().items())
     if not trains:
         raise ValueError(
-            "this project has no whole drive train, as its damping or stiffness varies or its speeds are those of a "
-            f"forcing; {task} needs one: leave the variation out, and give the speeds of the motor or the load"
+            "this project has no whole drive train, as its damping or stiffness varies or its speeds are forcing "
+            f"frequencies; {task} requires one: remove the variation, and give speeds of the motor or the load"
         )
     return trains[-1]

@@ -97,8 +97,8 @@ def operating_state(
             if _settle(held, angle, state, kept, tolerance):
                 return state
             break
-    reason = short or "Newton's method finds none"
-    raise SolveError(Sentence("the mean torques hold the train in no state at {}: {}", Speed(speed), reason))
+    reason = short or "Newton's method does not converge"
+    raise SolveError(Sentence("no equilibrium under the mean torques was found at {}: {}", Speed(speed), reason))
 
 
 def mean_state(train: DriveTrain) -> Floats | None:

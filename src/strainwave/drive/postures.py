@@ -19,7 +19,7 @@ from .project import Project
 
 ROUNDING = 1e-12
 LOADS, WITH_MEMORY = 9, 5  # torques of a range; where a curve of a drive with friction or memory is one of many
-FILE_LOAD = "load of the file"
+FILE_LOAD = "nominal load"
 
 
 class Posture(NamedTuple):
@@ -54,7 +54,7 @@ def refuse_twice(rows: Sequence[Posture]) -> None:
     """Refuse two postures of one name (ValueError)."""
     names = [row.name for row in rows if row.name]
     if twice := next((name for name in names if names.count(name) > 1), ""):
-        raise ValueError(f"two postures have the name {twice!r}; give each of them another")
+        raise ValueError(f"two postures have the name {twice!r}; give them different names")
 
 
 def titled(number: float, name: str) -> str:
@@ -66,8 +66,8 @@ def _coupled(train: DriveTrain, K: float) -> DriveTrain:
     load = train.load
     if not isinstance(load, Elastic) or "K" not in getattr(load.law, "_fields", ()):
         raise ValueError(
-            "a posture gives the stiffness of a coupling, and the project has none with one stiffness K; write "
-            "load: {coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 2e5 N*m/rad}}}, or leave the stiffness out"
+            "a posture gives a coupling stiffness, but the project has no coupling with a single stiffness K; write "
+            "load: {coupling: {inertia: 0.1 kg*m^2, law: {type: linear, K: 2e5 N*m/rad}}}, or omit the stiffness"
         )
     return train._replace(load=load._replace(law=load.law._replace(K=K)))
 

@@ -229,8 +229,8 @@ class Project:
         """
         if self.left_out and not reduced:
             raise ValueError(
-                f"the error equation leaves out {listed(self.left_out)} of this drive; take project.train, the whole "
-                "train, or system(omega, reduced=True) for the error equation without them"
+                f"the error equation neglects {listed(self.left_out)} of this drive; use project.train, the whole "
+                "drive train, or system(omega, reduced=True) for the error equation without these parts"
             )
         return self._at_middle if omega is None else self._system(omega)
 

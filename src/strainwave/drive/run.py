@@ -117,7 +117,7 @@ class DriveRun(Result):
         """
         motor, control, load = [self._since(name, after) for name in list(self.work)[:INPUTS]]
         if not motor + control > 0.0:
-            raise ValueError(f"the motor gave {motor + control:g} J after t = {after:g} s; it drives in no efficiency")
+            raise ValueError(f"the motor supplied {motor + control:g} J after t = {after:g} s: no efficiency exists")
         return -load / (motor + control)
 
     def lost(self, after: float = 0.0) -> dict[str, float]:
@@ -132,7 +132,7 @@ class DriveRun(Result):
     def _since(self, name: str, after: float) -> float:
         t, after = self.trajectory.t, number("after [s]", after)
         if not t[0] <= after < t[-1]:
-            raise ValueError(f"the run goes from {t[0]:g} to {t[-1]:g} s; {after:g} s is not in it")
+            raise ValueError(f"the run lasts from {t[0]:g} to {t[-1]:g} s; {after:g} s is outside this time")
         return float(self.work[name][-1] - self.work[name][np.searchsorted(t, after)])
 
     def __str__(self) -> str:
@@ -238,7 +238,7 @@ def waiting(train: DriveTrain, t: float) -> Floats:
     try:
         state = operating_state(begun, speed, angle=angle)
     except SolveError as error:
-        raise SolveError(f"{error}; give the state to begin with, y0") from error
+        raise SolveError(f"{error}; give the initial state, y0") from error
     if speed:  # at standstill it is in the state already
         state[0] += train.error.value(angle)
         state[1] += train.error.slope(angle) * speed

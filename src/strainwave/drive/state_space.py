@@ -223,7 +223,7 @@ def to_control(train: DriveTrain, *, at: ArrayLike | None = None, speed: float =
     try:
         import control
     except ImportError:
-        raise ModuleNotFoundError("this needs python-control; pip install 'strainwave[control]'") from None
+        raise ModuleNotFoundError("this function needs python-control; pip install 'strainwave[control]'") from None
     linear = state_space(train, at=at, speed=speed)
     outputs = np.zeros((2, len(linear.states)))
     if not train.motor.held:

@@ -88,7 +88,7 @@ def _of_two_turns(
     if points is not None:
         positive_count("points", points)
     if harmonics is not None:
-        raise ValueError(f"harmonics is {harmonics}, but waves of motions that beat are grown; leave it out")
+        raise ValueError(f"harmonics is {harmonics}, but waves of beating motions are chosen automatically; omit it")
     return beating_response(train, speeds, level)
 
 

@@ -42,8 +42,8 @@ from .response import LEAST_HARMONIC, PER_HARMONIC, TurnResponse, sizes_of, swee
 POINTS, PEAK_POINTS = 60, 24  # about so many, and more where the curve bends; and for a peak alone
 
 NO_MOTION = (
-    "the whole drive has no stable steady motion that repeats with every turn in this range; `strainwave analyze` has "
-    "its run-up, drive_run a motion in time, and system(reduced=True) the error equation without its other parts"
+    "the whole drive has no stable steady motion that repeats with every turn in this range; `strainwave analyze` "
+    "computes its run-up, drive_run its motion in time, and system(reduced=True) gives the error equation alone"
 )
 
 
@@ -99,8 +99,8 @@ def refuse_free(train: DriveTrain) -> None:
     """Refuse a free motor in a train that has neither a curve nor an error equation with all of it (ValueError)."""
     if (parts := left_out(train)) and not has_curve(train):
         raise ValueError(
-            f"with the motor free, and friction or memory in the drive, an analysis is about the error equation, which "
-            f"leaves out {listed(parts)}; give the motor a loop or hold it ('mode: held'), or take "
+            "with a free motor and friction or hysteresis in the drive, an analysis uses the error equation, which "
+            f"neglects {listed(parts)}; give the motor a loop or hold it ('mode: held'), or use "
             "find_orbit(SteadyTrain(train, omega))"
         )
 
@@ -268,7 +268,7 @@ def as_train(system: System, ratio: float | None) -> DriveTrain:
     if isinstance(system, DriveTrain):
         return system
     if not isinstance(system, Oscillator) or ratio is None:
-        raise TypeError(f"{shown(system)} is no DriveTrain, and no Oscillator with a ratio; give one of these")
+        raise TypeError(f"{shown(system)} is neither a DriveTrain nor an Oscillator with a ratio; give one of these")
     ratio, terms = number("ratio", ratio, positive=True), terms_of(system.excitation)
     if lacking(terms[0], "amplitude"):
         raise TypeError(f"{shown(system.excitation)} has no orders; give a Harmonic or Harmonics")

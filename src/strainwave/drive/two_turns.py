@@ -40,19 +40,19 @@ from .train_curve import as_train, parts_of_angle, torques, with_rounded_corners
 MOTION_TAIL, CURVE_TAIL = 1e-9, 1e-4  # share of the motion in a wave that is left out: at one speed, and on a curve
 CORNERED_TAIL = 1e-3  # the same on a curve of a law with rounded corners
 
-SCOPE = "a motion of two turns is balanced in waves of a motor at constant mean speed and springs without corners"
-REMEDY = "integrate it with simulate"
-NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run has its motion in time"
-A_TURN = "a turn of the motor begins at any angle, and what a slow wave drifts within it counts"
-UNDAMPED = "nothing damps this drive, and its motions of two turns never settle; give it damping, or integrate it"
+SCOPE = "the harmonic balance of beating motions requires a constant mean motor speed and springs without corners"
+REMEDY = "integrate the drive with simulate"
+NONE_STABLE = "no steady motion of this drive is stable in this range; drive_run computes its motion in time"
+A_TURN = "a turn may begin at any motor angle, and the drift of slow waves within a turn is included"
+UNDAMPED = "this drive has no damping, and its beating motions never settle; add damping, or integrate the drive"
 STALL_RATIO = 2.0  # times the energy of turning: a load that is lifted so high all but stops at the top
 STALL_TEXT = (
-    "gravity all but stops this free motor in every turn of the output: to lift the load takes {} J, and it turns with "
-    "{} J at {}; hold the motor, give it a loop, or ask for higher speeds"
+    "gravity nearly stops this free motor in every output turn: lifting the load requires {} J, and the kinetic energy "
+    "is {} J at {}; hold the motor, give it a loop, or use higher speeds"
 )
 VARIATION_TEXT = (
-    "a line of the output's turn is in this drive, and its damping or stiffness varies, or its speeds are those of a "
-    "forcing; leave the variation out and give the speeds of the motor or the load, or integrate with simulate"
+    "this drive has an error order of the output turn together with varying damping or stiffness, or with forcing "
+    "frequencies; remove the variation and give speeds of the motor or the load, or integrate with simulate"
 )
 
 
@@ -68,10 +68,10 @@ def beat_said(train: DriveTrain | None) -> tuple[float, str]:
         raise ValueError(VARIATION_TEXT)
     of_lines = [k for _, k in _pairs(train)]
     if not any(of_lines):
-        raise ValueError("no line of this drive belongs to the output's turn")
+        raise ValueError("this drive has no error order of the output turn")
     pulls = [law.order for law in parts_of_angle(train.load.end().drag) if law.amplitude]
     lines, both = [train.N / (math.gcd(*some) or math.inf) for some in (of_lines, [*of_lines, *pulls])]
-    alone = "" if lines == both else f" (its lines alone every {plain(lines)})"
+    alone = "" if lines == both else f" (its kinematic error alone every {plain(lines)})"
     return both, f"beats every {plain(both)} turns of the motor{alone}"
 
 
@@ -228,7 +228,7 @@ def two_turn_response(
     if limit is not None and limit < math.inf:
         points, sizes = with_crossings(problem, points, sizes, partial(_sizes, problem), limit)
     folds, how = tuple(trace.points[trace.labels == FOLD, -1].tolist()), ending(trace, "omega", trace.points[:, -1])
-    lacking_waves = Status.TRUNCATED, f"{how[1]}; it takes more than {len(problem.pairs)} waves of two turns"
+    lacking_waves = Status.TRUNCATED, f"{how[1]}; more than {len(problem.pairs)} waves of two turns are required"
     return _described(driven, flow, problem, points, sizes, folds, how if complete or not how[0] else lacking_waves)
 
 
@@ -255,9 +255,9 @@ def beating_response(
         raise ValueError(VARIATION_TEXT)
     exact, train = train, with_rounded_corners(train)
     width = f" over {train.law.width / ARCSEC:.3g} arcsec" if hasattr(train.law, "width") else ""
-    rounding = "" if train is exact else f"the corners of the law are rounded{width}"
+    rounding = "" if train is exact else f"the corners of the torsion law are rounded{width}"
     motions = two_turn_response(train, speeds, limit=limit)
-    motions = replace(motions, message=f"{motions.message}; motions apart from the curve are not looked for")
+    motions = replace(motions, message=f"{motions.message}; other periodic motions are not searched")
     curve = motions.branch(speeds)
     angles, states = motion.along_turns(motions.problem, motions.points, motions.beats)
     system, sizes, starts = AtLoad(without_gravity(train), train.omega), [], []
@@ -335,11 +335,11 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
     part = linear_part(plain, at_load=True)
     laws = (train.law, *train.load.couplings())
     if part is None or not isinstance(train.reference, Steady):
-        raise ValueError(f"{SCOPE}; friction, memory or a control that is not linear is in this drive: {REMEDY}")
+        raise ValueError(f"{SCOPE}; this drive has friction, hysteresis or a nonlinear control: {REMEDY}")
     if part.loose >= 0 and not np.array_equal(part.zero_mean, part.motor):
-        raise ValueError(f"{SCOPE}; this loop integrates the deviation of the load, not of the motor: {REMEDY}")
+        raise ValueError(f"{SCOPE}; this loop integrates the load deviation, not the motor deviation: {REMEDY}")
     if any(depends(law) != 1 or breakpoints_of(law) for law in laws):
-        raise ValueError(f"{SCOPE}; a law with corners has too many of them: {REMEDY}, or round its corners off")
+        raise ValueError(f"{SCOPE}; this torsion law has corners: {REMEDY}, or round the corners")
     if not isinstance(train.error, NoError) and lacking(train.error, "lines"):
         raise ValueError(f"{SCOPE}; {type(train.error).__name__} lists no lines: give a KinematicError, or {REMEDY}")
     of_lines = _pairs(train)
@@ -349,7 +349,7 @@ def _driven(system: System, ratio: float | None) -> tuple[TwoTurns, Any]:
     driving = [(int(k), 0) for term in torques for k in orders_of(term) if getattr(term, "amplitude", 1.0)]
     pairs = tuple(sorted({*of_lines, *driving, *((0, law.order) for law in pulls)}))
     if not pairs:
-        raise ValueError("nothing that repeats drives this drive; give a line, a torque with orders or gravity")
+        raise ValueError("this drive has no periodic excitation; give an error order, a torque with orders or gravity")
     driven = TwoTurns(part, train.N, np.array(rows).reshape(-1, 4), pairs, pulls)
     return driven, linear_part(part.disturbed) if np.any(part.integral) else part
 

@@ -16,9 +16,7 @@ from .fields.schema import CURVE_COLUMNS, ExplicitGear, ProjectSpec
 from .variants.names import keys_of, nominal_of
 from .yaml_text import Keys
 
-NOTHING_DRIVES = (
-    "nothing periodic drives the error; write for example 'kinematic_error: [{order: 2, amplitude: 23 arcsec}]'"
-)
+NOTHING_DRIVES = "has no periodic component; write for example 'kinematic_error: [{order: 2, amplitude: 23 arcsec}]'"
 
 
 def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]) -> Iterator[tuple[Keys, str]]:
@@ -46,7 +44,7 @@ def contradictions(spec: ProjectSpec, gear: Gear | None, content: dict[str, Any]
             yield ("sources", name), str(error)
         else:
             if not valid:
-                yield ("sources", name), "is no field of a project file; name a number or a group as the file has it"
+                yield ("sources", name), "is no field of this project file; name a number or a group of the file"
 
 
 def _scatter(scatter: dict[str, float], gear: Gear | None, content: dict[str, Any]) -> Iterator[tuple[Keys, str]]:
@@ -57,24 +55,24 @@ def _scatter(scatter: dict[str, float], gear: Gear | None, content: dict[str, An
         except ValueError as error:
             yield ("scatter", name), str(error)
         if isinstance(size, Radians) and not name.endswith(".phase"):
-            yield ("scatter", name), "is an angle and no phase; write it relative to the number, for example 5 %"
+            yield ("scatter", name), "is an angle, but the number is no phase; write a relative scatter, such as 5 %"
 
 
 def _inertia(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     if spec.motor.inertia is not None:
         return
     if gear is not None and gear.input_inertia is None:
-        yield ("motor", "inertia"), f"is missing and no source gives it for {gear.name}; write 'inertia: 4.5 kg*cm^2'"
+        yield ("motor", "inertia"), f"is missing, and {gear.name} has no known value; write 'inertia: 4.5 kg*cm^2'"
     if isinstance(spec.gear, ExplicitGear):
         yield ("motor", "inertia"), "is missing for an explicit gear; write for example 'inertia: 4.5 kg*cm^2'"
 
 
 def _friction(gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     """Reasons why the friction of the meshing does not follow from the gear's record."""
-    example = "write it as a share of the torque, for example 8 %"
+    example = "write the friction as a share of the torque, for example 8 %"
     try:
         if gear is None:
-            raise ValueError("no source gives the efficiency of an explicit gear")
+            raise ValueError("the efficiency of an explicit gear is unknown")
         checked(gear.friction)
     except ValueError as error:
         yield ("load_friction",), f"{str(error).partition(';')[0]}; {example}"
@@ -84,7 +82,7 @@ def _arrangement(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, s
     """A member that cannot be fixed at this ratio."""
     fixed = getattr(spec.gear, "fixed", None)
     if fixed == "wave_generator" and gear is not None:
-        why = f"is wave_generator, and {gear.name} has it on the motor; write ratio and law in full"
+        why = f"is wave_generator, but {gear.name} has it on the motor; write ratio and law in full"
         yield ("gear", "fixed"), why
     elif fixed is not None and isinstance(spec.gear, ExplicitGear):
         try:
@@ -97,30 +95,30 @@ def _law(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     """Contradictions to the law of the gear, hysteresis and backlash included."""
     if spec.hysteresis == CATALOGUE and (gear is None or None in (gear.hysteresis_loss, gear.rated_torque)):
         whose = "an explicit gear" if gear is None else gear.name
-        fact = f"is catalogue, and no source gives hysteresis loss and rated torque of {whose}"
+        fact = f"is catalogue, but no catalogue gives the hysteresis loss and rated torque of {whose}"
         yield ("hysteresis",), f"{fact}; write for example {EXAMPLE_HYSTERESIS}"
         return
     try:
         law = checked(spec.law(gear))
     except SolveError as error:
-        yield ("hysteresis",), f"is catalogue, and {error}"
+        yield ("hysteresis",), f"is catalogue, but {error}"
         return
     except TypeError:
-        yield ("backlash",), "takes a spring behind it, and gear.law has friction or memory; write that as 'hysteresis'"
+        yield ("backlash",), "requires a spring, but gear.law has friction or hysteresis; write that as 'hysteresis'"
         return
     except ValueError as error:
-        yield ("backlash",), f"does not go with gear.law: {error}"
+        yield ("backlash",), f"contradicts gear.law: {error}"
         return
     if spec.damping is None:
         return
     if spec.damping.B is None and not float(spring_stiffness(law, 0.0)) > 0.0:
         field, held = "ratio" if spec.damping.ratio is not None else "quality", float(law.stiffness(0.0)) > 0.0
-        what = "whose friction or hysteresis alone holds it at rest" if held else "without stiffness at rest (backlash)"
-        yield ("damping", field), f"has no meaning for a law {what}; write B: 10 N*m*s/rad"
+        what = "with friction or hysteresis but no spring" if held else "without stiffness at rest (backlash)"
+        yield ("damping", field), f"has no meaning for a torsion law {what}; write B: 10 N*m*s/rad"
     if depends(law) > 1:
         for group, varies in (("stiffness", spec.stiffness is not None), ("damping", spec.damping.varies)):
             if varies:
-                yield (group,), f"varies, which takes a spring, and the law has friction or memory: {BOTH}"
+                yield (group,), f"varies, but the torsion law is no spring (friction or hysteresis): {BOTH}"
 
 
 BOTH = "leave one of them out, or write the equation in Python (strainwave.simulate takes any system)"
@@ -129,11 +127,11 @@ BOTH = "leave one of them out, or write the equation in Python (strainwave.simul
 def _excitation(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     driven = spec.excitation
     if spec.motor is not None and spec.motor.mode == "held" and driven.motor_torque is not None:
-        sentence = "a held motor keeps its speed whatever its torque; remove it or write 'mode: free' under motor"
+        sentence = "has no effect on a held motor; remove motor_torque or write 'mode: free' under motor"
         if spec.motor.loop is not None:
             sentence = (
-                "stands beside motor.loop, and a file takes it of a free motor alone; write cogging as motor: {drag: "
-                "{type: angle_torque, amplitude: 0.02 N*m, order: 12}}, or build the train in Python"
+                "contradicts motor.loop, as a project file allows it for a free motor only; write cogging as motor: "
+                "{drag: {type: angle_torque, amplitude: 0.02 N*m, order: 12}}, or build the drive train in Python"
             )
         yield ("excitation", "motor_torque"), sentence
     torques = [t for t in (driven.motor_torque, driven.load_torque) if t is not None]
@@ -157,17 +155,17 @@ def _pairs(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
     if ratio is None or not any(isinstance(line.order, OrderPair) for line in lines):
         return
     if _forced(spec):
-        sentence = "has a line of the output's turn, and the speeds are the forcing's; write 'shaft: motor' under speed"
+        sentence = "has an order of the output turn, but speed is a forcing frequency; write 'shaft: motor' under speed"
         yield field, sentence
     orders = [round(ratio * line.line(ratio).order, 6) for line in lines]
     for i, order in enumerate(orders):
         if order == 0.0:
-            yield (*field, i, "order"), f"stands still at the ratio {ratio:g}; leave the line out"
+            yield (*field, i, "order"), f"has zero frequency at the ratio {ratio:g}; remove this order"
         elif order < 0.0:
-            yield (*field, i, "order"), "repeats backwards; change all signs, that of its phase too"
+            yield (*field, i, "order"), "has a negative frequency; change all signs, including the phase"
         elif order in orders[:i]:
             before = orders.index(order)
-            yield (*field, i, "order"), f"repeats {order:g} times per output turn, as line {before} does; add the two"
+            yield (*field, i, "order"), f"has {order:g} periods per output turn, as line {before}; add the two lines"
 
 
 def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]]:
@@ -176,13 +174,13 @@ def _accuracy(spec: ProjectSpec, gear: Gear | None) -> Iterator[tuple[Keys, str]
     if accuracy is None:
         return
     if spec.excitation.kinematic_error:
-        yield field, "stands beside kinematic_error, which it would be a guess of; remove one of them"
+        yield field, "contradicts kinematic_error, which it would estimate; remove one of them"
     if _forced(spec):
-        yield field, "belongs to the motor's turn, and the speeds to the forcing's; write 'shaft: motor' under speed"
+        yield field, "refers to the motor turn, but speed is a forcing frequency; write 'shaft: motor' under speed"
     grade = accuracy if isinstance(accuracy, str) else ""
     if grade and spec.gear is not None and (gear is None or gear.accuracy_of(grade) is None):
         name = "an explicit gear" if gear is None else gear.name
-        yield field, f"no source gives one for {name}; write it as an angle, for example 1 arcmin"
+        yield field, f"has no catalogue value for {name}; write an angle, for example 1 arcmin"
 
 
 def train_fields(spec: ProjectSpec) -> list[Keys]:
@@ -195,14 +193,14 @@ def train_fields(spec: ProjectSpec) -> list[Keys]:
 def _drive_train(spec: ProjectSpec) -> Iterator[tuple[Keys, str]]:
     """Contradictions to the drive train."""
     if spec.motor is not None and spec.motor.loop is not None and spec.motor.mode == "free":
-        yield ("motor", "loop"), "keeps the motor's speed, and 'mode: free' gives it up; write 'mode: held' or no loop"
+        yield ("motor", "loop"), "contradicts 'mode: free', a motor without a loop; write 'mode: held' or no loop"
     curves = [name for name in CURVE_COLUMNS if spec.motor is not None and getattr(spec.motor, name) is not None]
     for name in curves:
         if _forced(spec):
-            yield ("motor", name), "is over the motor's speed, and the speeds are a forcing's; write 'shaft: motor'"
+            yield ("motor", name), "requires motor speeds, but speed is a forcing frequency; write 'shaft: motor'"
     for field in train_fields(spec):
         if _forced(spec):
-            yield field, "belongs to a shaft, and the speeds to the forcing; write 'shaft: motor' under speed"
+            yield field, "belongs to a shaft, but speed is a forcing frequency; write 'shaft: motor' under speed"
         elif spec.stiffness is not None or (spec.damping is not None and spec.damping.varies):
-            sentence = "belongs to the drive train, whose stiffness and damping do not vary; leave one of them out, or "
+            sentence = "cannot be combined with varying stiffness or damping; remove one of them, or "
             yield field, sentence + "give strainwave.DriveTrain a law of your own"

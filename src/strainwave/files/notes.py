@@ -40,11 +40,11 @@ def _wave_generator(project: Project, gear: Gear) -> Iterator[str]:
     if inertia < (1.0 - 1e-6) * record:
         yield (
             f"motor.inertia is {1e4 * inertia:g} kg*cm^2, less than the {1e4 * record:g} kg*cm^2 "
-            f"of the wave generator of {gear.name} alone; it must include the wave generator."
+            f"of the wave generator of {gear.name} alone; motor.inertia must include the wave generator."
         )
     if inertia > HEAVY * record:
         size = f"motor.inertia is {inertia:.4g} kg*m^2, {inertia / record:.3g} times that of the wave generator"
-        yield f"{size} of {gear.name}; check its unit."
+        yield f"{size} of {gear.name}; check the unit."
 
 
 def hysteresis_note(project: Project) -> Iterator[str]:
@@ -52,9 +52,9 @@ def hysteresis_note(project: Project) -> Iterator[str]:
     if (gear := project.gear) is not None and gear.hysteresis_loss is not None and not project.has_memory:
         loss = gear.hysteresis_loss / ARCSEC
         yield (
-            f"The record of {gear.name} gives a hysteresis loss of up to {loss:.4g} arcsec. The results "
-            f"leave out this lag (up to {0.5 * loss:.4g} arcsec after a reversal) and its damping. To count them, "
-            "write 'hysteresis: catalogue' at the top level of the file."
+            f"The catalogue gives {gear.name} a hysteresis loss of up to {loss:.4g} arcsec. The results neglect the "
+            f"hysteresis: an error of up to {0.5 * loss:.4g} arcsec after a reversal, and damping. To include it, "
+            "write 'hysteresis: catalogue' at the top level of the project file."
         )
 
 
@@ -67,9 +67,9 @@ def _arranged(project: Project) -> Iterator[str]:
     signed = arrangement.ratio(arrangement.teeth(R))
     sense = "with" if signed > 0 else "against"
     j, k = arrangement.lobes(arrangement.output, 2)
-    oval = f"an oval {arrangement.output} gives the order {{wave_generator: {j}, output: {k if signed > 0 else -k}}}"
+    oval = f"an oval {arrangement.output} gives error order {{wave_generator: {j}, output: {k if signed > 0 else -k}}}"
     if arrangement.driven == "wave generator":
-        oval = f"an oval {arrangement.fixed} gives order 2, {oval}"
+        oval = f"an oval {arrangement.fixed} gives error order 2, {oval}"
     yield (
         f"gear.fixed: the {arrangement.fixed} is fixed and the {arrangement.output} turns {sense} the motor, once in "
         f"{R:g} turns; {oval}."
@@ -86,21 +86,21 @@ def posture_note(project: Project) -> Iterator[str]:
     """Note on the answers that are about the postures of a project, where it has any."""
     if project.postures:
         yield (
-            f"`analyze`, `speed-map`, `move --postures` and `tune` compute the {len(project.postures)} postures; every "
-            "other answer is for the load of the file alone."
+            f"`analyze`, `speed-map`, `move --postures` and `tune` compute the {len(project.postures)} postures; all "
+            "other commands compute the nominal load alone."
         )
 
 
 def move_note(project: Project) -> tuple[str, ...]:
     """Note on the answers that are about the move of a project, where it has one."""
     asked = project.move is not None and bool(project.move.profile)
-    return ("These results are for steady motions; `analyze` and `move` judge the file's move.",) * asked
+    return ("These results are for steady motions; `analyze` and `move` check the move of the project file.",) * asked
 
 
 def curve_remark(searched: bool) -> str:
     """The motions that sizes and jumps are of; `searched` where others are looked for at the ends of the range."""
-    others = "searched at the lowest and the highest speed only" if searched else "not searched"
-    return f"for this response curve only; other motions: {others}"
+    others = "searched at the lowest and highest speed only" if searched else "not searched"
+    return f"values of this response curve; other periodic motions: {others}"
 
 
 def load_remark(project: Project) -> tuple[str, ...]:
@@ -109,8 +109,8 @@ def load_remark(project: Project) -> tuple[str, ...]:
     if low == high:
         return ()
     return (
-        f"The curve is for a load torque of {project.mean_load_torque:.4g} N*m, of the range from {low:.4g} to "
-        f"{high:.4g} N*m that gravity or the file gives; an analysis follows the range.",
+        f"The curve is for a load torque of {project.mean_load_torque:.4g} N*m; gravity or the project file gives "
+        f"{low:.4g} to {high:.4g} N*m. `analyze` covers this range.",
     )
 
 
@@ -120,8 +120,8 @@ def _gap(project: Project) -> Iterator[str]:
     law = law.first if isinstance(law, Parallel) else law
     if breakpoints_of(law) and spring_stiffness(law, 0.0) == 0.0 and project.drive.B > 0.0:
         yield (
-            "The damping acts across the gear, in its gap too; 'hysteresis: {type: contact_damping, ...}' with "
-            "'damping: {B: 0 N*m*s/rad}' acts in contact alone"
+            "The damping acts within the backlash gap too; for damping in contact only, write "
+            "'hysteresis: {type: contact_damping, ...}' with 'damping: {B: 0 N*m*s/rad}'"
         )
 
 
@@ -131,9 +131,9 @@ def _slipping(project: Project) -> Iterator[str]:
     if (isinstance(loop, SpeedLoop) and loop.K_i == 0.0) or (isinstance(loop, PositionLoop) and loop.K_p == 0.0):
         gain = "K_i" if isinstance(loop, SpeedLoop) else "K_p"
         yield (
-            f"motor.loop has {gain} 0: a mean torque slows the motor and its angle drifts off the reference; the "
-            "results are for the mean speeds that it has, and the pointing error is without that drift. "
-            "Motions apart from the curve are not looked for."
+            f"motor.loop has {gain} = 0: a mean torque slows the motor, and the motor angle drifts off the reference. "
+            "The results are for the reduced mean speeds, the pointing error is without the drift, and other periodic "
+            "motions are not searched."
         )
 
 
@@ -145,11 +145,11 @@ def _balance(project: Project) -> Iterator[str]:
     total = drive.N * given + at_load
     if project.motor == "free" and abs(total) > 1e-9 * (abs(drive.N * given) + abs(at_load)):
         rate = drive.N * total / (drive.N * drive.N * drive.J_m + drive.J_l)
-        under = f" with {at_load:g} N*m on the load" if len(means) > 1 else ""
+        under = f" under a load torque of {at_load:g} N*m" if len(means) > 1 else ""
         remedy = "" if len(means) > 1 else f"give the free motor a mean torque of {-at_load / drive.N:.4g} N*m, or "
         yield (
-            f"The mean torques do not balance{under}: the motor speeds up by {rate / RPM:.4g} rpm/s and does not keep "
-            f"the speeds analysed; {remedy}write 'mode: held'."
+            f"The mean torques do not balance{under}: the motor accelerates by {rate / RPM:.4g} rpm/s and cannot run "
+            f"steadily; {remedy}write 'mode: held'."
         )
 
 
@@ -158,19 +158,19 @@ def _loaded_error(project: Project) -> Iterator[str]:
     loaded = project.loaded_error
     if loaded is not None and any(loaded.per_torque):
         yield (
-            f"The kinematic error grows with the torque; it is that under the mean torque of the load, "
-            f"{project.mean_load_torque:.4g} N*m, without torques that follow an angle."
+            f"The kinematic error grows with the torque. It is computed for the mean load torque of "
+            f"{project.mean_load_torque:.4g} N*m, without torques that depend on an angle."
         )
         torques = project.mean_load_torque, *project.load_torques, *(row.torque or 0.0 for row in project.postures)
         if turned := [T for T in torques if any(line.amplitude < 0.0 for line in loaded.under(-T).lines)]:
             yield (
-                f"Under {turned[0]:.4g} N*m on the load per_torque makes the amplitude of a line negative, which turns "
-                "its phase by 180 deg; check the sign of per_torque."
+                f"Under a load torque of {turned[0]:.4g} N*m, per_torque makes an amplitude of the kinematic error "
+                "negative, a phase shift of 180 deg; check the sign of per_torque."
             )
     if loaded is not None and loaded.backward is not None:
         yield (
-            "The kinematic error is another one in backward motion; a compensation at a negative speed has that, and "
-            "all else that of forward motion."
+            "The kinematic error differs in backward motion. Only a compensation at a negative speed uses the backward "
+            "error; all other results use the forward error."
         )
 
 
@@ -181,11 +181,11 @@ def remarks(project: Project) -> tuple[str, ...]:
         return tuple(sentences)
     present = {"motor.drag": train.motor.drag != NO_DRAG, "load_friction": train.friction != NO_FRICTION}
     for field in filter(present.__getitem__, present if train.motor.held else ()):
-        sentences.append(f"{field} does not enter: an ideally held motor keeps its speed whatever opposes it.")
+        sentences.append(f"{field} has no effect: an ideally held motor keeps its speed under any torque.")
     if train.motor.free and project.kinematic_error is not None:
         sentences.append(
-            "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "
-            f"{error_slope(train):.2g}, and the ripple of the motor's speed; `strainwave analyze` compares it with the "
-            "whole drive train."
+            "With a free motor the error equation neglects the ripple of the motor speed and the motor's reaction to "
+            f"the varying ratio, N e' up to {error_slope(train):.2g}; `strainwave analyze` compares the equation with "
+            "the whole drive train."
         )
     return tuple(sentences)

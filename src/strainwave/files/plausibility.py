@@ -50,15 +50,15 @@ def error_doubts(project: Project) -> Iterator[str]:
     size = sum(abs(line.amplitude) for line in lines)
     if size > ERROR_RAD:
         yield (
-            f"The kinematic error has amplitudes of {convert(size, 'rad', 'arcmin'):.4g} arcmin in all, and gears have "
-            "at most 1 arcmin; check the unit, and that they are angles of the output."
+            f"The amplitudes of the kinematic error sum to {convert(size, 'rad', 'arcmin'):.4g} arcmin; gears have at "
+            "most 1 arcmin. Check the unit; amplitudes are angles of the output."
         )
     yield from filter(None, [damping_doubt(project.damping_ratio or 0.0)])
 
 
 def damping_doubt(ratio: float) -> str:
     """Sentence on a damping ratio that no gear has; empty for a usual one."""
-    usual = "0.01 to 0.05 is usual, and 4 % is written '4 %' or 0.04."
+    usual = "0.01 to 0.05 is usual. Write 4 % as '4 %' or 0.04."
     return (
         f"The damping ratio is {ratio:.3g} ({100.0 * ratio:.3g} % of critical); {usual}"
         if ratio > DAMPING_RATIO
@@ -77,8 +77,8 @@ def loop_doubts(project: Project, by_bandwidth: bool) -> Iterator[str]:
     if not CROSSOVER_HZ[0] / FACTOR <= hertz <= CROSSOVER_HZ[1] * FACTOR:
         gain = "of motor.loop.bandwidth" if by_bandwidth else f"and the shaft of motor.loop.K_p, {core.K_p:g} N*m*s/rad"
         yield (
-            f"The speed loop crosses over at {hertz:.3g} Hz, and those of drives do at {CROSSOVER_HZ[0]:g} to "
-            f"{CROSSOVER_HZ[1]:g} Hz; check the unit {gain}."
+            f"The gain crossover of the speed loop is at {hertz:.3g} Hz; {CROSSOVER_HZ[0]:g} to {CROSSOVER_HZ[1]:g} Hz "
+            f"is usual. Check the unit {gain}."
         )
     elif isinstance(core, CascadeLoop) and not by_bandwidth:
         yield from _beside("T_n", f"{1e3 * core.T_n:g} ms", core.T_n * crossover)
@@ -100,9 +100,9 @@ def _notches(project: Project, crossover: float) -> Iterator[str]:
         lost = math.degrees(math.atan2(a * after, w * w - after**2) - math.atan2(b * after, w * w - after**2))
         before, now, hertz = [x / (2.0 * math.pi) for x in (crossover, after, filter_.frequency)]
         yield (
-            f"The notch of {hertz:.3g} Hz holds the crossover of the speed loop in its band: the crossover falls from "
-            f"{before:.3g} to {now:.3g} Hz, where the notch takes {lost:.3g} degrees of phase; make it narrower, or "
-            "put it on a resonance above."
+            f"The gain crossover of the speed loop lies in the band of the {hertz:.3g} Hz notch: the crossover falls "
+            f"from {before:.3g} to {now:.3g} Hz, with a phase loss of {lost:.3g} degrees. Make the notch narrower, or "
+            "place it on a resonance at a higher frequency."
         )
 
 
@@ -111,7 +111,7 @@ def _beside(name: str, text: str, turns: float) -> Iterator[str]:
     share = turns / USUAL_TIME
     if not 1.0 / FACTOR <= share <= SLOWEST_TIME:
         slower = f"{share:.3g} times slower" if share > 1.0 else f"{1.0 / share:.3g} times faster"
-        yield f"motor.loop.{name} is {text}, {slower} than is usual beside K_p; check its unit."
+        yield f"motor.loop.{name} is {text}, {slower} than usual for this K_p; check the unit."
 
 
 def _stiffness(project: Project) -> Iterator[str]:
@@ -122,13 +122,14 @@ def _stiffness(project: Project) -> Iterator[str]:
     if rated is not None and not TWIST[0] / FACTOR <= rated / stiffness <= TWIST[1] * FACTOR:
         twist = convert(rated / stiffness, "rad", "arcmin")
         yield (
-            f"The gear twists by {twist:.3g} arcmin under its rated torque of {rated:g} N*m, those of the catalogue "
-            f"by 1.7 to 8.3 arcmin; check the unit of the stiffness at rest, {stiffness:.4g} N*m/rad, and the torque."
+            f"The gear twists by {twist:.3g} arcmin under its rated torque of {rated:g} N*m; catalogue gears twist by "
+            f"1.7 to 8.3 arcmin. Check the units of the stiffness at zero torque, {stiffness:.4g} N*m/rad, and of the "
+            "torque."
         )
     elif rated is None and not STIFFNESS[0] / FACTOR <= stiffness <= STIFFNESS[1] * FACTOR:
         yield (
-            f"The stiffness of the gear at rest is {stiffness:.4g} N*m/rad, and gears of the catalogue have "
-            f"{STIFFNESS[0]:g} to {STIFFNESS[1]:.3g} N*m/rad; check its unit."
+            f"The stiffness of the gear at zero torque is {stiffness:.4g} N*m/rad; catalogue gears have "
+            f"{STIFFNESS[0]:g} to {STIFFNESS[1]:.3g} N*m/rad. Check the unit."
         )
 
 
@@ -139,9 +140,9 @@ def _inertia(project: Project) -> Iterator[str]:
     if ratio > bound or ratio < 1.0 / bound:
         large, small = ("load", "motor") if ratio > bound else ("motor", "load")
         yield (
-            f"The inertia of the load is {ratio:.3g} times that of the motor at the output, {drive.N:g}^2 J_m, and 0.1 "
-            f"to 10 is usual; write load.inertia at the output and motor.inertia at the motor: the {large}'s may be "
-            f"too large by {drive.N:g}^2, or the {small}'s too small."
+            f"The load inertia is {ratio:.3g} times the motor inertia at the output, {drive.N:g}^2 J_m; 0.1 to 10 is "
+            "usual. Write load.inertia for the output shaft and motor.inertia for the motor shaft: "
+            f"{large}.inertia may be too large by {drive.N:g}^2, or {small}.inertia too small."
         )
 
 
@@ -150,12 +151,12 @@ def _torque(project: Project) -> Iterator[str]:
     largest = max(map(abs, project.load_torques))
     gear, rated = project.gear, project.rated_torque
     limit = None if gear is None else gear.ratcheting_torque
-    skip = "the teeth skip, and no number computed here is a result; check the torque and its unit"
-    reaches = f"The torque of the load reaches {largest:g} N*m"
+    skip = "the teeth skip, and no computed value is valid; check the torque and its unit"
+    reaches = f"The load torque reaches {largest:g} N*m"
     if limit is not None and largest > limit:
-        yield f"{reaches}, beyond the ratcheting torque of {limit:g} N*m: {skip}."
+        yield f"{reaches}, above the ratcheting torque of {limit:g} N*m: {skip}."
     elif limit is None and rated is not None and largest > RATCHETING * rated:
-        times = f"{largest / rated:.3g} times the rated torque, and gears ratchet from 5 to 16 times on"
+        times = f"{largest / rated:.3g} times the rated torque; gears ratchet at 5 to 16 times"
         yield f"{reaches}, {times}: {skip}."
 
 
@@ -168,8 +169,8 @@ def _natural_frequency(project: Project) -> Iterator[str]:
     if NATURAL_HZ[0] <= hertz <= NATURAL_HZ[1]:
         yield from _speeds(project, omega_0)
     else:
-        usual = f"drives have {NATURAL_HZ[0]:g} Hz to 2 kHz; check the units of stiffness and inertia."
-        yield f"The natural frequency is {hertz:.3g} Hz, and {usual}"
+        usual = f"{NATURAL_HZ[0]:g} Hz to 2 kHz is usual. Check the units of stiffness and inertia."
+        yield f"The natural frequency is {hertz:.3g} Hz; {usual}"
 
 
 def _speeds(project: Project, omega_0: float) -> Iterator[str]:
@@ -185,18 +186,18 @@ def _speeds(project: Project, omega_0: float) -> Iterator[str]:
     below = orders[-1] * high < omega_0
     if speeds.by_motor and speeds.ratio == 1.0 and below and high / RPM <= largest / N:
         yield (
-            f"The motor turns at up to {high / RPM:.4g} rpm, which the output reaches too, and no order meets the "
-            "natural frequency; if these are speeds of the output, write 'shaft: load'."
+            f"The motor speed is at most {high / RPM:.4g} rpm, low enough for an output speed, and no order reaches "
+            "the natural frequency; if these are output speeds, write 'shaft: load'."
         )
     elif speeds.by_motor and high / RPM > FACTOR * INPUT_RPM[0]:
         remedy = "write 'shaft: motor'" if speeds.ratio != 1.0 else "check the unit"
         yield (
-            f"The motor turns at {high / RPM:.4g} rpm, and gears take at most {INPUT_RPM[0]:g} rpm at the input; if "
-            f"these are speeds of the motor, {remedy}."
+            f"The motor speed is {high / RPM:.4g} rpm; gears allow at most {INPUT_RPM[0]:g} rpm at the input. If these "
+            f"are motor speeds, {remedy}."
         )
     elif FREQUENCY_FACTOR * orders[-1] * high < omega_0 or orders[0] * low > FREQUENCY_FACTOR * omega_0:
         yield (
-            f"The natural frequency, {omega_0 / (2.0 * math.pi):.3g} Hz, is far from every order in the speed range, "
-            f"{orders[0] * low / (2.0 * math.pi):.3g} to {orders[-1] * high / (2.0 * math.pi):.3g} Hz; check "
-            "stiffness, inertia and speeds."
+            f"The natural frequency, {omega_0 / (2.0 * math.pi):.3g} Hz, is far from all excitation frequencies in the "
+            f"speed range, {orders[0] * low / (2.0 * math.pi):.3g} to {orders[-1] * high / (2.0 * math.pi):.3g} Hz; "
+            "check stiffness, inertia and speeds."
         )

@@ -16,8 +16,8 @@ from .fields.schema import ProjectSpec
 from .variants.names import keys_of, numbers_of
 
 NO_NUMBERS = ("scatter", "excitation.accuracy")
-ACCURACY = "orders 1, 2 and 4 share the accuracy as 1 : 4 : 1, with phases zero"
-UNNAMED = "the file names neither a mode nor a loop of the motor"
+ACCURACY = "split over orders 1, 2 and 4 in the ratio 1 : 4 : 1, with zero phases"
+UNNAMED = "the project file gives neither motor.mode nor motor.loop"
 
 
 def sources_of(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> tuple[Source, ...]:
@@ -44,11 +44,11 @@ def _implied(content: dict[str, Any], spec: ProjectSpec, gear: Gear | None) -> I
             word = (spec.sources or {}).get("hysteresis", CATALOGUE)
             yield Source("hysteresis", CATALOGUE, word, "fitted to the hysteresis loss; it yields over a quarter")
         if isinstance(spec.load_friction, str):
-            yield Source("load_friction", CATALOGUE, CATALOGUE, "from its efficiency")
+            yield Source("load_friction", CATALOGUE, CATALOGUE, "from the efficiency of the gear")
     if not motor.named:
         yield Source("motor.mode", motor.mode, ASSUMED, UNNAMED)
     if isinstance(loop, dict) and "bandwidth" in loop and "damping" not in loop:
-        yield Source("motor.loop.damping", f"{USUAL.damping:g}", ASSUMED, "the default of a loop")
+        yield Source("motor.loop.damping", f"{USUAL.damping:g}", ASSUMED, "default damping of a control loop")
     if spec.excitation.accuracy is not None:
         grade = spec.excitation.accuracy
         given = (0.0 if gear is None else gear.accuracy_of(grade) or 0.0) if isinstance(grade, str) else grade

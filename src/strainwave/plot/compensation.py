@@ -47,7 +47,7 @@ def error_panels(before: Motion, after: Sequence[Motion]) -> list[Panel]:
     """The error before and after on one scale, and the residual error alone."""
     x, ends = Axis(f"turns of the {before.shaft}"), (0.0, float(np.round(before.turns[-1])))
     error = Panel("pointing error of the load about its mean", x, angle("", before.error), xlim=ends)
-    residual = Panel("what is left of it", x, angle("", np.concatenate([run.error for run in after])), xlim=ends)
+    residual = Panel("residual pointing error", x, angle("", np.concatenate([run.error for run in after])), xlim=ends)
     error.line(before.turns, before.error, ORANGE, before.name, DASHES)
     for run, (colour, dash, width) in zip(after, AFTER, strict=False):
         for panel in (error, residual):
@@ -78,7 +78,7 @@ def speed_panels(bench: CompensationBench, *, load_encoder: bool) -> list[Panel]
         panel.line(*points, colour, row[0].name, dash)
         panel.points(*points, colour)
     limited = [case for row in rows for case in row if case.excluded or not case.stable]
-    panel.points(*_rms_over_speed(limited), BLACK, "limit met, or error grew", "v", BLACK)
+    panel.points(*_rms_over_speed(limited), BLACK, "motor limit reached, or error grew", "v", BLACK)
     return [panel]
 
 
@@ -121,7 +121,7 @@ def units_panels(results: Mapping[str, Units]) -> list[Panel]:
     first = next(iter(results.values()))
     rows = {"plain loop": first.before.rms} | {name: units.after.rms for name, units in results.items()}
     values = np.concatenate([rms[np.isfinite(rms)] for rms in rows.values()])
-    x, y = angle("rms of the error", values), Axis("share of the units", "%")
+    x, y = angle("rms of the error", values), Axis("fraction of the units", "%")
     panel = Panel(f"{len(first.after.rms)} units", x, y, xlog=True, ylim=(0.0, 103.0))
     panel.xlim = (0.8 * float(np.min(values)), 1.25 * float(np.max(values)))
     looks = ((ORANGE, DASHES), *((colour, dash) for colour, dash, _ in AFTER))

@@ -111,7 +111,7 @@ def slow_response_panels(response: SlowResponse, abscissa: Callable[[ArrayLike],
         for keep, colour, width in ((stable, LIGHT, 4.0), (~stable, BLACK, 1.3)):
             names = ", stable", ", unstable"
             panel.parted(abscissa(omega), amplitude, stable, colour, "a", names, (width, width), keep=keep)
-    panel.points(abscissa(response.folds), response.fold_amplitudes, ORANGE, "fold: limit of existence of two motions")
+    panel.points(abscissa(response.folds), response.fold_amplitudes, ORANGE, "fold (two motions merge)")
     return [panel]
 
 
@@ -119,7 +119,7 @@ def slow_response_panels(response: SlowResponse, abscissa: Callable[[ArrayLike],
 def loop_response_panels(response: LoopResponse) -> list[Panel]:
     """The size of the error that a torque of 1 N*m gives, over its frequency."""
     size = np.abs(response.error_of_torque)
-    panel = Panel("", HERTZ, angle("error over torque", size, "/(N*m)"), log=True)
+    panel = Panel("", HERTZ, angle("error per torque", size, "/(N*m)"), log=True)
     panel.line(response.omega, size)
     return [panel]
 

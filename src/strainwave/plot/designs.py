@@ -16,10 +16,10 @@ HEADROOM = 1.25
 def design_panels(design: Design) -> list[Panel]:
     """Feasible designs: oscillation over reflected inertia, a marker for each size, names on the Pareto front."""
     limit = design.specification.limit
-    inertia = Axis("motor and wave generator at the load", "kg*m**2")
+    inertia = Axis("motor inertia with wave generator, at the load", "kg*m**2")
     panel = Panel("feasible designs", inertia, angle("oscillation", limit))
     panel.level(limit, BLACK, "limit", DOTS, 1.4)
-    panel.caption = ["Named: no other is better in oscillation, size and inertia at once."]
+    panel.caption = ["Labelled designs: no other design is better in oscillation, size and inertia."]
     if not design.feasible:
         return [panel]
     for i, size in enumerate(sorted({c.size for c in design.feasible})):
@@ -39,7 +39,7 @@ def design_panels(design: Design) -> list[Panel]:
 @panels_of.register
 def tuning_panels(tuning: TunedLoop) -> list[Panel]:
     """Nonlinear response before and after, and what the first goal costs in peak sensitivity."""
-    named = ((tuning.response_before, GREY, "gains of the file"), (tuning.response_after, BLUE, "recommended gains"))
+    named = ((tuning.response_before, GREY, "present gains"), (tuning.response_after, BLUE, "recommended gains"))
     drawn = [(response, colour, name) for response, colour, name in named if response is not None]
     largest = [float(np.max(response.oscillation)) for response, _, _ in drawn]
     size = angle("oscillation of the error", largest)
@@ -50,7 +50,7 @@ def tuning_panels(tuning: TunedLoop) -> list[Panel]:
     goal, points, best = GOALS[tuning.goals[0]], tuning.front, tuning.recommended
     values = [p.goals[0] for p in points]
     y = angle(goal.words, values) if goal.key.endswith("arcsec") else Axis(goal.words)
-    front = Panel("The best gains for each peak sensitivity", Axis("peak sensitivity"), y)
+    front = Panel("Best gains for each peak sensitivity", Axis("peak sensitivity"), y)
     front.points([p.figures.peak_sensitivity for p in points], values, BLUE, "tried")
     front.points([best.figures.peak_sensitivity], [best.goals[0]], ORANGE, "recommended", "s", ORANGE)
     return [swept, front]

@@ -30,7 +30,7 @@ HEIGHT = 290.0  # of a panel [px]
 LIMIT_REACH = 2.0  # times the largest torque: limits up to there are drawn
 BAND_REACH = 3.0  # times the largest oscillation of the drive: the band is drawn up to there
 THIN = 0.9  # width of the line of the held motor
-HELD = "motor held, load rigid (the error equation)"
+HELD = "motor held, load rigid (error equation)"
 
 
 class Drawn(NamedTuple):
@@ -105,7 +105,7 @@ def _draw_references(panel: Panel, extras: Drawn) -> None:
         top = max(top, min(BAND_REACH * top, 1.08 * float(np.max(extras.sure.high[finite], initial=0.0))))
         panel.ylim = panel.ylim if panel.ylim[1] is None else (0.0, top)
         low, high = np.minimum(extras.sure.low, top), np.minimum(extras.sure.high, top)
-        label = f"range for assumed numbers{extras.sure.load}"
+        label = f"range for assumed values{extras.sure.load}"
         for i, part in enumerate(np.split(finite, np.flatnonzero(np.diff(finite) > 1) + 1)):
             panel.band(extras.sure.omega[part], low[part], high[part], SURE, "" if i else label)
     if extras.reduced is not None and len(extras.reduced.curve):
@@ -126,7 +126,7 @@ def _draw_oscillation(panel: Panel, project: Project | None, drive: DriveRespons
             heights = [float(np.max(np.abs(m.x - np.mean(m.x[:-1])))) for m in good]
             simulated(panel, [m.omega for m in good], heights, marker)
     if curve.envelope is not None:
-        name, smallest = "the same in the smallest turn of the beat", curve.envelope[:, 1]
+        name, smallest = "smallest turn of the beat", curve.envelope[:, 1]
         panel.parted(curve.omega, smallest, True, BLUE, name, widths=(1.0, 1.0), keep=curve.stable)
     oscillation, folds = drive.oscillation, [fold.omega for fold in drive.folds]
     draw_folds(panel, folds, [float(oscillation[np.argmin(np.abs(drive.omega - omega))]) for omega in folds])
@@ -141,7 +141,7 @@ def _draw_oscillation(panel: Panel, project: Project | None, drive: DriveRespons
 def _draw_limits(panel: Panel, project: Project) -> None:
     """Limit of the oscillation, and the largest input speed of the gear, if the speeds of the project come near it."""
     if project.limit is not None:
-        panel.level(project.limit, BLACK, "limit of the project", DOTS, 1.6)
+        panel.level(project.limit, BLACK, "oscillation limit", DOTS, 1.6)
     gear, speeds = project.gear, project.speeds
     if gear is None or gear.max_rpm is None or not speeds.by_motor:
         return
@@ -205,6 +205,6 @@ def simulated(panel: Panel, x: list[float], y: list[float], marker: str) -> None
 
 def draw_folds(panel: Panel, folds: list[float], heights: list[float]) -> None:
     """Rings at the folds with their speeds."""
-    panel.points(folds, heights, BLUE, "fold, where the curve turns")
+    panel.points(folds, heights, BLUE, "fold (turning point of the curve)")
     for u, v in zip(folds, heights, strict=True):
         panel.note(u, v, f"{u / panel.x.size:.5g}")

@@ -25,7 +25,7 @@ REACH = 1.96  # standard errors of an interval of 95 %
 SHADES = {"still": "#e8e8e8", "run-up": "#9ecae1", "run-down": "#fdae6b", "other": "#909090"}
 MOST_PIECES = 3  # of a log, that are drawn
 MOST_SAMPLES, SOME = 4000, 600  # samples of a loop and of its residual that are drawn
-KINDS = {"order": (BLUE, "stays with the angle"), "frequency": (ORANGE, "stays with the time")}
+KINDS = {"order": (BLUE, "fixed order (angle)"), "frequency": (ORANGE, "fixed frequency (time)")}
 
 
 @panels_of.register
@@ -74,7 +74,7 @@ def order_scan_panels(scan: OrderScan, channel: str = "") -> list[Panel]:
 def identified_panels(fit: Identified) -> list[Panel]:
     """Residual of the first output over the time."""
     left = fit.residual[0]
-    panel = Panel(f"{fit.outputs[0]}: {fit.rms[0]:.3g} rms", TIME, Axis("measured less computed"))
+    panel = Panel(f"{fit.outputs[0]}: {fit.rms[0]:.3g} rms", TIME, Axis("measured − computed"))
     panel.line(fit.step * np.arange(len(left)), left, width=0.5)
     return [panel]
 
@@ -92,14 +92,14 @@ def identified_log_rows(fit: IdentifiedLog) -> list[list[Panel]]:
         torsion.line(time[some], values[some], PALE, "measured", width=3.0)
         torsion.line(time[some], (values + left)[some], BLUE, "predicted", width=1.0)
         rms = number(float(np.sqrt(np.mean(left * left))) / ARCSEC, 3)
-        residual = Panel(f"measured less predicted, {rms} arcsec rms", TIME, Axis("residual", "arcsec", ARCSEC))
+        residual = Panel(f"measured − predicted, {rms} arcsec rms", TIME, Axis("residual", "arcsec", ARCSEC))
         residual.line(time[some], left[some], ORANGE, width=0.7)
         columns.append((torsion, residual))
     twist, torque, curve = law_cloud(joint)
-    law = Panel("law of the gear", TORSION, Axis("torque", "N·m"))
+    law = Panel("torsion law of the gear", TORSION, Axis("torque", "N·m"))
     law.points(twist, torque, PALE, "points of the log")
     law.line(*curve, BLUE, "found")
-    orders = Panel("orders of what is left", Axis("order per turn of the motor"), Axis("amplitude", "arcsec", ARCSEC))
+    orders = Panel("orders of the residual", Axis("order per turn of the motor"), Axis("amplitude", "arcsec", ARCSEC))
     orders.line(*residual_orders(joint), ORANGE, width=1.0)
     rows = [*([list(row) for row in zip(*columns[:MOST_PIECES], strict=True)]), [orders, law]]
     return rows + [_metered_row(channel) for channel in fit.answer.channels]
@@ -128,7 +128,7 @@ def loop_fit_panels(fit: LoopFit) -> list[Panel]:
     loop = Panel("torque over torsion", TORSION, Axis("torque", "N*m"))
     loop.line(fit.torsion[rows], fit.torque[rows], PALE, "measured", width=4.5)
     loop.line(fit.torsion[rows], fit.fitted[rows], BLUE, "fitted", width=1.0)
-    title = f"measured minus fitted torque, {number(fit.residual_rms, 3)} N·m rms"
+    title = f"measured − fitted torque, {number(fit.residual_rms, 3)} N·m rms"
     residual, few = Panel(title, TORSION, Axis("residual", "N*m")), rows[:: max(1, len(rows) // SOME)]
     residual.points(fit.torsion[few], (fit.torque - fit.fitted)[few], ORANGE, "residual", ".", ORANGE)
     return [loop, residual]

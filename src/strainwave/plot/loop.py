@@ -22,8 +22,8 @@ def motor_loop_panels(worst: WorstMargins) -> list[Panel]:
     """Magnitude and phase with the margins marked, then both steps where the loop is stable."""
     found = loop_curves(worst)
     turned = angle("angle", found.angles, "/(N*m)")
-    reference = Panel("step of the reference", TIME, Axis("speed over its reference"))
-    disturbance = Panel("step of the torque on the load", TIME, turned)
+    reference = Panel("step of the speed reference", TIME, Axis("speed / reference speed"))
+    disturbance = Panel("step of the load torque", TIME, turned)
     for panel, (motor, load) in ((reference, found.speeds), (disturbance, found.angles)):
         panel.xlim = (0.0, float(np.max(found.time, initial=0.0)))
         panel.line(found.time, load, ORANGE, "load", DASHES)

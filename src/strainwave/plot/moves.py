@@ -24,7 +24,7 @@ def move_panels(move: Move, gear: Gear | None = None, limits: MotorLimits = UNLI
     t = move.time[samples]
     error = Panel("pointing error of the load", TIME, angle("", move.peak_error))
     low, high = move.rest_error - move.window, move.rest_error + move.window
-    error.band([move.duration, t[-1]], low, high, SHADE, "window of a settled load")
+    error.band([move.duration, t[-1]], low, high, SHADE, "settling window")
     error.line(t, move.pointing_error[samples], width=1.5)
     motor, torque = move.motor_torque[samples], move.gear_torque[samples]
     lower = Panel(f"torque of the motor, rms {number(move.rms_motor_torque, 3)} N·m", TIME, TORQUE)
@@ -38,7 +38,7 @@ def move_panels(move: Move, gear: Gear | None = None, limits: MotorLimits = UNLI
     drawn = [_speed(move, t, move.reference_speed[samples], gear, limits), error, lower, lowest]
     for panel in drawn:
         panel.xlim = (0.0, float(t[-1]))
-        panel.upright(move.duration, GREY, "end of the profile", DOTS)
+        panel.upright(move.duration, GREY, "end of the move", DOTS)
     return drawn
 
 
@@ -58,7 +58,7 @@ def _speed(move: Move, t: Floats, speed: Floats, gear: Gear | None, limits: Moto
             panel.band(t[[0, -1]], side * low, side * high, SHADE, "speeds to avoid")
     panel.line(t, speed, width=1.8)
     times = [crossing.time for crossing in move.passes]
-    panel.points(times, np.interp(times, t, speed), BLACK, "resonance passed")
+    panel.points(times, np.interp(times, t, speed), BLACK, "passage through resonance")
     bound = min(limits.fastest, *([] if gear is None or gear.max_rpm is None else [gear.max_rpm * RPM]), np.inf)
     _limit(panel, bound, top, speed, "largest speed of motor or gear", DOT_DASH)
     sizes = [size for size in (bound, *(high for _, high in move.bands)) if size < LIMIT_REACH * top]

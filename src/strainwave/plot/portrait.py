@@ -47,7 +47,7 @@ def proof_panels(proof: StabilityProof) -> list[Panel]:
     title = "phase portrait without excitation" + (f", {larger} times its damping" if larger > 1 else "")
     panel = Panel(title, angle("x", x - x_e), angle("x'", fastest, "/s"))
     if larger > 1:
-        panel.caption = [f"A turn of the figure decays like {larger} of the drive. V does not depend on the damping."]
+        panel.caption = [f"Drawn with {larger} times the damping of the drive; V does not depend on the damping."]
     panel.xlim, panel.ylim = (x_e - 1.03 * reach, x_e + 1.03 * reach), (-1.2 * fastest, 1.2 * fastest)
     for share in LEVELS:
         part = within if share < 1.0 else slice(None)
@@ -56,13 +56,13 @@ def proof_panels(proof: StabilityProof) -> list[Panel]:
     for start in starts.tolist():
         across, up = motion(system, start, times, 2.0 * reach)
         panel.line(across, up, BLUE, "motions", width=0.8)
-    panel.points(starts[:, 0], starts[:, 1], BLUE, "their starts", ".", BLUE)
+    panel.points(starts[:, 0], starts[:, 1], BLUE, "initial states", ".", BLUE)
     for saddle in saddles:
         across, up = motion(system, [saddle + 0.04 * (saddle - x_e), 0.0], times, 2.0 * reach)
-        panel.line(across, up, ORANGE, "motions that leave", "2 2")
+        panel.line(across, up, ORANGE, "motions that escape", "2 2")
     if saddles:
         across, up = _level(proof, x[within], top, square)
-        panel.line(across, up, ORANGE, "boundary of the claim", DASHES, 2.2)
+        panel.line(across, up, ORANGE, "boundary of the stability region", DASHES, 2.2)
         panel.points(saddles, np.zeros(len(saddles)), BLACK, "saddle", "s")
     panel.line(proof.rest, [0.0, 0.0], BLACK, width=4.0)
     panel.points(proof.rest, [0.0, 0.0], BLACK, "rest", "o", BLACK)

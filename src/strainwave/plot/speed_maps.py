@@ -29,7 +29,7 @@ def _bands(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Forbidden speeds as a bar for every load, and the vendors' resonance speed."""
     step = float(np.min(np.diff(grid.loads))) if len(grid.loads) > 1 else 1.0
     y = Axis(grid.load_name, grid.load_unit.replace("^", "**"))
-    panel = Panel("Forbidden speeds; grey: oscillation, dark is large", of_speeds(grid.axis), y, xlim=ends)
+    panel = Panel("Forbidden speeds; darker grey: larger oscillation", of_speeds(grid.axis), y, xlim=ends)
     for load, bands in zip(grid.loads.tolist(), grid.forbidden, strict=True):
         for band in bands:
             panel.band(band, load - BAR * step, load + BAR * step, BAND, "forbidden")
@@ -54,7 +54,7 @@ def _oscillation(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Largest oscillation of all stable motions: under all loads, under some of them, and the limit."""
     rows = np.where(np.isfinite(grid.oscillation), grid.oscillation, np.nan)
     x, y = of_speeds(grid.axis), angle("oscillation", rows)
-    panel = Panel("Largest of all stable motions", x, y, xlim=ends, log=True)
+    panel = Panel("Largest oscillation of all stable motions", x, y, xlim=ends, log=True)
     worst = np.nanmax(np.where(np.isnan(rows), 0.0, rows), axis=0)
     panel.line(grid.speeds, worst, BLACK, "worst load", width=2.6)
     if len(grid.loads) > 1:
@@ -72,7 +72,7 @@ def _oscillation(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
 def _campbell(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
     """Amplitude against the motor speed at which each order meets the resonance, under some loads."""
     largest = max((float(line.amplitude[-1]) for line in grid.lines), default=0.0) or 1e-6
-    panel = Panel("Where orders meet resonances", of_speeds(grid.axis), angle("torsion amplitude", largest), xlim=ends)
+    panel = Panel("Campbell diagram", of_speeds(grid.axis), angle("torsion amplitude", largest), xlim=ends)
     loads = [float(grid.loads[i]) for i in shown_loads(grid)]
     for line in grid.lines:
         speed, up = line.speed, line.amplitude
@@ -87,7 +87,7 @@ def _campbell(grid: SpeedMap, ends: tuple[float, float]) -> Panel:
             panel.note(float(speed[-1]), height, f"order {line.order:g}")
     panel.ylim = (0.0, 1.05 * largest)
     if not panel.curves:
-        panel.line(ends, [0.0, 0.0], BLACK, "no order meets a resonance in this range")
+        panel.line(ends, [0.0, 0.0], BLACK, "no order excites a resonance in this range")
     return panel
 
 

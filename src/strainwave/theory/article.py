@@ -99,11 +99,11 @@ PER_CYCLE = 64  # samples per fastest cycle: the peak between samples is then ri
 LONG, SHORT = 30.0, 5.0  # windows of the largest |x| and of the RMS difference, in units of 1/mu
 STRONG = 400.0  # times the torque, with which a steady subharmonic motion exists
 
-FOLLOWS = "follows omega_0: the printed pair 37.2 rad/s, 5.92 Hz agrees with itself only (N2)"
-MULTIPLE = "the case is at a multiple of omega_0, which is 385.545 rad/s (N2)"
-BEYOND = "the article has first order only"
+FOLLOWS = "follows from omega_0; the printed 37.2 rad/s and 5.92 Hz agree with each other only (N2)"
+MULTIPLE = "the speed of the case is a multiple of omega_0, 385.545 rad/s (N2)"
+BEYOND = "the article has only first-order results"
 AS_PRINTED = ", formula as printed"
-CASE_1_ALONE = "the article prints x(t) from rest in case 1 alone, and of the others the steady motion"
+CASE_1_ALONE = "the article prints x(t) from rest for case 1 only, and the steady motion for the other cases"
 
 CLAIMS = {  # of a case and a harmonic: what the article says, what to say of it, and the share of omega that it takes
     ("superharmonic", 3.0): (
@@ -111,14 +111,14 @@ CLAIMS = {  # of a case and a harmonic: what the article says, what to say of it
     ),
     ("subharmonic", 1 / 3): (
         "a steady component",
-        "no steady subharmonic exists at this amplitude; the beats are the decaying free vibration (N7)", 1e-3,
+        "no steady subharmonic exists at this amplitude; the beats come from the decaying free vibration (N7)", 1e-3,
     ),
 }  # fmt: skip
 GIVEN = "the article's own frequency"
-CONSTANT = "the printed x(t) keeps beta_0 constant, against the printed beta' (E10)"
+CONSTANT = "the printed x(t) has a constant beta_0, in contradiction to the printed beta' (E10)"
 NO_NUMBER = "the article gives no number"
 AT_ONE = "0.15 rad is the steady motion with alpha = 1 (E2), 0.1505, and omega_0 near 385 rad/s as in N4 (N5)"
-NEARER = "the corrected first order is nearer to the integration than claimed; the printed formulas lack alpha (E2)"
+NEARER = "the corrected first order is more accurate than the article claims; the printed formulas lack alpha (E2)"
 TOO_LARGE = "with the printed mu and omega_0 the response is too large for first order"
 NEAR = ("", "omega", "3 omega", "omega/3")  # of each case, the component near omega_0
 
@@ -272,8 +272,8 @@ def _table_3() -> list[Cell]:
         ("omega_0", "rad/s", drive.omega_0, "37.2", "sqrt(K/J) of Table 3 is 10.4 times the printed value (N2)"),
         ("omega_0 as a frequency", "Hz", drive.omega_0 / (2.0 * math.pi), "5.92", FOLLOWS),
     )
-    fact = "A = T_m/(N J_m) of Table 3 does not depend on the frequency (N3)"
-    none = "static error A/omega_0^2; the article gives none (N3)"
+    fact = "A = T_m/(N J_m) from Table 3 does not depend on the frequency (N3)"
+    none = "static error A/omega_0^2; the article gives no value (N3)"
     return [
         *(_compared(labels, name, unit, value, text, reason) for name, unit, value, text, reason in rows),
         Cell(*labels, "A", "rad/s^2", AMPLITUDE, "varies with omega", "not reproducible", fact),
@@ -357,7 +357,7 @@ def _harmonics(labels: tuple[str, str, str], settled: SteadyMotion, case: Case) 
         claim, reason, least = CLAIMS.get((case.name, k), (None, NO_NUMBER, 0.0))
         verdict: Verdict = "not printed"
         if value is None:
-            claim, reason = None, "the steady motion repeats with the forcing, so it has no such component"
+            claim, reason = None, "the steady motion has the period of the forcing, so this component does not exist"
         elif claim is not None:
             share = value / settled.amplitude(1)
             verdict, reason = "reproduced" if share > least else "not reproducible", reason.format(100.0 * share)
@@ -369,15 +369,15 @@ def _why(parameters: str, case: Case) -> str:
     """Reason in words when a printed maximum is not met (ERRATA N4, N5)."""
     if case.name == "non-resonant":
         if parameters == "printed":
-            return "the printed mu and omega_0 give an error over 100 times larger, so they were not used (N4)"
+            return "the printed mu and omega_0 give an error over 100 times larger; the authors did not use them (N4)"
         return "from rest within 6.0 %: the authors seem to have computed with an omega_0 near 385 rad/s (N4)"
     if case.name == "primary" and parameters != "printed":
         return AT_ONE
-    return "it follows neither from Table 3 nor from the printed mu and omega_0, with alpha = 0.1 or 1 (N5b)"
+    return "the value follows neither from Table 3 nor from the printed mu and omega_0, with alpha = 0.1 or 1 (N5b)"
 
 
 def _why_rms(parameters: str, case: Case, rms: float) -> str:
     """Reason in words when the printed RMS difference is not met (E2-E6)."""
     if rms < float(case.rms):
         return NEARER
-    return TOO_LARGE if parameters == "printed" else "first order is less accurate here than claimed"
+    return TOO_LARGE if parameters == "printed" else "first order is less accurate here than the article claims"

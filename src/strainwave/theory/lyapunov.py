@@ -218,11 +218,11 @@ def _reason(balance: Landscape, region: Region, everywhere: bool, point: bool, a
         else "V' = 0 as B = 0"
     )
     if varying:
-        decay = "V' <= 0, as the conditions leave no damping"
+        decay = "V' <= 0, as the conditions guarantee no damping"
         if asymptotic:
             decay = (
-                f"V' <= -beta v^2 with beta > 0; b <= b2 bounds the acceleration, so v tends to 0, and with it what is "
-                f"left of the torque: x tends to {goal} (Barbalat)"
+                f"V' <= -beta v^2 with beta > 0; b <= b2 bounds the acceleration, so v and the remaining torque "
+                f"tend to 0: x tends to {goal} (Barbalat)"
             )
     checked = f"; checked on {SAMPLES + 1} samples, not proved" if math.isfinite(balance.low) else ""
     return Sentence("V is positive definite with respect to {} {}, {}{}", goal, shape, decay, checked)

@@ -50,7 +50,7 @@ def test_the_answer_is_written_and_its_projects_are_compared(path, tmp_path):
     run = invoke("compare", *projects, "-o", tmp_path / "compared", "--json")
     assert run.exit_code == 0, run.output
     drives = json.loads(run.stdout)["drives"]
-    assert all("gives a hysteresis loss" in note for note in json.loads(run.stdout)["remarks"])
+    assert all("a hysteresis loss of" in note for note in json.loads(run.stdout)["remarks"])
     for drive, c in zip(drives, found.pareto[:2], strict=True):
         assert drive["oscillation_arcsec"] == pytest.approx(c.oscillation * 648000.0 / 3.141592653589793, rel=1e-3)
     assert len(rows(tmp_path / "compared" / "comparison.csv")) == len(projects)

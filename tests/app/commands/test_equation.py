@@ -69,7 +69,7 @@ def test_a_drive_that_has_more_than_its_error_equation_is_swept_by_the_names_of_
 def test_a_free_motor_with_more_is_refused_before_anything_is_computed(written):
     result = invoke("sweep", written(FREE, FRICTION), "--grid", "load.inertia=1 kg*m^2,2 kg*m^2")
     assert (result.exit_code, result.stdout) == (1, "")
-    assert "about the error equation, which leaves out the load's drag; give the motor a loop" in result.stderr
+    assert "uses the error equation, which neglects the load's drag; give the motor a loop" in result.stderr
 
 
 def pointing_error_of_a_linear_drive(omega, K_i, K_p):
@@ -118,7 +118,7 @@ def test_the_error_equation_of_a_drive_that_has_no_more_is_given_as_it_is(writte
 def test_the_error_equation_of_a_drive_that_has_more_is_given_to_who_says_so(written):
     project = read_project(written(SPEED_LOOP, COUPLING))
     assert project.left_out == ("the motor's loop", "the coupling")
-    with pytest.raises(ValueError, match=r"leaves out the motor's loop and the coupling of this drive; "):
+    with pytest.raises(ValueError, match=r"neglects the motor's loop and the coupling of this drive; "):
         project.system(100.0)
     reduced = project.system(100.0, reduced=True)
     assert (reduced.J, reduced.omega) == (pytest.approx(1.1), 100.0)  # both inertias in one
@@ -128,19 +128,19 @@ def test_a_free_motor_with_friction_behind_it_is_refused_by_the_analysis_too(wri
     path = written(FREE, FRICTION)
     result = invoke("analyze", path, "-o", str(path.parent / "out"))
     assert (result.exit_code, result.stdout) == (1, "")
-    assert "an analysis is about the error equation, which leaves out the load's drag" in result.stderr
+    assert "an analysis uses the error equation, which neglects the load's drag" in result.stderr
     drive = sw.Drive(5e-4, 1.0, 50.0, 20.0, sw.Linear(1e5))
-    with pytest.raises(ValueError, match=r"leaves out the load's drag"):
+    with pytest.raises(ValueError, match=r"neglects the load's drag"):
         project_of(drive, (90.0, 100.0), motor="free", load_drag=sw.laws.QuadraticDamping(4.0)).analyze()
 
 
 def test_what_does_not_enter_or_is_approximate_is_named_in_text_and_json(written):
     data = json.loads(invoke("response", written(MOTOR_DRAG), "--json").stdout)
     assert data["motor"] == "held"
-    assert data["remarks"] == ["motor.drag does not enter: an ideally held motor keeps its speed whatever opposes it."]
+    assert data["remarks"] == ["motor.drag has no effect: an ideally held motor keeps its speed under any torque."]
     told = invoke("response", written(FREE)).stdout
     slope = 50.0 * 2.0 * 10.0 * ARCSEC  # N times order times amplitude of the one line
-    assert f"leaves out the motor's answer to the changing ratio, N e' up to {slope:.2g}, and the ripple" in told
+    assert f"the motor's reaction to the varying ratio, N e' up to {slope:.2g};" in told
     assert json.loads(invoke("response", written(), "--json").stdout)["remarks"] == []
 
 
@@ -152,7 +152,7 @@ def test_single_speeds_and_doubts_about_the_file_are_named_in_text_and_figure(wr
     result = invoke("response", path, "-o", str(path.parent / "curve.svg"))
     assert result.exit_code == 0, result.stderr
     figure = " ".join(re.findall("<text[^>]*>([^<]*)</text>", (path.parent / "curve.svg").read_text(encoding="utf-8")))
-    for words in ("1 : 4 : 1, all phases zero, are an assumption", "the curve goes from 800 to 1440 rpm at the motor"):
+    for words in ("1 : 4 : 1, all phases zero, are an assumption", "the curve covers 800 to 1440 rpm at the motor"):
         assert words in result.stdout
         assert words in figure
 

@@ -112,4 +112,4 @@ def test_ends_of_a_grid_that_no_gear_has_are_doubted(drive):
     run = invoke(drive, "--grid", "damping.ratio=3,5", "--json")
     said = [note for note in json.loads(run.stdout)["remarks"] if note.startswith("damping.ratio = ")]
     assert sorted(note.split(":")[0] for note in said) == ["damping.ratio = 3", "damping.ratio = 5"]
-    assert all("is usual, and 4 % is written" in note for note in said)
+    assert all("is usual. Write 4 % as" in note for note in said)

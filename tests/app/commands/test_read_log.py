@@ -127,8 +127,8 @@ def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
         (NO_MOTION, NO_MOTION.split(", drive_run")[0]),
         (NONE_STABLE, "no steady motion of this drive is stable in this range"),
         (f"{VARIATION_TEXT}.", VARIATION_TEXT.replace(", or integrate with simulate", ".")),
-        (f"memory is in this drive: {REMEDY}", "memory is in this drive: leave out the lines of the output's turn"),
-        ("give the motor a loop, or take find_orbit(SteadyTrain(train, omega))", "give the motor a loop"),
+        (f"a nonlinear control: {REMEDY}", "a nonlinear control: remove the error orders of the output turn"),
+        ("give the motor a loop, or use find_orbit(SteadyTrain(train, omega))", "give the motor a loop"),
         ("know no speed; choose one with at_speed(...)", "know no speed; choose one with --speed"),
     ],
 )

@@ -51,7 +51,7 @@ def test_folds_and_jumps_are_told_apart_in_words(drive):
     data, text = json.loads(invoke(drive, "--json").stdout), invoke(drive).stdout
     first, second = (f"{speed:.5g}" for speed in data["fold_speeds"])
     up, down = (f"{data[f'jump_{way}_speed']:.5g}" for way in ("up", "down"))
-    assert f"  folds, where the curve turns: {first}, {second} rpm at the load\n" in text
+    assert f"  folds (turning points of the curve): {first}, {second} rpm at the load\n" in text
     rows = [line.split() for line in text.splitlines()]
     ends = rows[next(i for i, row in enumerate(rows) if row[:1] == ["hysteresis"]) + 1]
     assert [float(end) for end in ends[2:4]] == pytest.approx([float(up), float(down)], rel=1e-3)
@@ -187,4 +187,4 @@ def test_the_report_warns_of_a_rough_curve():
     rough, fine = (sw.frequency_response(duffing, (0.5, 1.6), harmonics=h, points=60) for h in (1, 7))
     assert not_exact("The curve", fine) == []
     (said,) = not_exact("The curve", rough)
-    assert said.startswith("The curve is rough: reached both ends; at omega = ")
+    assert said.startswith("The curve is inaccurate: reached both ends; at omega = ")

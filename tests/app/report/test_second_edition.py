@@ -80,17 +80,17 @@ def test_the_smallest_change_is_the_whole_percent_of_the_line_that_a_linear_driv
     change, said = verdict["smallest_change"], verdict["answers"]["smallest change"]
     assert (change["from"], change["to"]) == pytest.approx((10.0, after), rel=1e-9)
     assert change["oscillation_arcsec"] == pytest.approx(20.0 * verdict["largest_over_limit"] * after / 10.0, rel=1e-3)
-    assert f"{percent} % less kinematic error of order 2 (10 to {after:.4g} arcsec); it leaves " in said
+    assert f"{percent} % less kinematic error of order 2 (10 to {after:.4g} arcsec); oscillation then " in said
 
 
 def test_the_first_page_answers_a_question_a_line(judged):
     _, folder, _ = judged
     free, kept, passed = (results(folder / name)["verdict"]["answers"] for name in ("free", "kept", "passed"))
-    assert kept["requirement"].endswith("must stay within 100 arcsec at 300 to 1000 rpm at the motor.")
+    assert kept["requirement"].endswith("must not exceed 100 arcsec at 300 to 1000 rpm at the motor.")
     assert kept["smallest change"] == "No change is needed."
     assert "without a change" not in kept
-    assert kept["margin"].endswith("below the limit.")
-    assert passed["margin"].endswith("above the limit.")
+    assert kept["margin"].endswith("below its limit.")
+    assert passed["margin"].endswith("above its limit.")
     assert "limit: {oscillation: 60 arcsec}" in free["requirement"]
     assert "margin" not in free
     page = (folder / "passed" / "report.html").read_text(encoding="utf-8")
@@ -185,8 +185,8 @@ def test_what_cannot_be_compared_is_said_in_a_sentence_before_anything_is_comput
     bad.write_text("gear: CSG-40-50\n", encoding="utf-8")
     out = ["-o", str(tmp_path / "out")]
     for paths, code, said in (
-        ([good], 1, "--compare needs two project files or more, and 1 is given"),
-        ([good, twin], 1, "two project files are named 'good'"),
+        ([good], 1, "--compare needs two project files or more, but 1 is given"),
+        ([good, twin], 1, "two project files have the name 'good'"),
         ([good, bad], 3, f"{bad}:1:1: "),
     ):
         result = CliRunner().invoke(cli, ["analyze", *map(str, paths), "--compare", *out])
@@ -222,7 +222,7 @@ def test_a_file_whose_report_would_have_no_folder_of_its_own_is_refused(tmp_path
         ],
     )
     assert result.exit_code == 1
-    assert f"a report cannot have a folder of the name of '{name}.yaml'" in result.output
+    assert f"a report folder cannot have the name of '{name}.yaml'" in result.output
     assert not (tmp_path / "out").exists()
 
 

@@ -162,7 +162,7 @@ def test_a_phase_scatters_by_an_angle_whatever_its_value(read):
     for wrong, said in (("90 deg", "is more than 1 rad"), ("0 deg", "is not positive")):
         with pytest.raises(ProjectError, match=said):
             read(text + f"scatter: {{kinematic_error.0.phase: {wrong}}}\n")
-    with pytest.raises(ProjectError, match="is an angle and no phase"):
+    with pytest.raises(ProjectError, match="is an angle, but the number is no phase"):
         read(text + "scatter: {gear.K: 2 deg}\n")
 
 

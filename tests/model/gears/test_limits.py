@@ -47,8 +47,8 @@ def test_a_doubt_about_a_limit_follows_it():
 def test_the_sentence_has_fact_value_limit_and_remedy():
     found = exceeded(peak_torque=600.0, max_speed=5000 * RPM)
     assert found["repeated_peak_torque"].sentence == (
-        "The torque in the gear reaches 600 N*m, above the repeated peak torque of CSG-40-50, 523 N*m; reduce the load "
-        "or the vibration, or take a larger gear."
+        "The gear torque reaches 600 N*m, above the repeated peak torque of CSG-40-50, 523 N*m; reduce the load "
+        "or the vibration, or choose a larger gear."
     )
     assert (
         "reaches 5000 rpm, above the largest input speed (grease) of CSG-40-50, 4000 rpm" in found["max_rpm"].sentence

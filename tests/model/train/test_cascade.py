@@ -272,7 +272,7 @@ def test_an_unstable_cascade_is_refused_with_the_gain_at_which_it_is_stable(enco
     mixing = ", mixing_frequency: 8 Hz" if encoder == "both" else ""
     gains = f"K_v: {K_v} 1/s, K_p: 0.12 N*m*s/rad, T_n: 4 ms, lag: 0.5 ms"
     loop = f"{{type: cascade, {gains}, encoder: {encoder}{mixing}}}"
-    with pytest.raises(ValueError, match=r"with K_v up to [\d.]+ 1/s it is stable, and it has ") as refused:
+    with pytest.raises(ValueError, match=r"the loop is stable with K_v up to [\d.]+ 1/s, but has ") as refused:
         control_of(loop, tmp_path)
     limit = float(str(refused.value).split("up to ")[1].split()[0])
     motor, load, K = 4.5e-4, 5.0, 5e4

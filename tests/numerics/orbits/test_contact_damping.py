@@ -53,7 +53,7 @@ CONTACT = FILE.replace("{B: 20 N*m*s/rad}", "{B: 0 N*m*s/rad}") + (
 
 def test_a_project_says_that_its_damping_acts_in_the_gap_and_takes_one_that_does_not():
     across, contact = (from_text(text, Path("axis.yaml")) for text in (FILE, CONTACT))
-    said = [any("in its gap too" in note for note in project.notes) for project in (across, contact)]
+    said = [any("within the backlash gap too" in note for note in project.notes) for project in (across, contact)]
     assert said == [True, False]
     law = contact.drive.law
     assert law.second == sw.laws.ContactDamping(20.0, 10.0 * ARCSEC, 2.0 * ARCSEC)

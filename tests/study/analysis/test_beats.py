@@ -100,7 +100,7 @@ def test_speeds_to_avoid_end_where_the_largest_turn_is_at_the_limit(analysed):
     np.testing.assert_allclose(mapped.forbidden[0], [[low, high]], rtol=1e-8)
     for omega in (low, high):
         assert np.max(largest_and_smallest(analysed.motor, omega)[0]) == pytest.approx(analysed.project.limit, rel=2e-4)
-    assert analysed.analysis.verdict.answer == "OK except for some speeds"
+    assert analysed.analysis.verdict.answer == "pass except at some speeds"
 
 
 def test_remedies_are_those_of_the_changed_drive(analysed):
@@ -139,12 +139,12 @@ def test_a_report_has_the_beat_wherever_it_has_the_largest_oscillation(analysed,
     assert found["largest_oscillation"]["beat_s"] == beat["period_s"] == largest.beat
     assert beat["turns"] == 50.0
     assert len(beat["oscillation_of_each_turn_rad"]) == 50
-    words = f"in the smallest turn of a beat of {largest.beat:.3g} s)"
+    words = f"in the smallest turn, with a period of {largest.beat:.3g} s)"
     assert words in found["verdict"]["sentence"]
     assert words in found["verdict"]["answers"]["largest oscillation"]
     assert words in report.summary
-    assert found["resonance_remark"].startswith("multiple scales describes motions that repeat with every turn, and")
-    assert "small oscillations meet order 2 at" in found["resonance_remark"]
+    assert found["resonance_remark"].startswith("multiple scales requires motions that repeat with every turn, but")
+    assert "Small oscillations: order 2 at" in found["resonance_remark"]
     assert "and order 2.04 at" in found["resonance_remark"]
     rows = found["exact_response"]["harmonics"]
     pairs = [(row["wave_generator"], row["output"]) for row in rows]
@@ -154,10 +154,10 @@ def test_a_report_has_the_beat_wherever_it_has_the_largest_oscillation(analysed,
     row = rows[pairs.index((2, 2))]
     assert (row["amplitude_rad"], row["phase_rad"]) == (abs(size), np.angle(size))
     page = (tmp_path / "report.html").read_text("utf-8")
-    assert "Integration gives the same within" in page
-    assert "the same in the smallest turn" in page
+    assert "Time integration agrees within" in page
+    assert "smallest turn of the beat" in page
     appendix = (tmp_path / "appendix.html").read_text("utf-8")
-    assert "Motions that beat do not repeat with every turn" in appendix
+    assert "Beating motions do not repeat with every turn" in appendix
 
 
 def test_waves_of_a_curve_are_those_of_the_motion_at_a_speed(tmp_path):
@@ -221,7 +221,7 @@ def test_gravity_alone_is_exact_too_and_its_difference_is_said(tmp_path):
     quasi = max(float(case.drive.oscillation[case.drive.top]) for case in analysis.load_cases)
     change = 100.0 * abs(size / quasi - 1.0)
     said = analysis.train.remarks[-1]
-    assert f"{change:.2g} % {'more' if size > quasi else 'less'} than under constant torques" in said
+    assert f"{change:.2g} % {'more' if size > quasi else 'less'} than with constant torques" in said
 
 
 def test_a_free_motor_is_analysed_by_its_train_beside_its_error_equation(tmp_path):

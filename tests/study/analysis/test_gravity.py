@@ -89,12 +89,12 @@ def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_bes
     assert any(low < peak < high for low, high in bands)
     assert any(low < results["train"]["run_up"]["at_rpm"] < high for low, high in bands)
     torques = [case["load_torque_Nm"] for case in advice["by_load_torque"]]
-    said = f"for {len(torques)} torques of the load from −150 to 150 N·m and what lies between their bands: at −150 N·m"
+    said = f"for {len(torques)} load torques from −150 to 150 N·m and the gaps between their bands: at −150 N·m"
     assert said in advice["about"]
     assert torques == sorted(torques)
     assert (torques[0], torques[-1]) == pytest.approx((-150.0, 150.0))
     assert len(torques) >= 9
-    told = re.search(r"with up to ([0-9.]+) arcsec about the mean of its turns, at ([0-9]+)", advice["about"])
+    told = re.search(r"about the mean of each turn up to ([0-9.]+) arcsec at ([0-9]+)", advice["about"])
     assert float(told[1]) == pytest.approx(np.max(size) * 648000.0 / math.pi, rel=0.02)
     assert float(told[2]) == pytest.approx(peak, rel=0.03)
     page = html.unescape((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))

@@ -23,7 +23,7 @@ def test_a_law_that_says_the_polynomial_of_a_cubic_is_one():
     own = DUFFING._replace(law=sw.Polynomial((0.0, 1.0, 0.0, 0.5)))
     found = sw.study.hardening(own, [0.0, 0.01], (0.2, 1.5))
     assert found.peak == pytest.approx(sw.study.hardening(DUFFING, [0.0, 0.01], (0.2, 1.5)).peak, rel=1e-12)
-    with pytest.raises(ValueError, match="takes a Cubic law, not Polynomial"):
+    with pytest.raises(ValueError, match="requires a Cubic law, not Polynomial"):
         sw.study.hardening(DUFFING._replace(law=sw.Polynomial((0.0, 1.0, 0.1, 0.5))), [0.0], (0.2, 1.5))
 
 
@@ -74,7 +74,7 @@ def test_the_error_at_the_speeds_of_duty_is_the_largest_that_integration_settles
 
 
 def test_what_it_cannot_answer_gets_a_sentence():
-    with pytest.raises(ValueError, match="takes a Cubic law"):
+    with pytest.raises(ValueError, match="requires a Cubic law"):
         sw.study.hardening(DUFFING._replace(law=sw.PiecewiseLinear(1.0, 2.0, 3.0, 1.0, 2.0)), [0.1], (0.2, 2.0))
     with pytest.raises(ValueError, match="must hold both resonances"):
         sw.study.hardening(DUFFING, [0.1], (0.5, 2.0))

@@ -58,7 +58,7 @@ def test_random_starts_alone_lead_to_motions_of_three_turns(monkeypatch):
     wave = settled_wave(omega, (0.0, 0.0), 120, 3)
     assert np.max(np.abs(wave - np.roll(wave, 64))) > 0.1
     assert is_among(wave, [v for b in loops for v in waves_at(b, omega)], 3)
-    assert all(b.origin.startswith("settled on by random starts") for b in loops)
+    assert all(b.origin.startswith("reached from random initial states") for b in loops)
 
 
 @pytest.mark.slow

@@ -113,7 +113,7 @@ def test_a_motor_that_gravity_alone_overloads_fails_the_analysis_which_names_bot
     assert verdict.answer is Answer.NOT
     assert verdict.allowed == ()
     torque, speed = verdict.exceeded
-    assert "above its limit of 0.3 N*m (loads and friction alone take 1.3" in torque.sentence
+    assert "above its limit of 0.3 N*m (loads and friction alone require 1.3" in torque.sentence
     assert speed.sentence.startswith("The speed of the motor reaches 2000 rpm, above its limit of 1500 rpm")
 
 

@@ -68,7 +68,7 @@ def test_an_analysis_says_why_the_move_of_the_file_is_missing():
 def test_an_answer_about_steady_motions_says_that_the_move_of_the_file_is_judged_elsewhere(tmp_path):
     path = tmp_path / "table.yaml"
     path.write_text(project().text, encoding="utf-8")
-    said = "These results are for steady motions; `analyze` and `move` judge the file's move."
+    said = "These results are for steady motions; `analyze` and `move` check the move of the project file."
     assert said in CliRunner().invoke(cli, ["response", str(path)]).output
     assert said in views.response(project())["remarks"]
     assert said not in views.response(replace(project(), move=None))["remarks"]

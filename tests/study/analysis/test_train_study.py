@@ -58,7 +58,9 @@ def test_a_free_motor_with_a_coupling_is_compared_by_its_curve_and_named_in_the_
     said = View(of, Found, AngleUnit("rad", 1.0)).rendered(reduction(View(of, Found, AngleUnit("rad", 1.0))))[
         "sentence"
     ]
-    assert said.startswith("With a free motor and a rigid load, as in the error equation, the oscillation would reach ")
+    assert said.startswith(
+        "For comparison, with a free motor and a rigid load (error equation) the oscillation would reach "
+    )
 
 
 @pytest.mark.slow
@@ -69,7 +71,7 @@ def test_a_run_up_that_ends_before_it_begins_is_left_out_and_the_remark_says_so(
     monkeypatch.setattr(of_ramps, "drive_run", lambda *args, **options: begun(drive_run(*args, **options)))
     study = train_study(of.train, system, limits, None, exact, operating_point(system))
     assert study.ramp is None
-    assert f"The run-up ends while motion settles at the lowest speed: {Status.DIVERGED.value}." in study.remarks
+    assert f"The run-up ends while the motion settles at the lowest speed: {Status.DIVERGED.value}." in study.remarks
     assert "No steady motion of the train that repeats with every turn was found." in study.remarks
 
 

@@ -53,7 +53,7 @@ def test_of_several_limits_passed_the_gravest_is_said():
     assert [sentence.split(",")[0] for sentence in said] == [
         "The input speed reaches 5000 rpm",
         "The cubic mean of the torque in the gear is 300 N*m",
-        "The torque in the gear reaches 900 N*m",
+        "The gear torque reaches 900 N*m",
     ]
     assert "momentary torque of CSG-40-50, 892 N*m" in said[-1]
     assert gravest(limit_findings(gear, Usage(100.0, 1.0, 60.0, 1.0), 2000 * RPM)) == ()

@@ -251,7 +251,7 @@ def test_friction_of_the_meshing_costs_its_share_of_a_slow_lift():
     np.testing.assert_allclose(move.motor_torque[moving], 1.1 * 30.0 / N, rtol=1e-3)
     assert move.dissipated == pytest.approx(0.1 * 30.0 * 1.0, rel=3e-3)  # of 30 J over 1 rad
     (said,) = sw.move(train, slow, limits=sw.MotorLimits(torque=0.32), tail=0.1, method=ROUGH).failures
-    assert "loads and friction alone take 0.33 N*m" in said
+    assert "loads and friction alone require 0.33 N*m" in said
     assert "without any acceleration it still asks too much" in said
 
 
@@ -407,7 +407,7 @@ BEYOND = [
      r"3\d\d\d rpm, above its limit of 3000 rpm; .*stretch it from 0.6 s to at least 0.75 s \(of a rigid drive"),
     # gravity alone takes 60/100 N m
     (TRAIN, {"limits": sw.MotorLimits(torque=0.3)},
-     r"above its limit of 0.3 N\*m \(loads and friction alone take 0.6 N\*m\); .*it still asks too much"),
+     r"above its limit of 0.3 N\*m \(loads and friction alone require 0.6 N\*m\); .*it still asks too much"),
     # (J_m N + J_l/N) 4.5 QUARTER/TIME^2 = 0.3475 N m, and TIME sqrt(0.3475/0.3) = 0.6458 s
     (LEVEL, {"limits": sw.MotorLimits(torque=0.3)},
      r"limit of 0.3 N\*m; the move is computed as if the motor had it; stretch it from 0.6 s to at least 0.6458 s"),

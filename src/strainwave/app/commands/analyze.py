@@ -26,14 +26,14 @@ DRIVES = ("antenna", "robot-joint", "index-table")
 @click.command()
 @click.argument("projects", metavar="PROJECT...", nargs=-1, required=True, type=file_type)
 @output_option(
-    "Folder for report.html, results.json and CSV files; several projects have a folder in it each. Default: "
-    "PROJECT-report, for several reports; with --json and without --compare nothing is written."
+    "Folder for report.html, results.json and CSV files; each of several projects has a subfolder. Default: "
+    "PROJECT-report, or reports for several projects; nothing is written with --json but without --compare."
 )
-@click.option("--compare", is_flag=True, help="Write verdicts.html too: pass or fail of every project side by side.")
-@click.option("--check", is_flag=True, help="Read the files only, and say whether they are valid.")
+@click.option("--compare", is_flag=True, help="Also write verdicts.html: pass or fail of all projects side by side.")
+@click.option("--check", is_flag=True, help="Only check whether the project files are valid.")
 @json_option
 def analyze(projects: tuple[Path, ...], output: Path | None, compare: bool, check: bool, as_json: bool) -> None:
-    """Judge drives and their loops, and write a report of each."""
+    """Judge drives and their control loops; write a report of each."""
     if check:
         echo(_checked(projects, as_json))
         return
@@ -52,7 +52,7 @@ def demo(output: Path, as_json: bool) -> None:
     for name, source in sources.items():
         write_all(output / name, {source.name: source.read_text(encoding="utf-8")})
     first = quote(str(output / DRIVES[0] / f"{DRIVES[0]}.yaml"))
-    echo(_summaries(reports, output, as_json, f"project files are beside the reports: strainwave analyze {first}"))
+    echo(_summaries(reports, output, as_json, f"project files are in the report folders: strainwave analyze {first}"))
 
 
 def _read(source: Traversable) -> Project:
@@ -76,7 +76,7 @@ def compile_ahead() -> None:
 def _analyzed(paths: Sequence[Path], folder: Path | None, compare: bool, as_json: bool) -> str:
     """Analyse project files and return the text to print; several get a folder each, named like their files."""
     if compare and len(paths) < 2:
-        raise ValueError(f"--compare needs two project files or more, and {len(paths)} is given; name the others too")
+        raise ValueError(f"--compare needs two project files or more, but {len(paths)} is given; name the others too")
     if len(paths) == 1:
         report = report_of(read_project(paths[0]), folder)
         return to_json(report.results) if as_json else _summary(report, folder)
@@ -84,12 +84,12 @@ def _analyzed(paths: Sequence[Path], folder: Path | None, compare: bool, as_json
     twice = next((name for name in names if names.count(name) > 1), None)
     nowhere = next((path for path, name in zip(paths, names, strict=True) if name in (".", "..", COMPARISON)), None)
     if nowhere is not None:
-        raise ValueError(f"a report cannot have a folder of the name of {nowhere.name!r}; rename that file")
+        raise ValueError(f"a report folder cannot have the name of {nowhere.name!r}; rename the project file")
     if twice is not None:
-        raise ValueError(f"two project files are named {twice!r}, and so would be their folders; rename one of them")
+        raise ValueError(f"two project files have the name {twice!r}, but need separate folders; rename one of them")
     projects = dict(zip(names, _read_all(paths), strict=True))
     if compare and len({project.speeds.by_motor for project in projects.values()}) > 1:
-        raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
+        raise ValueError("some projects give forcing frequencies, others shaft speeds; compare one kind at a time")
     reports = _reports(projects, folder)
     more = []
     if compare and folder is not None:

@@ -17,13 +17,13 @@ CSV, SVG, HTML = "comparison.csv", "comparison.svg", "comparison.html"
 @output_option("Folder for comparison.html, .csv and .svg.", required=True)
 @json_option
 def compare(projects: tuple[Path, ...], output: Path, as_json: bool) -> None:
-    """Put responses of projects side by side: table, figure."""
+    """Compare the responses of projects in a table and a figure."""
     from ...files.variants.comparison import compare as compare_projects
     from ..report.comparison import comparison_figure, comparison_page
 
     drives = [read_project(path) for path in projects]
     if len({drive.speeds.by_motor for drive in drives}) > 1:
-        raise ValueError("some projects have speeds of a forcing, others of a shaft; compare one kind at a time")
+        raise ValueError("some projects give forcing frequencies, others shaft speeds; compare one kind at a time")
     with Progress("comparison") as progress:
         result, stop = finished(lambda: compare_projects(drives, progress=lambda t, s: progress.show(t, 0.95 * s)))
         progress.show("writing", 0.95)

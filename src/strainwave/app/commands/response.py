@@ -39,7 +39,7 @@ FIGURES = (".svg", ".png")
 @output_option("File for the curve: .csv, or .svg or .png for a figure of error and torque.", ".csv", *FIGURES)
 @json_option
 def response(project: Path, output: Path | None, as_json: bool) -> None:
-    """Follow the error of the drive over the speed; find jumps."""
+    """Compute the error of the drive over the speed; find jumps."""
     drive = read_project(project)
     if output is not None and output.suffix == ".png":
         axes.check()
@@ -49,7 +49,7 @@ def response(project: Path, output: Path | None, as_json: bool) -> None:
             curve = drive.response()
         sure = None
         if output is None or as_json or output.suffix in FIGURES:  # a CSV file has no range for assumed numbers
-            progress.show("range for assumed numbers", 0.2)
+            progress.show("range for assumed values", 0.2)
             sure = how_sure(drive, False) if output is None else drive.sureness  # many curves: machine code pays
         if output is not None:
             progress.show("writing", 0.8)
@@ -104,7 +104,7 @@ def facts(project: Project, motions: DriveResponse, sure: Any = None) -> tuple[F
         Fact("limits", tuple(one.data() for one in judged.findings)),
         Fact("", torques_said(project, judged), "largest torque: {}"),
         Fact("fold_speeds", tuple(folds)),
-        Fact("", f"{_speeds(folds)} {unit}" if folds else (), "folds, where the curve turns: {}"),
+        Fact("", f"{_speeds(folds)} {unit}" if folds else (), "folds (turning points of the curve): {}"),
         Fact("jump_up_speed", speeds.own(sweep.jump_up) if sweep else None),
         Fact("jump_down_speed", speeds.own(sweep.jump_down) if sweep else None),
         Fact("hysteresis_bands", tuple(_band(speeds, band) for band in bands), "{}"),
@@ -130,8 +130,8 @@ def _remarks(project: Project) -> list[str]:
     speeds = project.speeds
     if speeds.single:
         ends = _speeds([speeds.own(omega) for omega in speeds.limits], " to ")
-        curve = f"the curve goes from {ends} {speeds.own_unit}, a fifth beyond them"
-        texts.append(f"The file gives single speeds: {curve}.")
+        curve = f"the curve covers {ends} {speeds.own_unit}, 20 % beyond these speeds"
+        texts.append(f"The project file gives single speeds: {curve}.")
     return texts
 
 

@@ -18,7 +18,7 @@ LOOK_S = 0.2  # between two looks at the file
 @click.command()
 @project_argument
 def watch(project: Path) -> None:
-    """Judge a drive again at each save of its file, until Ctrl-C."""
+    """Judge a drive again at each save of its project file."""
     seen = judged = ("", "")
     try:
         while True:

@@ -7,11 +7,11 @@ from typing import Any
 
 # Calls that sentences of the library name, and what a project file or a command has in their place.
 NO_PYTHON = {
-    r", drive_run a motion in time, and system\(reduced=True\) the error equation without its other parts": "",
-    r"; drive_run has its motion in time": "",
+    r", drive_run its motion in time, and system\(reduced=True\) gives the error equation alone": "",
+    r"; drive_run computes its motion in time": "",
     r" or tail, or a method of less accuracy, such as Dopri5\(rtol=1e-6\)": "",
-    r", or (take find_orbit\(SteadyTrain\(train, omega\)\)|integrate with simulate)": "",
-    r"\bintegrate it with simulate\b": "leave out the lines of the output's turn",
+    r", or (use find_orbit\(SteadyTrain\(train, omega\)\)|integrate with simulate)": "",
+    r"\bintegrate the drive with simulate\b": "remove the error orders of the output turn",
     r", or give a sampled controller as `loop` of sw\.compensate": "",
     r"\bgive limits=MotorLimits\(torque\) or max_torque": "write 'max_torque: 3 N*m' into the group motor",
     r"\b(simulate from other states shows|isolas with resonance=PRIMARY looks for) them( from random starts)?": (

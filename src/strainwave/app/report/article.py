@@ -30,8 +30,8 @@ from .sections.single_speeds import overlaid
 EVERY = 4  # sample of a motion in its file, 16 per cycle of the fastest component
 SETS = {
     "derived": "mu and omega_0 derived from Table 3, alpha = 0.1",
-    "alpha 1": "the same with alpha = 1, as the printed formulas have it (E2)",
-    "printed": "the printed mu = 0.129 1/s and omega_0 = 37.2 rad/s, alpha = 0.1",
+    "alpha 1": "mu and omega_0 derived from Table 3, alpha = 1 as in the printed formulas (E2)",
+    "printed": "printed mu = 0.129 1/s and omega_0 = 37.2 rad/s, alpha = 0.1",
 }
 CORRECTED, AS_PRINTED = ", multiple scales", article.AS_PRINTED
 TABLE_3 = ("mu", "omega_0", "omega_0 as a frequency", "A", "static error")
@@ -45,11 +45,11 @@ KEYS = (
     "case", "quantity", "unit", "printed", "formula_as_printed", "formula_corrected", "integration", "second_order",
     "reproduced_by", "why",
 )  # fmt: skip
-FORM_HEADS = ("place", "what", "as printed", "correct", "erratum")
+FORM_HEADS = ("part of the article", "formula", "as printed", "correct", "erratum")
 CYCLES, LATE = 6.0, 0.2  # of the close view: free cycles, and its begin as a share
 SIGMA = {PRIMARY: "σ = ω − ω₀", SUPERHARMONIC: "σ = 3ω − ω₀", SUBHARMONIC: "σ = ω − 3ω₀"}
 X, A = Axis("x", "mrad", 1e-3), Axis("amplitude a", "mrad", 1e-3)
-TITLE = "The article's Tables 3 and 4, computed again"
+TITLE = "The article's Tables 3 and 4, recomputed"
 Row = dict[str, Any]
 
 
@@ -60,11 +60,12 @@ def header() -> tuple[str, ...]:
         f"Drive: HDC-40-050, Table 3 of the article, {article.MOTOR_TORQUE:g} N*m cos(omega t) at the motor.",
         f"Derived from Table 3: mu = {mu:.6g} 1/s, omega_0 = {omega_0:.6g} rad/s, A = {article.AMPLITUDE:.6g} rad/s^2.",
         f"Printed in the article: mu = {article.PRINTED_MU} 1/s, omega_0 = {article.PRINTED_OMEGA_0} rad/s.",
-        "Start: at rest, x = x' = 0.",
-        f"Window: largest |x| to {article.LONG:g}/mu, RMS difference (over the RMS of x) to {article.SHORT:g}/mu.",
-        "Method: Runge-Kutta 5(4) of Dormand and Prince, tolerance 1e-9, and shooting; multiple scales of first order.",
-        "Formula as printed: without alpha (E2), beta_0 constant in case 1 (E10), coefficients swapped in case 4 (E6).",
-        "Printed: numerical / analytical number of the article, which does not say whether it is from rest or steady.",
+        "Initial state: at rest, x = x' = 0.",
+        f"Time window: 0 to {article.LONG:g}/mu for the largest |x|, 0 to {article.SHORT:g}/mu for the RMS difference "
+        "(relative to the RMS of x).",
+        "Method: Runge-Kutta 5(4) of Dormand and Prince, tolerance 1e-9, and shooting; first-order multiple scales.",
+        "Formula as printed: without alpha (E2), constant beta_0 in case 1 (E10), swapped coefficients in case 4 (E6).",
+        "Printed: numerical / analytical value of the article, which does not tell whether it is from rest or steady.",
     )
 
 

@@ -22,12 +22,12 @@ main { padding: 1.2rem; } h1 { margin-bottom: .6rem; } p { max-width: none; } ma
 """
 ANSWERS = ("largest oscillation", "margin", "jumps", "torque", "motor", "smallest change", "without a change")
 NOTES = {
-    "oscillation": "Oscillation is the largest distance of the error from its mean, of all stable motions.",
-    "load": "Oscillation, speeds and torque are those under all torques of the load, gravity among them, as in "
-    "`strainwave analyze`; each curve is for the torque on the load that has the largest oscillation.",
+    "oscillation": "Oscillation is the largest distance of the error from its mean, over all stable steady motions.",
+    "load": "Oscillation, speeds and torque are the largest under all load torques, gravity included, as in "
+    "`strainwave analyze`; each curve is for the load torque with the largest oscillation.",
     "errors": ERRORS,
-    "rest": "Speeds are those of the motor or of the forcing. Natural frequency and damping ratio are those at rest, "
-    "in the motor mode of the file, without its loop.",
+    "rest": "Speeds are motor speeds or forcing frequencies. Natural frequency and damping ratio are those at "
+    "standstill, in the motor mode of the project file, without the control loop.",
 }
 NOTE = " ".join(NOTES.values())
 
@@ -53,10 +53,10 @@ def verdicts_page(reports: dict[str, Report]) -> str:
     The reports stand in folders beside the page, named by the keys.
     """
     views = [report.view for report in reports.values()]
-    passed = sum(report.results["verdict"]["answer"] == "all right" for report in reports.values())
+    passed = sum(report.results["verdict"]["answer"] == "pass" for report in reports.values())
     found = compared([view.project for view in views], [view.analysis for view in views])
     figure = comparison_figure(found, views[0].speeds)
-    note = f"{NOTES['oscillation']} {NOTES['errors']} Each drive has its own report: follow its name."
+    note = f"{NOTES['oscillation']} {NOTES['errors']} The name of each drive links to its report."
     rows, links = list[list[str]](), list[str]()
     for i, (name, report) in enumerate(reports.items(), 1):
         verdict, title = report.results["verdict"], escape(report.view.project.title)

@@ -16,8 +16,8 @@ from .page import plain_page
 
 OF_RATIO = ("the motor's answer to the changing ratio", "the ripple of the motor's speed")
 CASES = (
-    "cases 1 to 4 are those of the cubic law, constant stiffness and damping, one line and no mean torque; "
-    "strainwave analyze averages every law and all lines"
+    "cases 1 to 4 hold for a cubic law, constant stiffness and damping, one excitation order and no mean torque; "
+    "strainwave analyze covers every law and all orders"
 )
 STYLE = "tr > * { vertical-align: middle; } th { white-space: nowrap; } math { font-size: 1.1em; math-style: normal; }"
 
@@ -34,9 +34,9 @@ def reduction(project: Project) -> tuple[Fact, ...]:
     rows = tuple((Fact("order", k, "order"), Fact("A_rad_per_s2", size, "A")) for k, size in amplitudes)
     return (
         Fact("subject", "the error equation" if project.whole is None else "the whole drive train", "subject: {}"),
-        Fact("", motor, "its error equation has {}, the gear and a rigid load"),
+        Fact("", motor, "the error equation includes {}, the gear and a rigid load"),
         Fact("left_out", left),
-        Fact("", listed(left) or "nothing of the file", "it leaves out {}"),
+        Fact("", listed(left) or "nothing", "neglected in the error equation: {}"),
         Fact("J_kg_m2", project.J, "J = {}"), Fact("mu", drive.B / project.J, "mu = {} 1/s"),
         Fact("omega_0_rad_per_s", project.omega_0, "omega_0 = {} at rest"), Fact("law", repr(drive.law), "law: {}"),
         Fact("mean_N_m", mean, "mean torque {}"),

@@ -25,15 +25,15 @@ from .sections.whole_train import about_appendix
 
 ERRORS = f"{WHAT_X_IS[0].upper()}{WHAT_X_IS[1:]}."
 REST = (
-    "Assumptions, certificates, resonances, motions in time, hysteresis, derived numbers, the project file: "
-    f'<a href="appendix.html">appendix</a>. {ERRORS}'
+    'The <a href="appendix.html">appendix</a> has assumptions, certificates, resonances, motions in time, hysteresis, '
+    f"derived numbers and the project file. {ERRORS}"
 )
 CONVENTIONS = (
     f"Conventions: {WHAT_X_IS} (the vendors' angular transmission error is −x); u = x − e is the torsion; largest |x| "
-    "holds the mean and the oscillation, amplitudes of single harmonics are 0-to-peak. All numbers with units are in "
-    "results.json, all curves in the CSV files beside this page. Formulas: method of multiple scales, first and "
-    "second order, with the corrections of the errata list in the documentation; response: {}; integration: "
-    "Dormand–Prince 5(4) with located switches."
+    "includes the mean; amplitudes of single harmonics are 0-to-peak. All numbers with units are in results.json, all "
+    "curves in the CSV files of the same folder. Formulas: method of multiple scales, first and second order, with the "
+    "corrections of the errata list in the documentation; response: {}; time integration: Dormand–Prince 5(4) with "
+    "event location."
 )
 PAGES = {"appendix.html": True, "report.html": False}  # and whether the parts of the appendix stand there
 
@@ -84,7 +84,7 @@ def write(
     with nullcontext() if folder is None else staged(Path(folder)) as part:
         share = ANALYSIS if any(source.word == ASSUMED for source in project.sources) else WRITING
         view = View.of(project, project.analyze(lambda stage, part: progress(stage, share * part)))
-        progress("range for assumed numbers", share)
+        progress("range for assumed values", share)
         with light_as_python():
             _ = project.sureness  # which several sections tell
         progress("writing the report", WRITING)
@@ -122,7 +122,7 @@ def page(view: View, parts: Iterable[Part], appendix: bool = False) -> str:
     title, about = view.project.title, about_appendix(view) if appendix else ""
     body = [
         f"<h1>{escape(title)}: appendix</h1>\n",
-        f'<p class="sub">To the <a href="report.html">report</a>, which has the verdict. <b>{escape(about)}</b></p>\n',
+        f'<p class="sub">The <a href="report.html">report</a> has the verdict. <b>{escape(about)}</b></p>\n',
     ] if appendix else []  # fmt: skip
     for part in parts:
         if part.appendix is appendix and (html := part.html(view)):

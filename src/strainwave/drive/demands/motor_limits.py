@@ -13,7 +13,7 @@ from ...base.units import RPM
 from ...model.gears.limits import RATED, Finding
 
 TorqueConstant = Annotated[float, "N*m/A"]
-STRONGER, SLOWER = "take a stronger motor, another ratio or less load", "drive slower, or take a smaller ratio"
+STRONGER, SLOWER = "choose a stronger motor, another ratio or less load", "reduce the speed, or choose a smaller ratio"
 PEAK, RMS, BRAKE = "motor torque", "motor rms torque", "motor brake torque"
 Curve = tuple[tuple[float, float], ...]  # speeds [rad/s], from 0 on and ascending, each with a torque [N*m]
 CURVES = ("peak_torque", "continuous_torque")
@@ -160,8 +160,8 @@ def motor_findings(
         end = f"within its limit of {bound:.4g} {unit}{of_curve}"
         if beyond:
             steady = name == "torque" and holding > bound
-            alone = f" (loads and friction alone take {holding:.4g} N*m)" if steady else ""
-            further = "give the curve further, " if of_curve else ""
+            alone = f" (loads and friction alone require {holding:.4g} N*m)" if steady else ""
+            further = "extend the torque curve, " if of_curve else ""
             end = f"above its limit of {bound:.4g} {unit}{of_curve}{alone}; {further}{remedy}"
         sentence = f"The {name} of the motor reaches {value:.4g} {unit}, {end}."
         yield Finding(f"motor {name}", value, bound, unit, sentence)
@@ -179,7 +179,7 @@ def torque_finding(limits: MotorLimits, limit: str, needs: Iterable[Need], remed
         worst.append((float(torque[i]), float(available[i]), float(speeds[i])))
     value, bound, speed = max(worst, key=lambda row: row[0] - row[1])
     name, kind = limit.removeprefix("motor "), "continuous" if limit == RMS else "peak"
-    fact = f"The {name} of the motor is {value:.4g} N*m at {speed / RPM:.5g} rpm, its {kind} torque there {{}}"
+    fact = f"The {name} of the motor is {value:.4g} N*m at {speed / RPM:.5g} rpm, its available {kind} torque {{}}"
     return short_finding(limit, value, bound, fact, remedy, speed)
 
 
@@ -202,12 +202,12 @@ def sheet_findings(
     if needs and limits.peak_torque:
         yield torque_finding(limits, PEAK, needs, STRONGER)
     if needs and limits.lasts:
-        yield torque_finding(limits, RMS, needs, "turn so for a short time only, or " + STRONGER)
+        yield torque_finding(limits, RMS, needs, "run so for a short time only, or " + STRONGER)
     if speed is not None and math.isfinite(limits.rated_speed):
         rpm, bound = speed / RPM, limits.rated_speed / RPM
-        end = "; stay there for a short time only" if rpm > bound else ""
+        end = "; run at this speed for a short time only" if rpm > bound else ""
         fact = f"The mean speed of the motor is {rpm:.5g} rpm, its rated speed {bound:.5g} rpm{end}."
         yield Finding(RATED, rpm, bound, "rpm", fact)
     if resting is not None and math.isfinite(limits.brake):
-        fact = f"The load at rest takes {resting:.4g} N*m of the brake, friction left out, and it holds {{}}"
-        yield short_finding(BRAKE, resting, limits.brake, fact, "take a stronger brake")
+        fact = f"At rest, without friction, the brake needs {resting:.4g} N*m for the load and has {{}}"
+        yield short_finding(BRAKE, resting, limits.brake, fact, "choose a stronger brake")

@@ -23,8 +23,8 @@ def damping_of(system: Any) -> float:
 
 
 UNDAMPED = (
-    "the damping is 0: no motion dies away, so that a steady one is neither stable nor unstable, and no resonance has "
-    "a peak; give a damping, a damping ratio or a quality factor"
+    "the damping is 0: no vibration decays, a steady motion is neither stable nor unstable, and no resonance has a "
+    "finite peak; give a damping, a damping ratio or a quality factor"
 )
 
 
@@ -36,7 +36,7 @@ def loses_energy(system: Any) -> bool:
 def no_multiple_scales(system: Any) -> str:
     """Reason for which multiple scales does not describe a system, as a sentence; empty where it can."""
     if depends(system.law) > 1:
-        return "first-order multiple scales describes springs, and this law has friction or memory"
+        return "first-order multiple scales requires a spring, but this torsion law has friction or hysteresis"
     if lacking(system, "B"):
         return "first-order multiple scales describes a constant stiffness and damping, and these vary"
     return ""

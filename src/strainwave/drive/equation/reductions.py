@@ -54,12 +54,12 @@ class Reductions:
             return "No periodic motion of the whole drive train was found to compare the error equation with."
         worst = same[int(np.argmax(np.abs(self.difference[same])))]
         apart = self.omega[np.abs(self.difference) >= BRANCH_DIFFERENCE]
-        text = "; at {} one of them has jumped and the other not yet"
+        text = "; at {} only one of the two has jumped"
         jumped = Sentence(text, Speed(*apart, digits=5, between=", ")) if len(apart) else ""
         return Sentence(
-            "With the motor free the error equation leaves out the motor's answer to the changing ratio, N e' up to "
+            "With a free motor the error equation neglects the motor's reaction to the varying ratio, N e' up to "
             f"{self.error_slope:.2g}, and the speed ripple, up to {np.max(self.ripple[same]):.2g} of the speed: "
-            "the largest |x| differs from that of the whole drive train by up to "
+            "the largest |x| differs from the whole drive train by up to "
             f"{100.0 * abs(self.difference[worst]):.2g} % ({{}}){{}}.",
             Speed(self.omega[worst], digits=5), jumped,
         )  # fmt: skip

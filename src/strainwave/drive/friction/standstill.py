@@ -97,12 +97,12 @@ class Standstill(Result):
         """Sentences on rest and hunting."""
         dry = DRY_TEXT.format(*friction) if any(friction := (self.motor_friction, self.load_friction)) else ""
         sag, error = map(_range, (self.sag, self.error))
-        deviation = f"the motor is {sag} (output) off its reference, and the load is {error} off"
+        deviation = f"the motor deviates by {sag} (output) from its reference, the load by {error}"
         low, high = map(number, self.loads)
-        under = "" if low == high else f", under {low} to {high} N·m on the load,"
+        under = "" if low == high else f", under a load torque of {low} to {high} N·m,"
         level = not dry and max(map(abs, (*self.sag, *self.error))) < LEVEL_ANGLE
         return (
-            f"At standstill{under} {'the load is at its reference' if level else deviation}{dry}.",
+            f"At standstill{under} {'the load has no pointing error' if level else deviation}{dry}.",
             *([self.hunting()] if self.integrates and self.motor_friction else []),
             *(text.format(w / HERTZ) for text, w in zip(STUCK_TEXTS, self.stuck, strict=True) if not isnan(w)),
         )
@@ -110,14 +110,14 @@ class Standstill(Result):
     def hunting(self) -> str:
         """Hunting: its size and its period."""
         if not self.hunts and self.slips >= SLIPS:
-            return f"After {SLIPS} slips the motor still sticks and slips; whether it ends was not found."
+            return f"After {SLIPS} slips the motor still sticks and slips; the computation ends there."
         if not self.hunts:
-            return f"No hunting was found: after a kick the motor comes to rest in {counted(self.slips, 'slip')}."
+            return f"No hunting was found: after a disturbance the motor stops within {counted(self.slips, 'slip')}."
         period = f"a period of {self.period:.4g} s"
         if not self.regular:
-            period = f"no fixed period, {self.period:.4g} s in the mean"
+            period = f"an irregular period, {self.period:.4g} s on average"
         size = f"±{self.size / ARCSEC:.4g} arcsec (output)"
-        return f"It hunts: the integrator makes the motor stick and slip by up to {size}, with {period}."
+        return f"Hunting: the integrator makes the motor stick and slip by up to {size}, with {period}."
 
 
 LEVEL_ANGLE = 0.001 * ARCSEC  # of an angle at rest that is not told
@@ -234,7 +234,7 @@ def _hunting(train: DriveTrain) -> tuple[float, float, bool, int]:
     while not rested:
         run = simulate(train, state, (t[-1], t[-1] + span), method=METHOD)
         if not run.status:
-            raise SolveError(f"the motion between two stops was not found: {run.status.name}")
+            raise SolveError(f"the motion between two stops was not computed: {run.status.name}")
         state, slides = run.y[:, -1], np.abs(run.y[SPEED]) > REST
         t, angle, moves = np.append(t, run.t), np.append(angle, run.y[ANGLE]), np.append(moves, slides)
         rested, span = span >= longest and not np.any(slides), span if np.any(slides) else min(2.0 * span, longest)

@@ -87,9 +87,9 @@ def with_slips(response: DriveResponse, train: DriveTrain, keep: Booleans) -> Dr
 
     oscillation = mixed("oscillation", curve.oscillation, True)
     falls = state_space(train, at=operating_state(train, low), speed=low)
-    why = "" if falls.stable else ", and its friction falls so fast that the loop is unstable"
+    why = "" if falls.stable else ", and friction that falls with speed makes the loop unstable"
     sentence = Sentence(
-        "from {} to {} a shaft may stick{}: sizes there are those of an integration in time at {} speeds",
+        "from {} to {} a shaft may stick{}: values there are from time integrations at {} speeds",
         Speed(low), Speed(high), why, len(speeds),
     )  # fmt: skip
     sized: Branch = replace(

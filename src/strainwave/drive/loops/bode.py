@@ -133,7 +133,9 @@ def bode(
     if not np.all(grid >= SMALLEST):
         raise ValueError(f"omega has {np.min(grid):g} rad/s; a frequency must be positive, {SMALLEST:g} up")
     if source == "motor" and train.motor.held:
-        raise ValueError("a held motor answers no torque; take source='load', or a motor that is free or has a loop")
+        raise ValueError(
+            "a held motor does not respond to torque; use source='load', or a motor that is free or has a loop"
+        )
     linear = state_space(train, at=at, speed=speed)
     poles = linear.poles
     if amplitude is None:

@@ -53,12 +53,12 @@ def instability(train: DriveTrain, inertia: float) -> str:
         if isinstance(core, controls.CascadeLoop):
             return f"{sentence}; {_stable_cascade(train, control)}"
         if isinstance(control, Filtered) or isinstance(control.loop, Filtered):
-            return f"{sentence}; without its filters{lagged} it is stable: move the filters to higher frequencies"
+            return f"{sentence}; without its filters{lagged} the loop is stable: move the filters to higher frequencies"
         lag = f"a lag below {1e3 * control.lag:.3g} ms"
-        return f"{sentence}; give the loop more damping (K_d by position, K_p by speed) or {lag}"
+        return f"{sentence}; increase the damping of the loop (K_d for position, K_p for speed), or give {lag}"
     return (
-        f"{sentence}; with this damping{lagged} it is stable up to a bandwidth of {limit / HERTZ:.3g} Hz and has "
-        f"{tuning.bandwidth / HERTZ:.3g} Hz"
+        f"{sentence}; with this damping{lagged} the loop is stable up to a bandwidth of {limit / HERTZ:.3g} Hz, but "
+        f"has {tuning.bandwidth / HERTZ:.3g} Hz"
     )
 
 
@@ -77,8 +77,8 @@ def _stable_cascade(train: DriveTrain, control: Control) -> str:
 
         limit = _last_stable(grows, value)
         if limit is not None:
-            return f"with {name} up to {limit:.3g} {unit} it is stable, and it has {value:.3g}"
-    return "give it a longer T_n or T_p, or another lag or filter"
+            return f"the loop is stable with {name} up to {limit:.3g} {unit}, but has {value:.3g}"
+    return "give the loop a longer T_n or T_p, or another lag or filter"
 
 
 def _largest_stable(train: DriveTrain, tuning: controls.Tuning, inertia: float) -> float | None:

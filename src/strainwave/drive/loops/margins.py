@@ -198,7 +198,7 @@ def margins(
     train = with_parts("margins", train, "power_names")
     if train.motor.free or train.motor.held:
         kind = "free" if train.motor.free else "held ideally"
-        raise ValueError(f"the motor is {kind} and has no loop to cut; give it a SpeedLoop or a PositionLoop")
+        raise ValueError(f"the motor is {kind} and has no loop; give it a SpeedLoop or a PositionLoop")
     loop = loop_of(train, at, speed, None if sampling is None else checked(sampling))
     grid = loop.frequencies(POINTS, HALF_WIDTHS)
     values = loop(grid)

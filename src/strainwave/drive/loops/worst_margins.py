@@ -128,8 +128,8 @@ class WorstMargins:
             return self.fault
         phase, gain, down, delay, _ = self.sizes.values()
         angle = number(phase, 2) + "°" if isfinite(phase) else "infinite"
-        late = f"; {number(1e3 * delay, 3)} ms of further delay make it unstable" if isfinite(delay) else ""
-        text = f"phase margin {angle}; the gain may rise {_by(gain)} and fall {_by(1.0 / down if down else inf)}{late}."
+        late = f"; delay margin {number(1e3 * delay, 3)} ms" if isfinite(delay) else ""
+        text = f"phase margin {angle}; the gain may rise {_by(gain)} or fall {_by(1.0 / down if down else inf)}{late}."
         return f"Stable, {self.sampled}: {text} {self.weak}".rstrip()
 
     def facts(self) -> tuple[Fact, ...]:
@@ -152,7 +152,7 @@ def weakness(phase: float, gain: float, down: float, rise: float, where: str = "
     signs += [f"phase margin {number(phase, 2)}° (at least {CLOSE_PHASE_DEG:g}°)"] * (phase < CLOSE_PHASE_DEG)
     signs += [f"gain margin {_decibels(gain)} dB (at least 6 dB)"] * (gain < CLOSE_GAIN)
     if CLOSE_GAIN * down > 1.0:
-        signs.append(f"a gain lower by {_decibels(1.0 / down)} dB makes it unstable (by at least 6 dB)")
+        signs.append(f"unstable with {_decibels(1.0 / down)} dB less gain (at least 6 dB)")
     return f"The loop is close to instability{where}: {', '.join(signs)}." if signs else ""
 
 

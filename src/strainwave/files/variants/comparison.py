@@ -140,21 +140,21 @@ class ProjectComparison(Result):
             Fact("file", self.files[i] if self.files else None),
             Fact("title", self.titles[i], "drive"), Fact("gear", self.gears[i], "gear"),
             Fact("oscillation_arcsec", numbers["oscillation"], "largest oscillation"),
-            Fact("speed_rpm", numbers["speed"], "at"),
-            Fact("beat_s", self.beat(i), "in a beat of"),
-            Fact("load_torque_N_m", numbers["load"], "under a load of"),
+            Fact("speed_rpm", numbers["speed"], "at speed"),
+            Fact("beat_s", self.beat(i), "beat period"),
+            Fact("load_torque_N_m", numbers["load"], "load torque"),
             Fact("lowest_load_torque_N_m", numbers["lowest_load"]),
             Fact("highest_load_torque_N_m", numbers["highest_load"]),
             Fact("verdict", self.verdicts[i].answer.value, "verdict"),
-            Fact("keep_out_of", self.keep_out_of(i) or "none", "speeds to keep out of"),
-            Fact("run_up_adds", (self.run_up_adds(i) or "none") if self.run_ups else None, "a run-up adds"),
-            Fact("torque_N_m", numbers["torque"], "torque in the gear"),
+            Fact("keep_out_of", self.keep_out_of(i) or "none", "speeds to avoid"),
+            Fact("run_up_adds", (self.run_up_adds(i) or "none") if self.run_ups else None, "also in a run-up"),
+            Fact("torque_N_m", numbers["torque"], "gear torque"),
             Fact("omega_0_rad_per_s", numbers["omega_0"], "natural frequency ω₀"),
             Fact("damping_ratio", numbers["damping_ratio"], "damping ratio"),
-            Fact("reflected_inertia_kg_m2", numbers["reflected_inertia"], "motor inertia at the load"),
+            Fact("reflected_inertia_kg_m2", numbers["reflected_inertia"], "motor inertia at the output"),
             Fact("load_inertia_kg_m2", numbers["load_inertia"], "load inertia"),
             Fact("folds", None if jumps is None else int(jumps), "folds"),
-            Fact("limit_arcsec", numbers["limit"], "limit"), Fact("failures", failures, "limits passed"),
+            Fact("limit_arcsec", numbers["limit"], "limit"), Fact("failures", failures, "limits exceeded"),
         )  # fmt: skip
 
     def facts(self) -> tuple[Fact, ...]:
@@ -206,7 +206,7 @@ def compare(projects: Sequence[Project], *, progress: Callable[[str, float], Non
     except KeyboardInterrupt:
         if len(analyses) < 2:
             raise
-        extent = f"the comparison is that of the first {len(analyses)} of {len(drives)} projects"
+        extent = f"the comparison covers the first {len(analyses)} of {len(drives)} projects"
         raise Interrupted(f"interrupted; {extent}", compared(drives[: len(analyses)], analyses)) from None
     return compared(drives, analyses)
 

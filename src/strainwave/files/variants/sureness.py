@@ -69,7 +69,7 @@ class Doubt(NamedTuple):
         """Its assumption, its range, and what that gives."""
         sizes = " to ".join(number(size / ARCSEC, 3) for size in self.sizes)
         what = f"{self.what[:1].upper()}{self.what[1:]} {self.value}"
-        return f"{what} is assumed; {unit_text(' to '.join(self.ends))} give an oscillation of {sizes} arcsec"
+        return f"{what} is assumed; {unit_text(' to '.join(self.ends))} gives an oscillation of {sizes} arcsec"
 
 
 class Sureness(NamedTuple):
@@ -114,11 +114,11 @@ class Sureness(NamedTuple):
     def together(self, limit: float | None) -> str:
         """All assumed numbers, of which there is one at least, together against the limit [rad]."""
         ends = " to ".join(number(size / ARCSEC, 3) for size in self.largest)
-        whats = f"assumed {listed(doubt.what for doubt in self.doubts)}"
+        whats = f"oscillation with assumed {listed(doubt.what for doubt in self.doubts)} varied"
         sentence = f"{whats}{' together' if len(self.doubts) > 1 else ''}{self.load}: {ends} arcsec"
         if limit is not None:
             inside, least = self.largest[1] <= limit, self.largest[0] > limit
-            where = "within" if inside else "above" if least else "on both sides of"
+            where = "within" if inside else "above" if least else "below and above"
             sentence += f", {where} the limit of {number(limit / ARCSEC)} arcsec"
         return sentence
 
@@ -167,7 +167,7 @@ def how_sure(project: Project, band: bool = True) -> Sureness:
         try:
             project = _as_a_file(project)
         except ValueError as error:
-            why = f"The range for assumed numbers is not computed: {error}"
+            why = f"The range for assumed values is not computed: {error}"
             return Sureness((), omega, omega * nan, omega * nan, (nan, nan), 0, (why,))
     groups = tuple(_assumed(project))
     drives = _Drives(project, groups, _torques(project) if groups else (), omega, band)
@@ -192,7 +192,7 @@ def how_sure(project: Project, band: bool = True) -> Sureness:
     number_of = sum(size is not None for size in drives.computed.values())
     torques, ends = drives.torques, _extremes(drives.sizes.values())
     load = f" under the worst of {len(torques)} load torques" if len(torques) > 1 else ""
-    load = unit_text(f" with {number(torques[0])} N·m on the load") if len(torques) == 1 else load
+    load = unit_text(f" under a load torque of {number(torques[0])} N·m") if len(torques) == 1 else load
     return Sureness(doubts, omega, drives.low, drives.high, ends, number_of, tuple(drives.lost), load)
 
 

@@ -17,13 +17,13 @@ RATED = "motor rated speed"  # the same of a motor
 
 # Limits of the peak torque, and what to do beyond them.
 TORQUES = (
-    ("repeated_peak_torque", "reduce the load or the vibration, or take a larger gear"),
-    ("momentary_torque", "the gear is damaged; reduce the load or the vibration, or take a larger gear"),
+    ("repeated_peak_torque", "reduce the load or the vibration, or choose a larger gear"),
+    ("momentary_torque", "the gear is damaged; reduce the load or the vibration, or choose a larger gear"),
     (
         "ratcheting_torque",
-        "the teeth skip: no result from there on; reduce the load or the vibration, or take a larger gear",
+        "the teeth skip and results are invalid; reduce the load or the vibration, or choose a larger gear",
     ),
-    ("buckling_torque", "the flexspline collapses; take a larger gear"),
+    ("buckling_torque", "the flexspline collapses; choose a larger gear"),
 )
 
 
@@ -114,19 +114,19 @@ def check_limits(
 
     if max_speed is not None:
         rpm = abs(number("max_speed", max_speed)) / RPM
-        compare("max_rpm", rpm, "rpm", "The input speed reaches", "drive slower, or take a smaller gear")
+        compare("max_rpm", rpm, "rpm", "The input speed reaches", "reduce the speed, or choose a smaller gear")
     if average_speed is not None:
         rpm = abs(number("average_speed", average_speed)) / RPM
         fact = "The input speed reaches" if average_speed == max_speed else "The mean input speed is"
-        compare("average_rpm", rpm, "rpm", fact, "stay there for a short time only")
+        compare("average_rpm", rpm, "rpm", fact, "run at this speed for a short time only")
     if average_torque is not None:
         mean = abs(number("average_torque", average_torque))
-        remedy = "the life is short; reduce the load, or take a larger gear"
-        compare("average_torque", mean, "N*m", "The cubic mean of the torque in the gear is", remedy)
+        remedy = "the bearing life is short; reduce the load, or choose a larger gear"
+        compare("average_torque", mean, "N*m", "The cubic mean of the gear torque is", remedy)
     if peak_torque is not None:
         peak = abs(number("peak_torque", peak_torque))
         for limit, remedy in TORQUES:
-            compare(limit, peak, "N*m", "The torque in the gear reaches", remedy)
+            compare(limit, peak, "N*m", "The gear torque reaches", remedy)
     return tuple(findings)
 
 
@@ -167,9 +167,7 @@ def cubic_mean(torque: Any, weights: Any = None) -> float:
     if weights is not None:
         weights = numbers("weights", weights, count=size.size)
         if np.any(weights < 0.0) or not np.any(weights > 0.0):
-            raise ValueError(
-                "the weights must not be negative nor all zero; give the sizes of the turns, either way round"
-            )
+            raise ValueError("the weights must not be negative nor all zero; give absolute values of the turns")
     return float(cubic_means(size[None], weights)[0])
 
 

@@ -127,7 +127,7 @@ def analyze(
     postures = judged_postures(decided)
     answers = verdict.answer, *(row.answer for row in postures)
     verdict = replace(verdict, answer=max(answers, key=list(Answer).index))
-    progress("the move of the file", Stage.ADVICE.at(MOVE))
+    progress("the move of the project file", Stage.ADVICE.at(MOVE))
     moved, unmoved = _move_of(project)
     if moved is not None and moved.failures:
         verdict = replace(verdict, answer=Answer.NOT)
@@ -231,7 +231,7 @@ def _in_time(
     """Single speeds in time."""
     chosen, cases = speeds_in_time(regimes, sweep, speeds.limits, speeds.single), []
     for i, (name, omega, regime) in enumerate(chosen):
-        progress(f"{name} in time", Stage.IN_TIME.at(i / len(chosen)))
+        progress(f"motion in time, {name}", Stage.IN_TIME.at(i / len(chosen)))
         resonance = NONRESONANT if regime is None else regime.resonance
         cases.append(time_case(name, system._replace(omega=omega), resonance, point))
     return tuple(cases)
@@ -264,22 +264,22 @@ def _with_gravity(
     try:
         exact = beating_response(project.whole, project.speeds.limits, project.limit)
     except (ValueError, SolveError) as error:
-        sentence = Sentence("Gravity is a constant torque at every angle here, not exactly in the motion: {}.", error)
+        sentence = Sentence("Gravity is computed as a constant torque at each load angle, not exactly: {}.", error)
         return replace(study, remarks=(*study.remarks, sentence))
     waves, visited = exact.curve.waves, exact.counted
     if waves is None or not len(visited):
-        text = "With gravity exactly in the motion, its stiffness included, no steady motion is stable in this range."
+        text = "With gravity as an exact function of the load angle, no steady motion is stable in this speed range."
         return replace(study, remarks=(*study.remarks, text))
     fast = waves.amplitudes[visited] * (1.0 - np.sinc(waves.orders))  # without the mean of a turn around each angle
     sizes = largest_sizes(fast, waves.pairs, project.drive.N)
     size, omega = float(np.max(sizes)), float(exact.omega[visited[np.argmax(sizes)]])
     change = 100.0 * (size / max(float(curve.oscillation[curve.top]) for curve in curves) - 1.0)
-    text = "With gravity exactly in the motion, its stiffness included, the oscillation about the slow mean reaches "
-    text += "{} at {}: {} % {} than under constant torques in its place."
+    text = "With gravity as an exact function of the load angle, the oscillation about the slow mean reaches "
+    text += "{} at {}: {} % {} than with constant torques instead of gravity."
     difference = number(abs(change), 2), "more" if change > 0.0 else "less"
     sentence = Sentence(text, Angle(size), Speed(omega, digits=5), *difference)
     if exact.rounding:
-        sentence += f" For this {exact.rounding}."
+        sentence += f" In this computation, {exact.rounding}."
     return replace(study, gravity=(omega, size), remarks=(*study.remarks, sentence))
 
 
@@ -308,9 +308,9 @@ def _proof(system: Any, point: OperatingPoint) -> StabilityProof:
     if is_spring(system):
         return lyapunov(system)
     obstacle = Obstacle(
-        "the law of the gear has friction or memory",
-        "Lyapunov's direct method with V(x, v) does not know its internal states; the multipliers of the computed "
-        "response say which motions are stable",
+        "the torsion law of the gear has friction or hysteresis",
+        "Lyapunov's direct method with V(x, v) has no term for the internal states of this law; the Floquet "
+        "multipliers of the computed response show which motions are stable",
     )
     return StabilityProof.refused(system, point.mean_torque, obstacle)
 
@@ -332,4 +332,4 @@ def _move_of(project: Project) -> tuple[Move | None, list[str]]:
     try:
         return move(project), []
     except (ValueError, SolveError) as error:
-        return None, [Sentence("The move of the file is not computed: {}.", error)]
+        return None, [Sentence("The move of the project file is not computed: {}.", error)]

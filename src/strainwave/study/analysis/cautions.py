@@ -26,19 +26,19 @@ def cautions(analysis: "Analysis") -> Iterator[str]:
     exact, study, motions = analysis.exact, analysis.train, (*analysis.run_up.up, *analysis.run_up.down)
     if analysis.point.omega_0 == 0.0:
         yield (
-            "The law has no stiffness where the mean torque holds the drive (backlash), so there is no natural "
-            "frequency to resonate with and multiple scales does not apply; everything here is from integration."
+            "The torsion law has no stiffness at the operating point (backlash). There is no natural frequency, and "
+            "multiple scales does not apply; all results here are from numerical integration."
         )
     if not loses_energy(analysis.system):
         yield f"{UNDAMPED[0].upper()}{UNDAMPED[1:]}."
     yield from not_exact("The response curve", exact.curve)
     if exact.rounding:
-        yield f"Motions that beat are balanced without corners: {exact.rounding}."
+        yield f"The harmonic balance of beating motions smooths the torsion law: {exact.rounding}."
     difference = analysis.run_up.difference()
     if difference is not None and difference > DISAGREEMENT:
         yield (
-            f"The run-up and run-down by integration differ from the response curve by up to {100.0 * difference:.2g} "
-            "% in the largest |x| at one speed: the drive can settle on another motion there."
+            f"The integrated run-up and run-down differ from the response curve by up to {100.0 * difference:.2g} % "
+            "in the largest |x| at one speed: the drive can settle on another motion there."
         )
     if failed := [motion for motion in motions if not motion.status]:
         yield f"{len(failed)} of {len(motions)} simulated speeds have no steady motion: {failed[0].message}."
@@ -56,7 +56,7 @@ def not_exact(name: str, curve: Branch) -> list[str]:
     """Sentence on a curve that ends inside the range or leaves too many harmonics out."""
     if curve.status:
         return []
-    state = "rough" if curve.status is Status.TRUNCATED else "not complete"
+    state = "inaccurate" if curve.status is Status.TRUNCATED else "incomplete"
     return [f"{name} is {state}: " + curve.message + "."]
 
 
@@ -78,17 +78,17 @@ def implausible(gear: Gear | None, rated: float | None, loop: GearLoop | None, r
     loss = LARGEST_LOSS if gear is None or gear.hysteresis_loss is None else gear.hysteresis_loss
     if loop is not None and loop.rated and loop.full.loss > FIT_ROUNDING * loss:
         yield Sentence(
-            f"The hysteresis loss at the rated torque of {loop.torque:g} N*m is {{}}, and "
-            f"{'catalogues print' if gear is None else 'that of ' + gear.name + ' is'} at most {{}}; check the "
-            "numbers of the hysteresis, fit_hysteresis finds them from those of a datasheet.",
+            f"The hysteresis loss at the rated torque of {loop.torque:g} N*m is {{}}, above the largest loss of "
+            f"{'catalogue gears' if gear is None else gear.name}, {{}}; check the hysteresis values, or compute them "
+            "from a datasheet with fit_hysteresis.",
             Angle(loop.full.loss, digits=3),
             Angle(loss, digits=3),
         )
     limited = gear is not None and gear.ratcheting_torque is not None  # then it is among the limits
     if not limited and rated is not None and run_usage.peak_torque > RATCHETING * rated:
         yield Sentence(
-            f"The torque in the gear reaches {run_usage.peak_torque:.4g} N*m at {{}}, "
-            f"{run_usage.peak_torque / rated:.3g} times the rated torque, and gears ratchet from 5 to 16 times on: the "
-            "teeth skip, which this model does not do, and the error is no result; check load, damping and torques.",
+            f"The gear torque reaches {run_usage.peak_torque:.4g} N*m at {{}}, {run_usage.peak_torque / rated:.3g} "
+            "times the rated torque. Gear teeth ratchet at 5 to 16 times the rated torque; the model neglects "
+            "ratcheting, so the computed error is invalid. Check load, damping and torques.",
             Speed(run_usage.at_peak, digits=5),
         )

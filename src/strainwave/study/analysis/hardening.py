@@ -175,12 +175,12 @@ def _cubic(system: Any) -> tuple[Any, int, float]:
     system = checked(with_parts("hardening", system, "law", "excitation", "error"))
     coefficients = (*(polynomial_of(system.law) or ()), 0.0, 0.0, 0.0, 0.0)
     if not coefficients[1] > 0.0 or coefficients[0] or coefficients[2] or any(coefficients[4:]):
-        raise ValueError(f"hardening takes a Cubic law, not {shown(system.law)}; gear.cubic is that of a gear")
+        raise ValueError(f"hardening requires a Cubic law, not {shown(system.law)}; gear.cubic gives that of a gear")
     system = system._replace(law=Cubic(coefficients[1], coefficients[3] / coefficients[1]))
     orders = active_orders(system)
     if len(orders) != 1:
         raise ValueError(
-            f"hardening takes one order of excitation, and the system has {len(orders)}: {shown(list(orders))}"
+            f"hardening requires one order of excitation, but the system has {len(orders)}: {shown(list(orders))}"
         )
     return system, int(orders[0]), float(np.sqrt(system.law.K / system.J))
 

@@ -268,7 +268,7 @@ def _settled_points(
         if point is None:
             lost.append(motion)
             continue
-        yield finer, point, f"settled on by random starts at omega = {motion.omega:.6g} rad/s"
+        yield finer, point, f"reached from random initial states at omega = {motion.omega:.6g} rad/s"
 
 
 def _probes(problem: Balance, branch: Branch) -> Iterator[Floats]:
@@ -291,13 +291,13 @@ def _sentence(search: Search, period: int, branches: int, lost: list[Motion]) ->
     for turns in sorted({m.turns for m in search.motions} - {period}):
         speeds = [m.omega for m in search.motions if m.turns == turns]
         sentences.append(
-            f"starts also settled on motions of {_turns(turns)} at omega = {_band(speeds)} rad/s: "
+            f"initial states also settled on motions of {_turns(turns)} at omega = {_band(speeds)} rad/s: "
             f"see isolas with Resonance(1, {turns})" + (" and frequency_response" if turns == 1 else "")
         )
     if lost:
         listing = ", ".join(f"{w:.6g}" for w in dict.fromkeys(m.omega for m in lost))
         sentences.append(
-            f"settled motions at omega = {listing} rad/s were not found by harmonic balance: take more harmonics"
+            f"settled motions at omega = {listing} rad/s were not found by harmonic balance: use more harmonics"
         )
     if search.unsettled:
         listing = ", ".join(f"{w:.6g}" for w in search.loose)
@@ -306,7 +306,7 @@ def _sentence(search: Search, period: int, branches: int, lost: list[Motion]) ->
             "(chaos, a longer period or a slow transient)"
         )
     if search.diverged:
-        sentences.append(f"{search.diverged} starts left every bound")
+        sentences.append(f"{search.diverged} initial states diverged")
     return "; ".join(sentences)
 
 

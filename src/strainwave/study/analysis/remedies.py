@@ -77,9 +77,9 @@ def with_gear(subject: Subject, project: Project, gear: Gear, _share: float = 0.
     faster = ratio / drive.N if by_motor else 1.0
     low, high = faster * subject.speeds[0], faster * subject.speeds[1]
     if not _contains(drive.law, old.law):
-        return "the drive has another law than the catalogue's"
+        return "the torsion law of the drive is not that of the catalogue"
     if by_motor and gear.max_speed is not None and high > gear.max_speed:
-        return f"its input may turn at {gear.max_rpm:g} rpm at most"
+        return f"its input speed is limited to {gear.max_rpm:g} rpm"
     J_m = drive.J_m
     if gear.input_inertia is not None and old.input_inertia is not None:
         J_m += gear.input_inertia - old.input_inertia
@@ -251,7 +251,7 @@ def remedies(
     """
     trial = Trial.of(subject, response, avoid)
     if trial is None:
-        return (), ("what would help: the peak is not found again",)
+        return (), ("what would help: the peak of the oscillation was not found again",)
     allowance = Allowance.of(subject, drives)
     helpful, left, late = [], [], []
     for variable in every_variable(subject, response, torque):
@@ -264,7 +264,7 @@ def remedies(
         else:
             helpful.append(best)
     if late:
-        left.append(f"{listed(dict.fromkeys(late))}: left out after {allowance.drives} changed drives")
+        left.append(f"{listed(dict.fromkeys(late))}: not tried after {allowance.drives} other changes")
     return tuple(sorted(helpful, key=lambda remedy: remedy.ratio)), tuple(left)
 
 

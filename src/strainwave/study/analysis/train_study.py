@@ -180,14 +180,14 @@ def train_study(
     progress("modes and Bode plot")
     state, remarks = _operating_state(train, speed, (point.x, *point.z))
     if spring_stiffness(train.law, point.x) < point.stiffness * (1.0 - 1e-9):
-        remarks.append("Modes and Bode plot are those of small vibrations, before the hysteresis yields.")
+        remarks.append("Modes and Bode plot hold for small vibrations, before the hysteresis yields.")
     grid = np.geomspace(0.2 * low, 1.5 * top * high, FREQUENCIES)
     source: Literal["motor", "load"] = "load" if train.motor.held else "motor"
     plot = bode(train, grid, source=source, at=state, speed=speed)
     left_out, probes, peaks, reduced = None, np.empty(0), np.empty(0), np.empty(0)
     ramp = None
     if train.motor.free:
-        remarks.append("A free motor follows its torque, not a speed: there is no run-up to prescribe; give it a loop.")
+        remarks.append("No run-up is computed: a free motor follows its torque, not a speed. Give the motor a loop.")
         if curve is None:
             probes = np.array([w for w in (0.5 * worst, worst) if low <= w <= high])
             progress("comparison with the error equation")
@@ -197,17 +197,17 @@ def train_study(
         progress("run-up")
         ramp = ramp_of(train, system, speeds, gear)
         if (path := ramp.run.trajectory).t[-1] < ramp.begin:
-            remarks.append(Sentence("The run-up ends while motion settles at the lowest speed: {}.", path.message))
+            remarks.append(Sentence("The run-up ends while the motion settles at the lowest speed: {}.", path.message))
             ramp = None
         elif any(h.amplitude for torque in _torques(train) for h in terms_of(torque)):
-            remarks.append("The run-up has the mean torques; lines of a torque, which follow an angle, are left out.")
-        has = "" if ramp is None else "; the run-up has "
+            remarks.append("The run-up includes the mean torques and omits torque components that vary with an angle.")
+        has = "" if ramp is None else "; the run-up includes "
         if curve is None:
-            remarks.append(f"No steady motion of the train that repeats with every turn was found{has and has + 'it'}.")
+            remarks.append("No steady motion of the drive train that repeats with every turn was found.")
         elif curve.without_angle:
             remarks.append(
-                "Gravity and other torques that follow the load's angle repeat once in an output turn only. The steady "
-                f"curve leaves them out{has and has + 'them'}."
+                "Gravity and other torques that depend on the load angle repeat once per output turn. The steady "
+                f"curve omits them{has and has + 'them'}."
             )
     if curve is not None:
         probes = np.unique([low, *([worst] if abs(worst / highest - 1.0) > SPEED_GAP else []), highest, high])
@@ -249,7 +249,7 @@ def _operating_state(train: DriveTrain, speed: float, twist: tuple[float, ...]) 
     try:
         return operating_state(train, speed, near=twist), []
     except SolveError as error:
-        remark = Sentence("Modes and Bode plot are about the train without torques: {}.", error)
+        remark = Sentence("Modes and Bode plot are for the drive train without torques: {}.", error)
         return np.zeros(len(train.state_names())), [remark]
 
 

@@ -37,9 +37,9 @@ TIE_RATIO = 1.001  # relative difference of two largest errors below which the s
 class Answer(StrEnum):
     """Answer of the verdict."""
 
-    ALL_RIGHT = "all right"
-    BUT = "OK except for some speeds"
-    NOT = "not all right"
+    ALL_RIGHT = "pass"
+    BUT = "pass except at some speeds"
+    NOT = "fail"
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Judged(NamedTuple):
     @property
     def failures(self) -> tuple[str, ...]:
         """Limits of the oscillation, the gear and the motor by which the drive fails, one out of reach, and jumps."""
-        jumps = "The motion jumps on a slow run-up or run-down." if self.jumps else ""
+        jumps = "The oscillation jumps in a slow run-up or run-down." if self.jumps else ""
         over = "" if self.fails or self.avoid is None else _above_limit(self.avoid)
         texts = self.verdict.fault, self.below if self.fails else over, jumps, self.leaves
         return (*filter(None, texts), *(finding.sentence for finding in gravest(self.findings) if finding.fails))
@@ -226,8 +226,8 @@ def _unstable_sentence(project: Project, bands: Sequence[Span]) -> str:
     """Sentence on the speeds at which the motion of a curve is not stable; empty without bands."""
     speeds = project.speeds
     places = listed(f"{speeds.own(low):.5g} to {speeds.own(high):.5g}" for low, high in bands)
-    follows = "what follows does not repeat with every turn, jumps or escapes"
-    return f"The motion is not stable at {places} {speeds.own_unit}: {follows}." if bands else ""
+    follows = "the drive jumps to another motion, or its motion does not repeat with every turn"
+    return f"The steady motion is unstable at {places} {speeds.own_unit}: {follows}." if bands else ""
 
 
 class JudgedPosture(NamedTuple):

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from .analysis import Analysis
 
 ADD_LIMIT = (
-    "To have the oscillation judged, write its limit into the file, for example limit: {oscillation: 60 arcsec}."
+    "For a pass or fail, write an oscillation limit into the project file, such as limit: {oscillation: 60 arcsec}."
 )
 LOOP_FIRST = (
-    "Lower the gains or the bandwidth of the loop, or shorten its delay and lag; strainwave tune finds gains that are "
-    "stable."
+    "Lower the gains or the bandwidth of the control loop, or reduce its delay and lag; strainwave tune finds stable "
+    "gains."
 )
-NO_LIMIT = "the file has no limit of the oscillation"
-RUN_UP = " In the run-up the oscillation about the mean of its turns reaches {}."
+NO_LIMIT = "the project file has no oscillation limit"
+RUN_UP = " During a run-up the oscillation about the mean of each turn reaches {}."
 MULTIPLE = 2.0  # times a limit, from which on the size is told as a multiple
 NO_OSCILLATION = 1e-9  # relative oscillation below which nothing is left but rounding
 LEAST_SHARE = 0.01  # share of the motor's torque from which on the steady part is told
@@ -78,7 +78,7 @@ def share(analysis: "Analysis") -> float | None:
 def _headline(analysis: "Analysis", verdict: Verdict) -> str:
     """Pass or fail, by how much or why, and whether the drive hunts."""
     resting = None if analysis.train is None else analysis.train.resting
-    hunts = f"; it hunts at rest by ±{number(resting.size / ARCSEC, 3)} arcsec" if resting and resting.hunts else ""
+    hunts = f"; hunting at standstill: ±{number(resting.size / ARCSEC, 3)} arcsec" if resting and resting.hunts else ""
     return _passes(analysis, verdict) + hunts
 
 
@@ -89,11 +89,11 @@ def _passes(analysis: "Analysis", verdict: Verdict) -> str:
     part, avoid, case = share(analysis), analysis.avoid, words.largest_of_all(analysis)[1]
     if verdict.answer is Answer.ALL_RIGHT:
         below = "" if part is None else f"the oscillation{case} is {percent(1.0 - part, 2)} below its limit"
-        added = f"; but a run-up adds {ranges(avoid.passed)}" if avoid and avoid.passed else ""
+        added = f"; but in a run-up avoid {ranges(avoid.passed)}" if avoid and avoid.passed else ""
         return f"Pass; {below or NO_LIMIT}{added}"
     faults = []
     if part is not None and part <= 1.0 and avoid and avoid.limit and avoid.apart:
-        part, case = avoid.apart[1] / avoid.limit, " of a motion apart from the curve"
+        part, case = avoid.apart[1] / avoid.limit, " of another periodic motion at the same speed"
     if part is not None and part > 1.0:
         size = f"{number(part, 3)} times" if part > MULTIPLE else f"{percent(part - 1.0, 2)} above"
         faults.append(f"the oscillation{case} is {size} its limit")
@@ -103,38 +103,38 @@ def _passes(analysis: "Analysis", verdict: Verdict) -> str:
     if avoid is None:
         faults.append(analysis.project.undamped.partition(":")[0] or words.NOTHING_STABLE)
     elif avoid.unstable:
-        faults.append("at some speeds the motion is not stable")
+        faults.append("the steady motion is unstable at some speeds")
     if not faults and analysis.jumping:
-        faults.append("the motion jumps")
+        faults.append("the oscillation jumps")
     if (worst := analysis.posture) and worst.answer is not Answer.ALL_RIGHT:
         rows = analysis.postures
         failing = sum(row.answer is not Answer.ALL_RIGHT for row in rows)
-        several = f"{failing} of {len(rows)} postures fail" + f", {worst.title} the most" * (worst.title not in case)
-        text = several if failing > 1 else f"{worst.title} of {len(rows)} fails"
+        several = f"{failing} of {len(rows)} postures fail" + f", {worst.title} by the most" * (worst.title not in case)
+        text = several if failing > 1 else f"1 of {len(rows)} postures fails, {worst.title}"
         faults.append(": ".join([text, *(words.excess_text(one) for one in worst.exceeded[:1])]))
-    faults += [f"in the move of the file {words.excess_text(one)}" for one in words.move_failures(analysis)]
+    faults += [f"in the move of the project file, {words.excess_text(one)}" for one in words.move_failures(analysis)]
     if part is None and not verdict.exceeded and verdict.answer is Answer.BUT:
-        return "; ".join(["Some speeds are to be avoided", *faults, NO_LIMIT])
+        return "; ".join(["Avoid some speeds", *faults, NO_LIMIT])
     return "; ".join(["Fail at some speeds" if verdict.answer is Answer.BUT else "Fail", *(faults or [NO_LIMIT])])
 
 
 def _sentence(analysis: "Analysis", verdict: Verdict) -> Sentence:
     """The answer, with the largest oscillation and torque against their limits."""
     if verdict.fault:
-        text = "Not all right: {}, so that the drive reaches none of the motions that are computed here without it."
-        return Sentence(text, _begun(verdict.fault))
+        return Sentence("Fail: {}; the drive reaches none of the computed steady motions.", _begun(verdict.fault))
     steady = verdict.exceeded or verdict.speeds or not words.move_failures(analysis)  # else the move alone fails
-    begin = "Not all right" if verdict.answer is Answer.NOT and steady else "All right at all speeds"
+    begin = "Fail" if verdict.answer is Answer.NOT and steady else "Pass at all speeds"
     if verdict.answer is Answer.BUT:
-        begin = "OK except " + ranges(verdict.speeds)
+        avoid = share(analysis) is None and not verdict.exceeded
+        begin = ("Avoid " if avoid else "Fail at ") + ranges(verdict.speeds)
     sentence = Sentence("{}: {}; {}.", begin, _oscillation(analysis), torque_text(analysis, verdict))
-    of_file = Sentence(" This is for the load in the project file. {}", words.posture_sentence(analysis))
+    of_file = Sentence(" These values are for the nominal load. {}", words.posture_sentence(analysis))
     return sentence + of_file if analysis.postures else sentence
 
 
 def apart_said(apart: tuple[float, float]) -> tuple[Angle | str, Speed]:
     """Size and speed of a motion apart from the curve; of one that grows beyond every bound in words."""
-    return Angle(apart[1]) if math.isfinite(apart[1]) else "no bound", Speed(apart[0], digits=5)
+    return Angle(apart[1]) if math.isfinite(apart[1]) else "infinity", Speed(apart[0], digits=5)
 
 
 def _oscillation(analysis: "Analysis") -> Sentence:
@@ -144,20 +144,20 @@ def _oscillation(analysis: "Analysis") -> Sentence:
         return Sentence(analysis.project.undamped or words.NOTHING_STABLE)
     largest = analysis.largest_oscillation()
     speed = words.largest_text(largest)
-    against: str = "no limit in the file"
+    against: str = "no limit set"
     if avoid.limit is not None:
         against = ("above" if largest.peak > avoid.limit else "within") + " the limit of " + Angle(avoid.limit)
     elif avoid.slow > 0.0:
-        against = f"{number(largest.peak / avoid.slow, 2)} times that of quasi-static rotation, {against}"
+        against = f"{number(largest.peak / avoid.slow, 2)} times the oscillation at very low speed, {against}"
     text = Sentence("oscillation up to {} at {}, {}", Angle(largest.peak), speed, against)
     if avoid.apart is not None and avoid.apart[1] > TIE_RATIO * largest.peak:
-        text += Sentence(" (on a motion apart from the curve with up to {} at {})", *apart_said(avoid.apart))
+        text += Sentence(" (another periodic motion has up to {} at {})", *apart_said(avoid.apart))
     if avoid.limit is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > avoid.limit:
-        text += Sentence(" (in the run-up with up to {} about the mean of its turns)", Angle(avoid.largest_passed[1]))
+        text += Sentence(" (during a run-up up to {} about the mean of each turn)", Angle(avoid.largest_passed[1]))
     if reason := out_of_reach(avoid.limit, avoid.slow, analysis.project.train):
         text += "; " + reason
-    text = text + ", and the motion jumps" if analysis.jumping else text
-    return text + "; at some speeds the motion is not stable, and the drive leaves it" if avoid.unstable else text
+    text = text + ", and the oscillation jumps" if analysis.jumping else text
+    return text + "; at some speeds the steady motion is unstable" if avoid.unstable else text
 
 
 def torque_text(analysis: "Analysis", verdict: Verdict, with_motor: bool = True) -> str:
@@ -167,7 +167,7 @@ def torque_text(analysis: "Analysis", verdict: Verdict, with_motor: bool = True)
     size = f"gear torque up to {number(used.peak_torque, analysis.project.digits())} N·m"
     torques = [finding for finding in analysis.limits if finding.limit not in words.PASSED_ONLY]
     if not torques:
-        against = "its largest torques are not known"
+        against = "no torque limit known"
     elif passed := [finding for finding in exceeded if finding.limit not in words.PASSED_ONLY]:
         against = f"above {words.limit_text(passed[0])}"
     else:
@@ -189,15 +189,15 @@ def _remedy(analysis: "Analysis", verdict: Verdict) -> str:
         return "" if avoid is None or avoid.limit is not None else ADD_LIMIT
     steps: list[str] = [*change_sentences(analysis, verdict)]
     if verdict.answer is Answer.BUT:
-        steps.append(keep_to(verdict, "Without a change: keep" if steps else "Keep"))
+        steps.append(keep_to(verdict, "Without a change: operate" if steps else "Operate"))
     elif over_limit(analysis) and not verdict.allowed:
-        steps.append("No speed of the range is without it.")
+        steps.append("The limit is exceeded at every speed of the range.")
     return Sentence(" ").join([*steps, ADD_LIMIT] if avoid is not None and avoid.limit is None else steps)
 
 
-def keep_to(verdict: Verdict, keep: str = "Keep") -> Sentence:
+def keep_to(verdict: Verdict, operate: str = "Operate") -> Sentence:
     """The advice of a drive that is right at some speeds."""
-    return Sentence("{} to {}.", keep, ranges(verdict.allowed, -1))
+    return Sentence("{} only at {}.", operate, ranges(verdict.allowed, -1))
 
 
 def over_limit(analysis: "Analysis") -> bool:
@@ -207,29 +207,28 @@ def over_limit(analysis: "Analysis") -> bool:
 
 
 def change_sentences(
-    analysis: "Analysis", verdict: Verdict, text: str = "Smallest change that meets the limit: {}; it leaves {}."
+    analysis: "Analysis", verdict: Verdict, text: str = "Smallest change that meets the limit: {}; {}."
 ) -> list[Sentence]:  # fmt: skip
     """The smallest change that suffices, or what the best one leaves, and what a passed limit of the gear needs."""
     avoid, sentences = analysis.avoid, []
     if verdict.change is not None:
-        alone = " under the load of the file alone" if analysis.postures else ""
-        left = Sentence("no oscillation")
+        alone = " under the nominal load" if analysis.postures else ""
+        left = Sentence("no oscillation remains")
         if verdict.change.ratio >= NO_OSCILLATION:
-            left = Sentence("{} at {}", Angle(_after(analysis)), Speed(verdict.change.at, digits=5))
+            left = Sentence("oscillation then {} at {}", Angle(_after(analysis)), Speed(verdict.change.at, digits=5))
         sentences.append(Sentence(text, str(verdict.change) + _ends(verdict.change) + alone, left))
     elif over_limit(analysis) and avoid is not None and analysis.remedies and analysis.remedies[0].helps:
         best = analysis.remedies[0]
         under = " under every load torque" if best.exceeds is False else ""
-        text = "No change of one thing was found that brings the oscillation within its limit{}; the best, {}, "
-        text += "leaves {}{}."
-        torque = " at the torque of the largest oscillation" if under else ""
+        text = "No single change brings the oscillation within its limit{}; the best one, {}, gives {}{}."
+        torque = " under the load torque of the largest oscillation" if under else ""
         sentences.append(Sentence(text, under, str(best), Angle(best.ratio * avoid.largest), torque))
     elif over_limit(analysis):
-        sentences.append(Sentence("No change that was tried brings the oscillation within its limit."))
+        sentences.append(Sentence("None of the changes tried brings the oscillation within its limit."))
     of_motor = [finding.limit in words.MOTOR for finding in (*verdict.exceeded, *words.move_failures(analysis))]
     if not all(of_motor):
-        sentences.append(Sentence("Gear limit exceeded: reduce load or speed, or take a larger gear."))
-    remedy = Sentence("Motor limit exceeded: reduce load or speed, or take another ratio or a stronger motor.")
+        sentences.append(Sentence("Gear limit exceeded: reduce load or speed, or choose a larger gear."))
+    remedy = Sentence("Motor limit exceeded: reduce load or speed, or choose another ratio or a stronger motor.")
     return [*sentences, remedy] if any(of_motor) else sentences
 
 
@@ -268,7 +267,7 @@ def answers(analysis: "Analysis") -> dict[str, Any]:
     torque = torque_text(analysis, verdict, with_motor=False)
     sentences: dict[str, str] = {
         "requirement": _requirement(analysis),
-        "postures": words.posture_sentence(analysis, " The other answers are for the load of the file."),
+        "postures": words.posture_sentence(analysis, " The other answers are for the nominal load."),
         "largest oscillation": _worst(analysis),
         "margin": _margin(analysis),
         "jumps": _jumps(analysis),
@@ -281,16 +280,16 @@ def answers(analysis: "Analysis") -> dict[str, Any]:
         "without a change": keep_to(verdict) if verdict.answer is Answer.BUT else "",
     }
     if (avoid := analysis.avoid) is not None and avoid.passed:
-        sentences["run-up"] = Sentence("A run-up adds {}.", ranges(avoid.passed))
+        sentences["run-up"] = Sentence("In a run-up avoid {} too.", ranges(avoid.passed))
     return {what: text for what, text in sentences.items() if text}
 
 
 def _requirement(analysis: "Analysis") -> str:
     """The limit of the file, or how to write one."""
     if analysis.project.limit is None:
-        return "The project file has no limit of the oscillation. " + ADD_LIMIT
+        return "The project file has no oscillation limit. " + ADD_LIMIT
     assumed = any((one.name, one.word) == ("limit.oscillation", "assumed") for one in analysis.project.sources)
-    text = "The oscillation of the {} must stay within {} at {}." + " The limit is assumed." * assumed
+    text = "The oscillation of the {} must not exceed {} at {}." + " The limit is assumed." * assumed
     speeds = Speed(*analysis.speeds, digits=5, between=" to ")
     sentence = Sentence(text, analysis.drive.name, Angle(analysis.project.limit), speeds)
     below = "" if (avoid := analysis.avoid) is None else out_of_reach(avoid.limit, avoid.slow, analysis.project.train)
@@ -302,26 +301,26 @@ def _motor(analysis: "Analysis") -> str:
     motor, limits = analysis.motor, analysis.project.motor_limits
     if motor is None:
         return ""
-    study, run = analysis.train, " in the run-up, without its acceleration" * motor.in_run_up
+    study, run = analysis.train, " in the run-up, without the acceleration torque" * motor.in_run_up
     digits, where = analysis.project.digits(), Speed(motor.at, digits=5) + words.load_text(motor.load)
     sheet = limits or MotorLimits()
     torque, speed = sheet.most, sheet.fastest
     of = "" if sheet.peak_torque else _of(motor.torque, torque, "N·m")
-    line = Sentence("Torque up to {} N·m{}{}, at {}", number(motor.torque, digits), run, of, where)
+    line = Sentence("Motor torque up to {} N·m{}{}, at {}", number(motor.torque, digits), run, of, where)
     if motor.holding > LEAST_SHARE * motor.torque:
         line += f"; loads and friction alone {number(motor.holding, digits)} N·m"
-    current = f" It takes a current of {number(motor.torque / sheet.K_t)} A." if math.isfinite(sheet.K_t) else ""
+    current = f" Motor current up to {number(motor.torque / sheet.K_t)} A." if math.isfinite(sheet.K_t) else ""
     line += f".{current}"
     if analysis.project.speeds.by_motor:
         fastest = analysis.project.speeds.given[-1] / RPM
-        line += f" Speed up to {number(fastest, 5)} rpm{_of(fastest, speed / RPM, 'rpm')}."
+        line += f" Motor speed up to {number(fastest, 5)} rpm{_of(fastest, speed / RPM, 'rpm')}."
     if motor.run_up is not None and study is not None and study.ramp is not None:
-        text = f" The run-up of {number(study.ramp.duration, 3)} s, acceleration included, needs up to "
+        text = f" With the acceleration torque, the run-up of {number(study.ramp.duration, 3)} s requires up to "
         slower = Finding("", motor.run_up, torque, "", "").exceeded
-        line += f"{text}{number(motor.run_up, digits)} N·m" + (": run up more slowly." if slower else ".")
+        line += f"{text}{number(motor.run_up, digits)} N·m" + (": lengthen the run-up." if slower else ".")
     others = [f.sentence for f in analysis.limits if f.limit in (RMS, BRAKE) or f.omega is not None]
     line += "".join(" " + sentence.replace("*", "·") for sentence in others)
-    return line if limits else line + " The file gives no limits of the motor."
+    return line if limits else line + " The project file gives no motor limits."
 
 
 def _of(asked: float, bound: float, unit: str) -> str:
@@ -350,7 +349,7 @@ def _margin(analysis: "Analysis") -> Sentence:
         return Sentence("")
     where = "above" if part > 1.0 else "below"
     size, case = Angle(abs(part - 1.0) * limit), words.largest_of_all(analysis)[1]
-    sentence = Sentence(f"{{}} ({{}}) {{}} the limit{case}.", size, percent(abs(part - 1.0), 2), where)
+    sentence = Sentence(f"Oscillation{case} {{}} ({{}}) {{}} its limit.", size, percent(abs(part - 1.0), 2), where)
     avoid = analysis.avoid
     if avoid is not None and avoid.largest_passed is not None and avoid.largest_passed[1] > limit:
         sentence += Sentence(RUN_UP, Angle(avoid.largest_passed[1]))
@@ -362,15 +361,15 @@ def _jumps(analysis: "Analysis") -> Sentence:
     sweeps = [drive.sweep for _, drive in analysis.curves]
     speeds = sorted({jump.value for sweep in filter(None, sweeps) for jump in (*sweep.on_run_up, *sweep.on_run_down)})
     if not speeds:
-        return Sentence("No jump on a slow run-up or run-down." if None not in sweeps else "")
+        return Sentence("No jumps in a slow run-up or run-down." if None not in sweeps else "")
     if len(speeds) > MOST_LISTED:
-        return Sentence("On a slow run-up or run-down, between {}.", Speed(speeds[0], speeds[-1], digits=5))
+        return Sentence("Jumps in a slow run-up or run-down between {}.", Speed(speeds[0], speeds[-1], digits=5))
     every = listed(Sentence("{}", Speed(omega, digits=5, bare=True)) for omega in speeds) + " " + Speed()
-    return Sentence("On a slow run-up or run-down, at {}.", every)
+    return Sentence("Jumps in a slow run-up or run-down at {}.", every)
 
 
 def _change(analysis: "Analysis") -> Sentence:
     """The smallest change that makes a failing drive pass."""
-    sentences = change_sentences(analysis, analysis.verdict, "{}; it leaves {}.")
+    sentences = change_sentences(analysis, analysis.verdict, "{}; {}.")
     passes = analysis.verdict.answer is Answer.ALL_RIGHT and analysis.project.limit is not None
     return Sentence(" ").join(sentences) if sentences or not passes else Sentence("No change is needed.")

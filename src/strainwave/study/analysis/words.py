@@ -25,7 +25,7 @@ NAMES = {
 
 def excess_text(finding: Finding) -> str:
     """Words on a value that is above a limit."""
-    return f"{number(finding.value)} {_unit(finding)} are above {limit_text(finding)}"
+    return f"{number(finding.value)} {_unit(finding)} exceeds {limit_text(finding)}"
 
 
 def limit_text(finding: Finding) -> str:
@@ -50,10 +50,10 @@ def move_sentence(analysis: "Analysis") -> str:
     if moved is None:
         return ""
     times, digits = [time for time in moved.settling_times if time is not None], analysis.project.digits()
-    still = f"it settles {number(max(times), 3)} s after its end" if times else "it does not settle in the run"
-    still = still if len(times) in (0, len(moved.settling_times)) else "it does not settle after each motion"
-    text = "Motor torque up to {} N·m, rms {} N·m, at up to {} rpm; gear torque up to {} N·m. The load is off "
-    text += "by up to {}; {}."
+    still = f"settles {number(max(times), 3)} s after the move" if times else "does not settle in the simulated time"
+    still = still if len(times) in (0, len(moved.settling_times)) else "does not settle after every motion"
+    text = "Motor torque up to {} N·m, rms {} N·m, motor speed up to {} rpm; gear torque up to {} N·m. Pointing "
+    text += "error up to {} during the move. The load {}."
     torques = (moved.peak_motor_torque, moved.rms_motor_torque, moved.peak_gear_torque)
     peak, rms, gear = (number(torque, digits) for torque in torques)
     sentence = Sentence(text, peak, rms, number(moved.peak_speed / RPM), gear, Angle(moved.peak_error), still)
@@ -62,7 +62,7 @@ def move_sentence(analysis: "Analysis") -> str:
 
 def load_text(torque: float | None) -> str:
     """The torque [N*m] of the load that a result is for, where it has a range of them."""
-    return "" if torque is None else f" with {number(torque)} N·m on the load"
+    return "" if torque is None else f" under a load torque of {number(torque)} N·m"
 
 
 def largest_text(largest: Any) -> Sentence:
@@ -70,7 +70,7 @@ def largest_text(largest: Any) -> Sentence:
     sentence = Speed(largest.omega, digits=5) + load_text(largest.torque)
     if largest.smallest is None or largest.beat is None:
         return sentence
-    text = " ({} in the smallest turn of a beat of {} s)"
+    text = " (it beats: {} in the smallest turn, with a period of {} s)"
     return sentence + Sentence(text, Angle(largest.smallest), number(largest.beat, 3))
 
 
@@ -107,7 +107,7 @@ def posture_sentence(analysis: "Analysis", ending: str = "") -> Sentence:
         return Sentence("")
     size = Sentence("oscillation {} at {}", Angle(worst.peak), Speed(worst.omega, digits=5))
     reasons = listed([NOTHING_STABLE if math.isnan(worst.peak) else size, *map(excess_text, worst.exceeded)])
-    text = "Of the {} postures the worst is {}, {}: {}." + ending
+    text = "Worst of the {} postures: {}, {}: {}." + ending
     return Sentence(text, len(analysis.postures), worst.title, worst.answer, reasons)
 
 
@@ -131,8 +131,8 @@ def _damping_range(analysis: "Analysis") -> Sentence:
     size, unit = (B, "N·m·s/rad") if ratio is None else (100.0 * ratio, "%")
     low, high = number(size * (1.0 + less.share), 2), number(size * (1.0 + more.share), 2)
     sizes = [Angle(end.ratio * avoid.largest, digits=3) for end in (less, more)]
-    sides = {(True, True): "all above", (False, False): "all within", (True, False): "the second within"}
+    sides = {(True, True): "all above", (False, False): "all within", (True, False): "the second value within"}
     side = sides.get((bool(less.exceeds), bool(more.exceeds)))
     against = f", {side} the limit" if side and avoid.limit is not None else ""
-    text = "The damping of {} {} is assumed, unless it was measured; {} to {} {} give an oscillation of {} to {}{}."
+    text = "Damping {} {} is not marked as measured; {} to {} {} would give an oscillation of {} to {}{}."
     return Sentence(text, number(size, 2), unit, low, high, unit, *sizes, against)

@@ -147,9 +147,7 @@ def _sentence(flow: Flow, z: complex, error: Certificate, converged: bool, at_ph
             "speed at equal phase, "
         )
         estimate += (
-            "and at equal speed no true state is near it"
-            if at_speed is None
-            else f"{_percent(at_speed)} at equal speed"
+            "and no exact state is near at equal speed" if at_speed is None else f"{_percent(at_speed)} at equal speed"
         )
     other = "second order, harmonic balance" if error.order == 1 and not lost else "harmonic balance"
     remedy = "" if error.valid else f"; use {other} or integration instead"

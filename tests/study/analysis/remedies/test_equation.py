@@ -115,7 +115,7 @@ def test_what_is_beyond_the_number_of_drives_is_left_out_and_named():
     assert {(remedy.what, remedy.share) for remedy in found} == {
         ("kinematic error of order 2", -1.0), ("kinematic error of order 2", -0.1), ("inertia of the load", -0.1),
     }  # fmt: skip
-    assert left == ("damping of the gear and stiffness of the gear: left out after 3 changed drives",)
+    assert left == ("damping of the gear and stiffness of the gear: not tried after 3 other changes",)
 
 
 def test_other_gears_come_first_so_that_no_number_of_drives_leaves_them_out():

@@ -213,13 +213,13 @@ def test_ratios_of_one_stiffness_are_other_gears_too_and_a_law_of_the_users_own_
     assert (100.0, HAND["B"]) == (changed.train.N, changed.train.B)
     assert changed.speeds == pytest.approx((1.25 * SPEEDS[0], 1.25 * SPEEDS[1]))
     own = replace(subject.project, gear=old, subject=drive._replace(law=sw.Linear(1e5)))
-    assert with_gear(subject, own, new) == "the drive has another law than the catalogue's"
+    assert with_gear(subject, own, new) == "the torsion law of the drive is not that of the catalogue"
 
 
 def test_a_gear_that_may_not_turn_so_fast_is_refused_with_its_limit():
     subject = subject_of()._replace(speeds=(100.0, 400.0))
     assert with_gear(subject, subject.project, sw.catalogue.gear("CSG-40-80")) == (
-        "its input may turn at 4000 rpm at most"
+        "its input speed is limited to 4000 rpm"
     )
 
 

@@ -20,8 +20,8 @@ from ..section import Part, Table
 SOFTWARE = ("numpy", "scipy", "numba")
 MOTORS = {
     "held": "The motor turns at constant speed, as under an ideally stiff speed loop.",
-    "free": "The motor is driven by its torque alone; no loop holds its speed.",
-    "train": "The motor has the loop and the friction that the file gives; its motions are computed without sampling.",
+    "free": "The motor is driven by its torque alone, without a control loop.",
+    "train": "The motor has the control loop and friction of the project file; the loop is computed as continuous.",
 }
 
 
@@ -36,16 +36,16 @@ def assumptions(view: View) -> list[str]:
     project, gear = view.project, view.project.gear
     texts = [
         MOTORS["train" if view.analysis.train is not None else project.motor],
-        "The torsion law is the one that the file writes out."
+        "The torsion law is the one written in the project file."
         if gear is None
-        else f"The stiffness is that of the datasheet of {gear.name}: a typical value; a single gear differs.",
-        "The gear is a spring and a damper without mass between motor and load; its parts count to either inertia.",
-        "The kinematic error depends on the angle alone: load, temperature and wear do not change it.",
-        "Shafts and housing are rigid, but for the couplings of the file.",
-        "Skipping teeth are not computed: results above the ratcheting torque are void.",
+        else f"The stiffness is the typical datasheet value of {gear.name}; an individual gear differs.",
+        "The gear is a massless spring and damper between motor and load; its mass is part of their inertias.",
+        "The kinematic error depends on the angle alone, not on load, temperature or wear.",
+        "Shafts and housing are rigid, except for the couplings in the project file.",
+        "Ratcheting (skipping teeth) is not computed: results above the ratcheting torque are invalid.",
     ]
-    reduced = f"The error equation of closed forms and proofs leaves out {listed(project.left_out)}; "
-    return texts + [reduced + "the steady motions of the whole drive have them."] * bool(project.left_out)
+    reduced = f"The error equation, for closed forms and proofs, neglects {listed(project.left_out)}; "
+    return texts + [reduced + "the steady motions of the whole drive include this."] * bool(project.left_out)
 
 
 def certificates(view: View) -> list[dict[str, Any]]:
@@ -53,24 +53,24 @@ def certificates(view: View) -> list[dict[str, Any]]:
     equation, rows = "" if view.analysis.train_curve is None else " of the error equation", []
     for name, curve in {"": view.analysis.drive.curve, equation: view.analysis.exact.curve}.items():
         size = f"{curve.coefficients.shape[1] // 2} harmonics"
-        reference = "share of the motion in the harmonics that are left out"
+        reference = "share of the motion in the omitted harmonics"
         if (waves := curve.waves) is not None:
             size = f"{len(waves.pairs) - 1} waves"
-            reference = "share of the motion in each wave that is left out, at most"
+            reference = "largest share of the motion in one omitted wave"
         rows.append(_certificate(f"response curve{name}, {size}", reference, curve.tail))
     if (beat := view.analysis.beat) is not None and beat.difference is not None:
-        reference = "largest |error - mean| of each turn by integration, at the largest oscillation"
-        rows.append(_certificate("motion that beats", reference, beat.difference))
+        reference = "largest |error - mean| of each turn by time integration, at the largest oscillation"
+        rows.append(_certificate("beating motion", reference, beat.difference))
     difference = view.analysis.run_up.difference()
     if difference is not None:
-        reference = "largest |x| of motions by integration, up and down through the range"
+        reference = "largest |x| by time integration of a run-up and a run-down"
         rows.append(_certificate(f"response curve{equation}", reference, difference))
     for regime in view.analysis.regimes:
         certificate = regime.at_peak or regime.certificate
         if certificate is None or not regime.inside:
             continue
         method = f"multiple scales, order {certificate.order}, {regime.name} resonance of order {regime.order}"
-        reference = "its certificate" if certificate.valid else "its certificate: not valid, rely on the response curve"
+        reference = "error estimate" + (": not valid, use the response curve" if not certificate.valid else "")
         rows.append(_certificate(method, reference, certificate.amplitude))
     return rows
 
@@ -107,7 +107,7 @@ def provenance(view: View) -> Part:
         "command": f"strainwave analyze {_word(path.name)} -o {_word(path.stem)}",
     }
     parts = {"sources": data([Fact("rows", source_facts(view.project))])["rows"], "provenance": made}
-    file = f"<pre>{escape(text)}</pre>", "With the same file, versions and machine the command writes the same bytes."
+    file = f"<pre>{escape(text)}</pre>", "Same project file, versions and machine: the command writes identical files."
     tables = [*map(Table, parts.values())]
     return Part("Project and provenance", parts, tables=tables, figures=[file], appendix=True)
 

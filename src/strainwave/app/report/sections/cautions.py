@@ -10,8 +10,8 @@ from ..section import Part
 from .whole_train import reduction
 
 RUN_UP_ALONE = (
-    "Resonances, single speeds, speeds to avoid and the proof of stability are about the error equation with an "
-    "ideally held motor and a rigid load: the whole drive train has a run-up alone."
+    "Resonances, single speeds, speeds to avoid and the stability proof are from the error equation, with an ideally "
+    "held motor and a rigid load. Of the whole drive train only the run-up is computed."
 )
 
 
@@ -36,15 +36,15 @@ def warnings(view: View) -> list[str]:
     sweep = analysis.drive.sweep
     for band in () if sweep is None else sweep.bands:
         text = (
-            "Run-up and run-down differ between {}: two stable motions exist there, and which one the drive is on "
-            "depends on its history; pass through that band quickly or keep out of it."
+            "Two stable motions exist between {}: a run-up and a run-down differ there, as the motion depends on the "
+            "earlier speeds. Avoid this speed band or pass through it quickly."
         )
-        remark = "" if band.whole else " A jump between them lies outside the speed range; take a wider one to see it."
+        remark = "" if band.whole else " One of the jumps lies outside the speed range; widen the range to compute it."
         sentences.append(Sentence(text, Speed(band.low, band.high, digits=5)) + remark)
     for jump in () if sweep is None else sweep.alone:
         text = (
-            "The response jumps at {}, and in the other direction its stable motions end before that speed: the curve "
-            "does not show what follows there; integrate to see it."
+            "The response jumps at {}. With the speed changing in the other direction, the stable motions end before "
+            "that speed; only a time integration shows the motion there."
         )
         sentences.append(Sentence(text, Speed(jump.value, digits=5)))
     return [*sentences, *unsaid(project.notes, sentences)]

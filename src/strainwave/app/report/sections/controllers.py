@@ -9,7 +9,7 @@ from ..section import Part, Table
 if TYPE_CHECKING:
     from ....study.compensation.result import Compensation as Found
 
-TURNS = "Two turns of the {}, after everything has settled, at {}."
+TURNS = "Two turns of the {}, after the transients have decayed, at {}."
 BLIND, SEEING = "inverse", "adaptive-inverse"  # without and with an encoder on the load
 
 
@@ -18,7 +18,7 @@ def compensation(view: View) -> Part:
 
     Errors before and after, torque, and the same on other gears; None without a group `controller`.
     """
-    heading, speeds = "What a controller can take away", view.project.speeds
+    heading, speeds = "Error reduction by controllers", view.project.speeds
     if view.project.sampling is None:
         return Part(data={"compensation": None})
     from ....plot.compensation import error_panels, motion
@@ -43,7 +43,7 @@ def compensation(view: View) -> Part:
         {"compensation": body | {"remarks": remarks}},
         tables=[
             Table(controllers, "title rms_after_rad reduction_dB peak_torque_Nm stable excluded"),
-            Table(others, "controller stiffness rms_before_rad rms_after_rad", "On gears of another stiffness"),
+            Table(others, "controller stiffness rms_before_rad rms_after_rad", "With a different gear stiffness"),
         ],
         notes=remarks,
         figures=[(figure([panels], 180.0, "pointing error before and after"), TURNS.format(speeds.base, speed))],

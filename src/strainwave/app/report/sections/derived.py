@@ -56,10 +56,10 @@ def quantities(view: View) -> list[Quantity]:
     spring = float(spring_stiffness(view.project.drive.law, point.x))
     yields = spring < point.stiffness * YIELDS
     bias = "at x₀ = " + Angle(point.x) + " under the mean torque" if point.mean_torque else "no mean torque"
-    bias += "; of small vibrations, before the hysteresis yields" if yields else ""
+    bias += "; for small vibrations, before the hysteresis yields" if yields else ""
     rows = [Quantity("Torsional stiffness at the operating point", "T'(x₀)", point.stiffness, "N·m/rad", bias)]
     if yields:
-        rows.append(Quantity("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "after it has yielded"))
+        rows.append(Quantity("Torsional stiffness of the spring alone", "K", spring, "N·m/rad", "hysteresis yielded"))
     for mode in ("free", "held"):
         rows += _of_mode(view, mode, spring, yields)
     return [*rows, *_damping_quantities(damping(view)), *_static(view)]
@@ -76,19 +76,19 @@ def _of_mode(view: View, mode: str, spring: float, yields: bool) -> Iterator[Qua
     yield Quantity(f"Damping parameter B/{symbol}, motor {mode}", "μ", drive.B / inertia, "1/s", mark)
     if of_spring > 0.0:
         zeta = drive.B / (2.0 * inertia * of_spring)
-        remark = "; of the damping B and the spring, hysteresis damps too" if yields else ""
+        remark = "; from damping B and the spring, without the damping by hysteresis" if yields else ""
         yield Quantity(f"Damping ratio, motor {mode}", "ζ", zeta, "", mark + remark + _at_rest(view, spring, zeta))
     name = f"Natural frequency, motor {mode}"
     if not omega_0 > 0.0:
         yield Quantity(name, "ω₀", None, "rad/s", "no stiffness at the operating point")
         return
-    mark += "; of small vibrations, before the hysteresis yields" if yields else ""
+    mark += "; for small vibrations, before the hysteresis yields" if yields else ""
     yield Quantity(name, "ω₀", omega_0, "rad/s", mark)
     yield Quantity("", "f₀", omega_0 / (2.0 * math.pi), "Hz", mark)
     yield from _resonance_speeds(view, omega_0, mark)
     if yields:
         alone = f"Natural frequency of the spring alone, motor {mode}"
-        yield Quantity(alone, "", of_spring, "rad/s", "after it has yielded")
+        yield Quantity(alone, "", of_spring, "rad/s", "hysteresis yielded")
 
 
 def damping(view: View) -> dict[str, Any]:
@@ -115,12 +115,12 @@ def _damping_quantities(numbers: dict[str, Any]) -> list[Quantity]:
     """B, the modes of the train and the loss of the hysteresis; the modes of the error equation have their own rows."""
     rows = [Quantity("Damping across the spring", "B", numbers["B_Nms_per_rad"], "N·m·s/rad", "output side")]
     for mode in (m for m in numbers["modes"] if m["of"] == "whole drive train"):
-        name = f"Damping ratio of the train's mode of {number(mode['hertz'], 3)} Hz"
+        name = f"Damping ratio of the drive mode at {number(mode['hertz'], 3)} Hz"
         rows.append(Quantity(name, "ζ", mode["damping_ratio"], "", "about the operating point, small vibrations"))
     if (loss := numbers["hysteresis_loss"]) is not None:
-        begin = f"slowly between ±{number(loss['at_Nm'])} N·m; loses as much as a damping ratio of "
+        begin = f"slow cycle between ±{number(loss['at_Nm'])} N·m; equivalent to a damping ratio of "
         note = begin + percent(loss["as_damping_ratio"], 2)
-        rows.append(Quantity("Loss of the hysteresis per cycle", "", loss["J_per_cycle"], "J", note))
+        rows.append(Quantity("Energy loss of the hysteresis per cycle", "", loss["J_per_cycle"], "J", note))
     return rows
 
 
@@ -130,7 +130,7 @@ def _at_rest(view: View, stiffness: float, zeta: float) -> str:
     if not at_zero > 0.0 or abs(stiffness / at_zero - 1.0) < 1e-9:
         return ""
     ratio = percent(zeta * math.sqrt(stiffness / at_zero))
-    return f"; at the operating point ({ratio} at rest without torque, where 'damping: ratio' belongs)"
+    return f"; at the operating point ({ratio} at standstill without torque, the reference of 'damping: ratio')"
 
 
 def _resonance_speeds(view: View, omega_0: float, mark: str) -> list[Quantity]:
@@ -142,19 +142,19 @@ def _resonance_speeds(view: View, omega_0: float, mark: str) -> list[Quantity]:
 def _static(view: View) -> list[Quantity]:
     point, project, gear, (unit, factor) = view.analysis.point, view.project, view.project.gear, view.angle
     rows = [
-        Quantity("Mean torque on the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
+        Quantity("Mean torque in the error equation", "τ₀", point.mean_torque, "N·m", "output side"),
         Quantity("Static error under the mean torque", "x₀", point.x * factor, unit, "between motor and load"),
     ]
     size = "0-to-peak, output side"
     for term in terms_of(view.analysis.system.excitation) if point.stiffness > 0.0 else ():
         if getattr(term, "amplitude", 0.0):
             static, k = abs(term.amplitude) / point.stiffness * factor, term.order
-            rows.append(Quantity(f"Quasi-static error of the torque of order {k}", f"A{k}/T'", static, unit, size))
+            rows.append(Quantity(f"Quasi-static error from the torque of order {k}", f"A{k}/T'", static, unit, size))
     for line in () if project.kinematic_error is None else project.kinematic_error.lines:
         order = in_turns(line.order, project.whole)
-        name = f"Kinematic error of order {order}"
+        name = f"Kinematic error, order {order}"
         rows.append(Quantity(name, f"e{order}", abs(line.amplitude) * factor, unit, size))
     if gear is not None:
-        limits = ((f"{name} of the {gear.name}", getattr(gear, of), unit, note) for name, of, unit, note in LIMITS)
+        limits = ((f"{name} of {gear.name}", getattr(gear, of), unit, note) for name, of, unit, note in LIMITS)
         rows += [Quantity(name, "", value, unit, note) for name, value, unit, note in limits]
     return rows

@@ -9,14 +9,14 @@ from ...view import View, sizes
 from ..section import Part, Table
 
 HILL = (
-    "Speeds at which the stiffness varies 2/n times as fast as the drive vibrates, for small motions about the "
-    "operating point (Hill's equation): they grow where their growth is positive."
+    "Speeds at which the stiffness varies at 2/n times the natural frequency (Hill's equation). Small vibrations about "
+    "the operating point grow where the growth rate is positive."
 )
 LOOPS = (
-    "Left: the datasheet's measurement at full load; its hysteresis loss is the width at zero torque. Right: lost "
-    "motion. Below: the loop of the case with the largest error; its area is lost in each cycle."
+    "Left: datasheet measurement at full load; the hysteresis loss is the width of the loop at zero torque. Right: "
+    "lost motion. Below: loop of the motion with the largest error; its area is the energy lost per cycle."
 )
-MEETS_NONE = "The varying stiffness meets no multiple of half the natural frequency in the speed range."
+MEETS_NONE = "The varying stiffness excites no parametric resonance in the speed range."
 
 
 def parametric_resonances(view: View) -> Part:
@@ -60,13 +60,13 @@ def hysteresis(view: View) -> Part:
         **sizes(loop.small.span, "lost_motion"),
     }
     rows: list[list[Panel]] = [[]]
-    small = "the same up to 4 % of that torque"
-    for title, side in (("input locked, slowly 0, +T, −T, +T", loop.full), (small, loop.small)):
+    small = "the same up to ±4 % of the torque T"
+    for title, side in (("input locked, torque slowly 0, +T, −T, +T", loop.full), (small, loop.small)):
         rows[0].append(Panel(title, torsion, torque))
         rows[0][-1].line(side.torsion, side.torque, BLUE)
     if cycles := [case.cycle for case in view.analysis.cases if case.cycle is not None]:
         cycle = max(cycles, key=lambda c: c.peak)
-        below = Panel("steady motion, largest |x| of the cases, damping included", torsion, torque)
+        below = Panel("steady motion with the largest |x|, damping included", torsion, torque)
         below.line(cycle.u, cycle.torque, BLACK, width=1.3)
         rows.append([below])
     rated = "the rated torque" if loop.rated else "the largest torque of the steady motions"

@@ -73,7 +73,7 @@ def _first(view: View, verdict: dict[str, Any]) -> str:
     drawn = stacked(drive_figure(view)[:1], 250.0, "oscillation of the error against speed", PAGE)
     answers = verdict["answers"]
     rows = "".join(f"<tr><th>{escape(w)}</th><td>{escape(text)}</td></tr>\n" for w, text in answers.items())
-    over = "" if verdict["answer"] == "all right" else " over"
+    over = "" if verdict["answer"] == "pass" else " over"
     marks = MARKS if view.analysis.train_curve is None and view.analysis.regimes else ""
     return (
         f"<header><h1>{escape(project.title)}</h1>\n"
@@ -91,11 +91,11 @@ def _orders(view: View, answers: dict[str, str]) -> str:
     for remedy in [one for one in view.analysis.remedies if can_be_ordered(one) and one.helps][:FIRST]:
         left = view.angle.text(after_change(view, remedy)["oscillation_rad"], view.project.digits())
         rows.append((str(remedy), left + mark[remedy.exceeds]))
-    within = "; ✓ is within the limit" * bool(view.project.limit)
-    note = f"Each alone, with the oscillation that it leaves{within}." * bool(rows)
+    within = "; ✓: within the limit" * bool(view.project.limit)
+    note = f"One change at a time, with the largest oscillation after it{within}." * bool(rows)
     if keep := answers.get("without a change"):
         rows.append((keep, ""))
-    table = html_table(("what", "leaves"), rows) + paragraph(note, "note")
+    table = html_table(("change", "oscillation"), rows) + paragraph(note, "note")
     return f"<div><h2>What can be ordered or set</h2>{table}</div>" if rows else ""
 
 

@@ -74,8 +74,8 @@ def _sentence(view: View, remedies: tuple[Remedy, ...], speed: float) -> str:
     worst = largest_case(view.analysis.load_cases)
     load = "" if worst is None else f" under a load torque of {number(worst.torque)} N·m"
     effects = Sentence("; ").join(_effect(remedy, speed) for remedy in helpful[:MOST_EFFECTS])
-    others = f"; the table of the report has {len(helpful) - MOST_EFFECTS} more" if len(helpful) > MOST_EFFECTS else ""
-    text = f"Most helpful: {helpful[0]}. Computed again{load} with one thing changed at a time: " + effects
+    others = f"; {len(helpful) - MOST_EFFECTS} more in the table of the report" if len(helpful) > MOST_EFFECTS else ""
+    text = f"Most helpful: {helpful[0]}. Recomputed{load} with one change at a time: " + effects
     return text + others + "." + (f" {useless}" if useless else "")
 
 
@@ -92,12 +92,12 @@ def bare_speed(*omega: float, ways: tuple[int, ...] = ()) -> Speed:
 
 
 BARS = (
-    "Each number is changed by 10 % (30 % where 10 % does little), one at a time, in the better direction, and the "
-    "drive computed again. With another gear the load keeps its speeds."
+    "Each value is changed by 10 % (30 % where 10 % has little effect), one at a time, in the better direction. The "
+    "load speeds are kept when the gear is changed."
 )
 FEED_FORWARD = (
-    "A feed-forward that cancels a line of the kinematic error exactly needs the phase of that line, which no "
-    "datasheet gives. What a real controller leaves: strainwave compensate."
+    "A feed-forward that cancels one order of the kinematic error requires the phase of this order, which no datasheet "
+    "gives. The residual error with a real controller: strainwave compensate."
 )
 
 

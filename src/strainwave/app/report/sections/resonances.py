@@ -19,19 +19,17 @@ from ...console import number
 from ...view import View, sizes
 from ..section import Part, Table
 
-NO_STIFFNESS = (
-    "the law has no stiffness where the mean torque holds the drive (backlash), or nothing excites the drive."
-)
+NO_STIFFNESS = "the torsion law has no stiffness at the operating point (backlash), or the drive has no excitation."
 
 COLUMNS = (
     "number name order inside_range omega_rad_per_s top.amplitude_rad top.omega_rad_per_s jumps.omega_rad_per_s "
     "peak.amplitude_rad peak_error.amplitude folds.omega_rad_per_s"
 )
 HEADS = (
-    "Speed: of small oscillations. Amplitudes: 0-to-peak, of the torsion near the natural frequency. Top: largest "
-    "amplitude of the computed curve near the resonance, subharmonics left out; – without a maximum there. Peak and "
-    "folds (where the curve turns): by multiple scales of first order, of second where first is not valid. Peak error: "
-    "against the computed curve, else estimated; – where the resonance does not oscillate."
+    "Speed: resonance speed for small oscillations. Amplitudes: 0-to-peak, of the torsion component near the natural "
+    "frequency. Top: largest amplitude of the computed curve near the resonance, without subharmonics; –: no maximum. "
+    "Peak and folds (turning points of the curve): by multiple scales of first order, or of second order where the "
+    "first is invalid. Peak error: relative to the computed curve, or estimated; –: no resonant oscillation."
 )
 
 
@@ -42,7 +40,7 @@ def resonances(view: View) -> Part:
     data = {"resonances": rows, "resonance_remark": "" if rows else _remark(view)}
     inside = [(i, regime) for i, regime in enumerate(regimes, 1) if regime.inside]
     without = (reason + "." for reason in dict.fromkeys(regime.reason for _, regime in inside if regime.reason))
-    notes = [f"{HEADS} Order: repeats per turn of the {view.speeds.base_angle}.", *without]
+    notes = [f"{HEADS} Order: periods per turn of the {view.speeds.base_angle}.", *without]
     drawn = [(figure_of(view, r), verdict(row)) for r, row in zip(regimes, rows, strict=True) if row["peak"]]
     return Part(
         "Resonances", data, [] if rows else ["No resonance can be listed: " + _remark(view)], [Table(rows, COLUMNS)],
@@ -68,8 +66,8 @@ def peak_verdict(row: dict[str, Any]) -> str:
         return ""
     size, speed = percent(abs(error["amplitude"]), 2), percent(abs(error["speed"]), 2)
     if error["predicted"]:
-        estimate = f"off by about {size} in amplitude and {speed} in speed"
-        return f"no computed curve to compare with; by its own estimate {estimate}"
+        estimate = f"about {size} in amplitude and {speed} in speed"
+        return f"no computed curve to compare with; estimated error: {estimate}"
     large, high = "large" if error["amplitude"] > 0.0 else "small", "high" if error["speed"] > 0.0 else "low"
     difference = f"the amplitude is {size} too {large} and the resonance speed {speed} too {high}"
     return f"relative to the computed curve, {difference}"
@@ -80,10 +78,10 @@ def escalation(row: dict[str, Any]) -> str:
     first, used = row["certificate_first_order"], row["certificate_at_peak"]
     if first["valid"]:
         return ""
-    difference = f" First order is off by {percent(first['predicted_error'], 2)} in amplitude at its peak"
+    difference = f" First order has an amplitude error of {percent(first['predicted_error'], 2)} at its peak"
     if used["order"] == 2 and used["valid"]:
-        return f"{difference}, so the second order is shown."
-    return f"{difference}, and the second order is not valid either: rely on the computed curve."
+        return f"{difference}; the second order is shown."
+    return f"{difference}. The second order is invalid too: use the computed curve."
 
 
 def _remark(view: View) -> str | Sentence:
@@ -92,7 +90,7 @@ def _remark(view: View) -> str | Sentence:
     if not (omega_0 and any(order % 1 for order in orders)):
         return NO_STIFFNESS
     met = listed(Sentence("order {} at {}", number(k, 5), Speed(omega_0 / k, digits=5)) for k in orders)
-    text = "multiple scales describes motions that repeat with every turn, and these beat; small oscillations meet {}."
+    text = "multiple scales requires motions that repeat with every turn, but these beat. Small oscillations: {}."
     return Sentence(text, met)
 
 

@@ -20,18 +20,18 @@ Motion = tuple[Floats, Floats]  # times [s] and x [rad]
 BINS, MOST_CYCLES = 350, 40  # pieces of a band, and cycles up to which a motion is drawn as a line
 MILLISECONDS = Axis("time", "ms", 1e-3)
 ALONE = (
-    "These are motions of the error equation, which closed forms describe: {}. It leaves out {}. The whole drive at "
-    "the same speeds, integrated from rest too, is drawn with dots and dashes."
+    "These are motions of the error equation, which closed forms describe: {}. This equation neglects {}. Dash-dotted "
+    "curves: the whole drive at the same speeds, also integrated from rest."
 )
 STEADY = (
-    "All values are steady but those “from rest”: a start at the static equilibrium, for the time 5/μ (50 turns "
-    "without damping). A turn is one turn of the base angle; dissipated energy and work are computed apart from each "
-    "other and agree in a steady motion. RMS difference: of multiple scales and integration, over the RMS of the "
-    "integrated solution, in the window 0 to 5/μ."
+    "All values are for steady motion, except those “from rest”: a start at the static equilibrium, over the time 5/μ "
+    "(50 turns without damping). A turn is one turn of the base angle. Dissipated energy and work are computed "
+    "independently and agree in a steady motion. RMS difference: multiple scales minus integration, relative to the "
+    "RMS of the integrated solution, over the time 0 to 5/μ."
 )
 BEATS = (
-    "Motions that beat do not repeat with every turn: the largest stands turn by turn in the report, and strainwave "
-    "move has others in time."
+    "Beating motions do not repeat with every turn. The report shows the largest one turn by turn; strainwave move "
+    "computes others over time."
 )
 OF_DRIVE = (
     "name omega_rad_per_s drive.oscillation_rad drive.oscillation_of_the_error_equation_rad "
@@ -76,7 +76,7 @@ def single_speeds(view: View) -> Part:
 def _caption(case: TimeCase) -> Sentence:
     """Name and speed of a case, and whether its motion repeats."""
     status = case.transient.message if not case.transient.status else case.steady.message
-    ends = f"; the motion does not repeat after one turn: {status}." if status and not case.steady.closed else "."
+    ends = f"; the motion does not repeat with every turn: {status}." if status and not case.steady.closed else "."
     return Sentence("{}, {}", case.name, Speed(case.omega, digits=5)) + ends
 
 
@@ -162,7 +162,7 @@ def overlaid(panel: Panel, exact: Motion, theory: Motion | None, turns: int) -> 
             panel.line(*theory, ORANGE, "multiple scales", DASHES, 1.3)
         return
     low, high, t = envelope(*exact, _even(len(exact[0]), turns))
-    panel.band(t, low, high, BLUE, "integration (band of its cycles)")
+    panel.band(t, low, high, BLUE, "integration (range within each cycle)")
     if theory is not None:
         low, high, t = envelope(*theory, _even(len(theory[0]), turns))
         panel.line(t, high, ORANGE, "multiple scales", DASHES, 1.3)

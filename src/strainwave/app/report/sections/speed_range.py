@@ -64,15 +64,15 @@ def sweep_sentences(exact: DriveResponse) -> list[str]:
     """Sentences on a slow run-up and a slow run-down."""
     sweep, sentences = exact.sweep, list[str]()
     if sweep is None:
-        return ["No motion on the curve is stable."]
+        return ["No steady motion on the response curve is stable."]
     if sweep.finished_up and sweep.finished_down and not (sweep.on_run_up or sweep.on_run_down):
-        return ["On a slow run-up or run-down the largest |error|, its mean included, does not jump."]
+        return ["In a slow run-up or run-down the largest |error|, mean included, does not jump."]
     up, down = (sweep.on_run_up, sweep.finished_up), (sweep.on_run_down, sweep.finished_down)
     for name, (jumps, complete) in {"run-up": up, "run-down": down}.items():
         steps = [Sentence("from {} to {} at {}", Angle(j.before), Angle(j.after), Speed(j.value)) for j in jumps]
         does = "jumps " + Sentence(" and ").join(steps) if jumps else "does not jump"
-        end = "." if complete else "; the curve has no stable motion all the way, so the drive leaves it."
-        sentences.append(f"On a slow {name} the largest |error|, its mean included, " + does + end)
+        end = "." if complete else "; the stable motions of the curve end within the speed range."
+        sentences.append(f"In a slow {name} the largest |error|, mean included, " + does + end)
     return sentences
 
 
@@ -85,11 +85,11 @@ def beat_of_turns(view: View) -> Part:
     data = view.speed_data(beat.omega) | period | {"oscillation_of_each_turn_rad": beat.balanced.tolist()}
     smallest = view.analysis.largest_oscillation().smallest or 0.0
     sizes_of = [Angle(size) for size in (float(np.max(beat.balanced)), smallest)]
-    text = "The error {}, {} s at {}: it oscillates with {} in the largest turn and "
-    every, text = beat_said(view.project.whole)[1], f"{text}with {{}} in the smallest; {A_TURN}."
+    text = "The error {}, {} s at {}. Its oscillation is {} in the largest turn and "
+    every, text = beat_said(view.project.whole)[1], f"{text}{{}} in the smallest; {A_TURN}."
     sentence = Sentence(text, every, number(beat.period, 3), Speed(beat.omega), *sizes_of)
     if beat.difference is not None:
-        sentence += f" Integration gives the same within {percent(beat.difference, 2)} of the largest turn."
+        sentence += f" Time integration agrees within {percent(beat.difference, 2)} of the largest value."
     number_of = np.arange(1, len(beat.balanced) + 1)
     panel = Panel("", Axis("turn of the motor"), view.angle.axis("oscillation of the turn"), ylim=(0.0, None))
     panel.line(number_of, beat.balanced, BLUE, "harmonic balance")
@@ -97,5 +97,5 @@ def beat_of_turns(view: View) -> Part:
         panel.points(number_of, beat.integrated, BLACK, "integration")
     drawn = figure([[panel]], 240.0, "oscillation of each turn of the motor")
     waves = waves_data(motions.curve, motions.top)
-    table = Table(waves[:8], title=f"The largest of {len(waves)} waves, repeats per turn of motor and output")
+    table = Table(waves[:8], title=f"The largest of {len(waves)} waves, with periods per turn of motor and output")
     return Part("The beat", {"beat": data}, [sentence], [table], figures=[drawn])

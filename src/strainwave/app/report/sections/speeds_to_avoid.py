@@ -16,13 +16,13 @@ from .remedies import bare_speed, remedies_data
 if TYPE_CHECKING:
     pass
 
-OSCILLATION = "the oscillation of the error (its largest distance from its mean, in a steady motion)"
-APART = "and wherever run-up and run-down are on different motions"
+OSCILLATION = "the oscillation of the error (largest distance from the mean error, in a steady motion)"
+APART = "and wherever run-up and run-down lead to different motions"
 NOMINAL = (
-    "The speeds to avoid are those of the nominal drive; with 'scatter' and 'limit' in the project file 'strainwave "
-    "exceedance' computes how probable it is that a drive exceeds its limit."
+    "The speeds to avoid are those of the nominal drive. With 'scatter' and 'limit' in the project file, 'strainwave "
+    "exceedance' computes the probability that a drive exceeds the limit."
 )
-BEYOND = " The curve goes a fifth beyond the single speeds of the file, and so do the speeds to avoid."
+BEYOND = " The curve and the speeds to avoid extend 20 % beyond the single speeds of the project file."
 
 
 def speeds_to_avoid(view: View) -> Part:
@@ -68,23 +68,23 @@ def _about(view: View, avoid: Avoid) -> Sentence | str:
     """Say which torques of the load the speeds to avoid are for, and the speeds that the run-up adds."""
     cases, text = view.analysis.load_cases, ""
     if cases:
-        ends = f"{len(cases)} torques of the load from {number(cases[0].torque)} to {number(cases[-1].torque)} N·m"
+        ends = f"{len(cases)} load torques from {number(cases[0].torque)} to {number(cases[-1].torque)} N·m"
         torques = ", ".join(number(case.torque) for case in cases if not case.bands)
-        free = f" At {torques} N·m no speed is to be avoided." if torques else ""
+        free = f" At {torques} N·m there is no speed to avoid." if torques else ""
         each = [f"at {number(case.torque)} N·m " + _ranges(view, case.bands) for case in cases if case.bands]
         bands = ": " + Sentence("; ").join(each) if each else ""
-        text = f"These speeds are for {ends} and what lies between their bands" + bands + "." + free + " "
+        text = f"These speeds cover {ends} and the gaps between their bands" + bands + "." + free + " "
     if avoid.largest_passed is None:
         return text
     speed, size = avoid.largest_passed
     speeds = _ranges(view, avoid.passed) + " " + Speed() if avoid.passed else "no speed"
-    speeds += Sentence(", with up to {} about the mean of its turns, at {}", Angle(size), bare_speed(speed))
+    speeds += Sentence(", oscillation about the mean of each turn up to {} at {}", Angle(size), bare_speed(speed))
     if view.analysis.train_curve is None:
         return (
-            "These speeds are those of the error equation, in place of the whole drive train; the run-up of that train "
+            "These speeds are from the error equation, not from the whole drive train; the run-up of the drive train "
             "adds " + speeds + "."
         )
-    return text + "The run-up, with the torques at every angle of the load, adds " + speeds + "."
+    return text + "The run-up, with torques that depend on the load angle, adds " + speeds + "."
 
 
 def _avoided_for_limits(view: View, avoid: Avoid) -> Sentence:
@@ -94,7 +94,7 @@ def _avoided_for_limits(view: View, avoid: Avoid) -> Sentence:
         return Sentence("")
     posed = ["postures"] if view.analysis.postures else []
     of = dict.fromkeys("limits of the motor" if f.limit in MOTOR else "limits of the gear" for f in verdict.exceeded)
-    return Sentence(" With the {}, keep out of {} {}.", listed([*of, *posed]), _ranges(view, verdict.speeds), Speed())
+    return Sentence(" Because of the {}, avoid {} {}.", listed([*of, *posed]), _ranges(view, verdict.speeds), Speed())
 
 
 def _between(low: float, high: float) -> Sentence:
@@ -105,7 +105,7 @@ def _between(low: float, high: float) -> Sentence:
 def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:
     """Bands of speed [rad/s], those that reach an end of the range with a word on it."""
     first, last = view.analysis.speeds
-    ends = {last: " (the end of the range)", first: " (from the start of the range)"}
+    ends = {last: " (end of the speed range)", first: " (start of the speed range)"}
     return listed(
         bare_speed(*band, ways=(-1, 1))
         + "".join(text for end, text in ends.items() if any(math.isclose(end, speed) for speed in band))
@@ -116,9 +116,9 @@ def _ranges(view: View, bands: tuple[tuple[float, float], ...]) -> Sentence:
 def _rule(avoid: Avoid) -> str:
     """Say above which oscillation a speed is to be avoided."""
     if avoid.limit is not None:
-        text = f"A speed is to be avoided where {OSCILLATION} is above the project's limit of "
+        text = f"A speed is to be avoided where {OSCILLATION} is above the project limit of "
         return text + Angle(avoid.limit) + f", {APART}."
-    level = f"{PEAK_AMPLIFICATION:g} times that of slow rotation"
+    level = f"{PEAK_AMPLIFICATION:g} times its value at very low speed"
     return f"A speed is to be avoided where {OSCILLATION} is above {level}, {APART}."
 
 
@@ -128,20 +128,20 @@ def _avoided(view: View, avoid: Avoid) -> Sentence:
         return _nothing_avoided(view, avoid)
     reasons = list[str]()
     if avoid.peaks:
-        slow = Angle(avoid.slow) + " of quasi-static rotation"
+        slow = Angle(avoid.slow) + " at very low speed"
         tops = listed(Angle(size) + " at " + bare_speed(speed) for speed, size in avoid.peaks)
-        fact = f"the error oscillates with more than {PEAK_AMPLIFICATION:g} times the {{}}: {{}}"
+        fact = f"the oscillation of the error is above {PEAK_AMPLIFICATION:g} times the {{}}: {{}}"
         reasons.append(Sentence(fact, slow, tops))
     if avoid.limit is not None and avoid.largest > avoid.limit:
-        text = "the error oscillates with more than the limit of {}, at most {} at {}"
+        text = "the oscillation of the error is above the limit of {}, at most {} at {}"
         reasons.append(Sentence(text, Angle(avoid.limit), Angle(avoid.largest), bare_speed(avoid.at)))
     if avoid.apart is not None and avoid.apart[1] > (avoid.limit or PEAK_AMPLIFICATION * avoid.slow):
-        text = "a motion apart from the curve oscillates with up to {}, at {}"
+        text = "another periodic motion oscillates with up to {}, at {}"
         reasons.append(Sentence(text, apart_said(avoid.apart)[0], bare_speed(avoid.apart[0])))
     if jumps := _jumps(view):
-        reasons.append("the motion jumps " + listed(jumps))
+        reasons.append("the oscillation jumps " + listed(jumps))
     if avoid.unstable:
-        reasons.append("the motion is not stable " + listed(_between(*ends) for ends in avoid.unstable))
+        reasons.append("the steady motion is unstable " + listed(_between(*ends) for ends in avoid.unstable))
     return Sentence("Avoid {} {}: there {}.", _ranges(view, avoid.bands), Speed(), Sentence(", and ").join(reasons))
 
 
@@ -156,10 +156,10 @@ def _nothing_avoided(view: View, avoid: Avoid) -> Sentence:
         comparison = "within the limit of " + Angle(avoid.limit)
     else:
         times = f"{number(largest / avoid.slow, 2)} times" if avoid.slow > 0.0 else "many times"
-        comparison = f"{times} the " + (Angle(avoid.slow) + " of quasi-static rotation")
-    jumps = "" if sweep is not None and sweep.alone else ", and nothing jumps"
+        comparison = f"{times} the " + (Angle(avoid.slow) + " at very low speed")
+    jumps = "" if sweep is not None and sweep.alone else ", without jumps"
     return Sentence(
-        "No speed of the range has to be avoided for its oscillation: the error oscillates with at most {}, {}{}.",
+        "No speed of the range has to be avoided: the oscillation of the error is at most {}, {}{}.",
         up_to, comparison, jumps,
     )  # fmt: skip
 

@@ -8,7 +8,7 @@ from ...view import View, sizes
 from ..section import Part, Table
 
 MOTOR_RATIO = 1.1  # ratio of the largest oscillations from which on the choice of the motor decides
-LITTLE = "the choice changes little"
+LITTLE = "the choice of the motor has little effect"
 
 
 def motor_in_words(name: str) -> str:
@@ -36,9 +36,9 @@ def motors(view: View) -> Part:
     if cases := [case for case in view.analysis.motors if case.drive is not None]:
         motions = [Sentence("{} at {} with ", Angle(case.oscillation), Speed(case.omega, digits=4)) for case in cases]
         oscillations = listed(one + motor_in_words(case.name) for one, case in zip(motions, cases, strict=True))
-        decides = f"the choice changes it {number(ratio, 2)} times" if ratio and ratio > MOTOR_RATIO else LITTLE
+        decides = f"the largest is {number(ratio, 2)} times the smallest" if ratio and ratio > MOTOR_RATIO else LITTLE
         texts = [
-            "The file names no motor: this report is about one that is ideally held. The error oscillates with "
+            "The project file names no motor: the report assumes an ideally held one. The oscillation is "
             + oscillations
             + f"; {decides}. Write the loop of the drive, for example 'loop: {{bandwidth: 30 Hz, damping: 0.7}}'."
         ]

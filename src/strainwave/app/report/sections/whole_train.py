@@ -30,9 +30,9 @@ from .resonances import jump_speeds
 from .single_speeds import envelope
 from .variants import motor_in_words
 
-MARGINS = " A label of 6 dB: the gain may rise by 6 dB until the loop is unstable; of −6 dB: it may fall by 6 dB."
-STEPS = " The reference steps in its speed; the torque turns the angles, at the load's side."
-RESPONSE = "Linear response of the speeds to a torque on the"
+MARGINS = " Gain margin of 6 dB: the loop is unstable when its gain rises by 6 dB; of −6 dB: when it falls by 6 dB."
+STEPS = " Step responses: speeds after a step of the speed reference, angles after a step of the load torque."
+RESPONSE = "Linear frequency response of the speeds to a torque on the"
 
 
 def whole_train(view: View) -> Part:
@@ -49,9 +49,9 @@ def whole_train(view: View) -> Part:
     made, torque = data["parts"], number(point["torque_in_gear_Nm"])
     text = (
         f"{made[:1].upper()}{made[1:]}. {gains and f'Motor control: {gains}. '}Operating point{angle}: "
-        f"{number(point['motor_speed_rpm'])} rpm, mean torque in the gear {torque} N·m. Linearised about it the "
-        f"train is {'stable' if data['stable'] else 'NOT stable'}; its modes, and the speeds in rpm at which an "
-        "order of the excitation meets them:"
+        f"{number(point['motor_speed_rpm'])} rpm, mean torque in the gear {torque} N·m. Linearised about this point "
+        f"the drive train is {'stable' if data['stable'] else 'NOT stable'}. The table lists the modes, and for each "
+        "order of the excitation the speed in rpm at which it excites the mode:"
     )
     table = Table(data["modes"], "hertz damping_ratio met_at_rpm")
     both = {"train": data, "reduction": reduced}
@@ -63,8 +63,8 @@ def _linear(view: View, study: TrainStudy) -> tuple[str, str]:
     if loop := view.project.loop:
         text = f"The motor's loop, {loop.caption}.{MARGINS}{STEPS * loop.stable}"
         return figure(loop_rows(loop), 170.0, "Bode plot and steps of the motor's loop"), text
-    on = "load, as the motor is held" if study.train.motor.held else "motor"
-    return figure([study.bode.panels()], 290.0, "Bode plot"), f"{RESPONSE} {on}, about that operating point."
+    on = "load, with the motor held" if study.train.motor.held else "motor"
+    return figure([study.bode.panels()], 290.0, "Bode plot"), f"{RESPONSE} {on}, about the operating point."
 
 
 def run_up_of_train(view: View) -> Part:
@@ -72,7 +72,7 @@ def run_up_of_train(view: View) -> Part:
     study, reduced = view.analysis.train, reduction(view) or {"sentence": ""}
     if study is None:
         return Part()
-    which = f"Largest |{view.analysis.drive.name}|, its mean included, on a slow run-up. " + reduced["sentence"]
+    which = f"Largest |{view.analysis.drive.name}|, mean included, during a slow run-up. " + reduced["sentence"]
     notes = ["Largest |x| across the gear." if study.curve is None else which] if len(study.omega) else []
     drawn = [] if study.ramp is None else [_run_figure(view, study, study.ramp)]
     return Part(
@@ -86,8 +86,8 @@ def _run_sentence(ramp: Ramp) -> Sentence:
     lost = sorted(((J, name) for name, J in run["heat_J"].items() if J), reverse=True)
     heat = ", ".join(f"{number(J, 3)} J ({name})" for J, name in lost)
     sentence = Sentence(
-        "A run-up through the speeds in {} s, after {} s at the lowest one: largest |pointing error| {} at {} rpm, "
-        "largest torque through the gear {} N·m; heat: {}; energy balance closed to {}.",
+        "Run-up through the speed range in {} s, after {} s at the lowest speed: largest |pointing error| {} at {} "
+        "rpm, largest gear torque {} N·m; heat: {}; relative error of the energy balance {}.",
         number(run["seconds"], 3), number(run["held_before_s"], 3), Angle(run["largest_pointing_error_rad"]),
         number(run["at_rpm"], 5), number(run["largest_torque_Nm"]), heat, number(run["imbalance"], 1),
     )  # fmt: skip
@@ -203,8 +203,8 @@ def reduction(view: View) -> dict[str, Any] | None:
         "oscillation_relative_to_train": reduced / full,
         "speed_relative_to_train": slow / fast,
         "sentence": Sentence(
-            f"With {motor} and a rigid load, as in the error equation, the oscillation{load} would reach {{}} at "
-            f"{{}}: {_times(reduced / full, 'as large as that', ' that')} of the train, at "
+            f"For comparison, with {motor} and a rigid load (error equation) the oscillation{load} would reach {{}} at "
+            f"{{}}: {_times(reduced / full, 'equal to the value', ' the value')} of the whole drive train, at "
             f"{_times(slow / fast, 'the same speed', ' the speed')}.",
             Angle(reduced),
             Speed(slow, digits=5),
@@ -216,7 +216,7 @@ def about_appendix(view: View) -> str:
     """Sentences on an appendix that is not about the whole drive, and its distance from that; empty otherwise."""
     if view.analysis.train is None:
         return ""
-    text, compared = "Resonances, single speeds and stability are those of the error equation.", reduction(view)
+    text, compared = "Resonances, single speeds and stability are from the error equation.", reduction(view)
     return f"{text} {view.rendered(compared['sentence'])}" if compared else text
 
 
@@ -230,10 +230,10 @@ def _run_figure(view: View, study: TrainStudy, ramp: Ramp) -> tuple[str, Sentenc
     speed = run.motor_speed[keep]
     panel = Panel("", MOTOR, view.angle.axis("pointing error"))
     low, high, middles = envelope(speed, run.pointing[keep], turns(run.trajectory.t[keep], speed))
-    panel.band(middles, low, high, BLUE, "run-up of the whole train (band of its turns)")
+    panel.band(middles, low, high, BLUE, "run-up of the whole drive (range within each turn)")
     curves = [(view.analysis.exact, ORANGE, "error equation, steady, largest |error|", DASHES)]
     if study.curve is not None:
-        name = "whole train, steady, largest |error|" + (" without gravity" if study.curve.without_angle else "")
+        name = "whole drive, steady, largest |error|" + (" without gravity" if study.curve.without_angle else "")
         curves.insert(0, (study.curve, BLACK, name, ""))
     for response, colour, name, dash in curves:
         if response.sweep is not None:
