@@ -160,7 +160,7 @@ def mutated(seed):
     return content
 
 
-PLACED = re.compile(r"[^:]+:[0-9]+:[0-9]+: [^:]*.*: .+[;,:] .+|[^:]+: [0-9]+ more problems; correct these first")
+PLACED = re.compile(r"[^:]+:[0-9]+:[0-9]+: [^:]*.*: .+[;,:] .+|[^:]+: [0-9]+ further problems; correct these first")
 LONGEST = 600  # letters of a sentence
 
 

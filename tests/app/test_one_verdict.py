@@ -58,7 +58,7 @@ def test_every_first_drive_of_a_gear_assumes_the_error_of_its_accuracy_class(tmp
     for drive in (sw.read_project(path), from_text(first_text(name), Path("first.yaml"))):
         assert drive.kinematic_error.lines == pytest.approx(np.array(accuracy_spectrum(accuracy).lines), rel=1e-9)
         assert drive.limit == pytest.approx(accuracy, rel=0.005)
-        assert any("which is assumed" in note for note in drive.notes) is (gear(name).accuracy is None)
+        assert any("peak-to-peak (assumed)" in note for note in drive.notes) is (gear(name).accuracy is None)
         assert ("excitation.accuracy", "assumed") in {(one.name, one.word) for one in drive.sources}
 
 
@@ -85,7 +85,7 @@ def test_a_speed_above_the_largest_of_the_gear_fails_alike(tmp_path):
     assert found.failures[0].startswith(said)
     assert mapped["failures"] == list(found.failures)
     np.testing.assert_allclose(found.forbidden[0], [(limit, 1.1 * limit)], rtol=1e-9)
-    assert " or faster than 4000 rpm or torque in the gear above 523 N*m" in found.rule
+    assert " or faster than 4000 rpm or gear torque above 523 N*m" in found.rule
     path = tmp_path / "axis.yaml"
     path.write_text(text(FASTER), encoding="utf-8")
     printed = CliRunner().invoke(command.cli, ["response", str(path)])
@@ -122,7 +122,7 @@ def test_the_page_finds_the_motor_torque_of_a_held_drive_over_its_short_period()
 def test_a_limit_below_the_error_of_slow_rotation_is_named_with_it():
     shown = views.response(project(("120 arcsec", "5 arcsec")))
     assert shown["passes"] is False
-    assert shown["failures"][0].startswith("The limit of 5 arcsec is below the error of quasi-static rotation, 19.9 ")
+    assert shown["failures"][0].startswith("The limit of 5 arcsec is below the gear error at very low speed, 19.9 ")
 
 
 def test_jumps_below_the_limit_fail_and_are_named():

@@ -81,7 +81,7 @@ def test_a_motor_that_dry_friction_holds_is_not_told_as_settled():
     train = STICKY.train()
     held = sw.move(train.with_motor(drag=sw.laws.Coulomb(1e6)), sw.Trapezoid(0.1, 0.3), tail=0.1)
     assert held.settling_times == (None,)
-    assert "The motor does not break away: dry friction holds it through the whole move." in held.remarks
+    assert "The motor does not move: dry friction holds the motor during the whole move." in held.remarks
     assert held.peak_error == pytest.approx(0.1, rel=1e-6)
 
 
@@ -163,7 +163,7 @@ def test_a_slow_range_has_its_stick_slip_and_says_so(tmp_path):
     assert np.min(found.oscillation[slow]) > 25.0 * ARCSEC > 9.0 * ARCSEC > np.max(found.oscillation[~slow])
     assert "a shaft may stick, and friction that falls with speed makes the loop unstable" in str(found.message)
     assert found.motor_torque[np.argmax(found.omega)] == pytest.approx(0.05, abs=2e-3)
-    with pytest.raises(ProjectError, match=r"motor\.drag\.width: is no field here: dry friction of a shaft sticks"):
+    with pytest.raises(ProjectError, match=r"motor\.drag\.width: is not a field here: dry friction of a shaft"):
         from_text(SLOW.replace("v_s: 0.02 rad/s", "v_s: 0.02 rad/s, width: 0.001 rad/s"), tmp_path / "wide.yaml")
 
 

@@ -144,7 +144,7 @@ def test_a_posture_changes_the_load_and_keeps_loop_and_damping(tmp_path):
          "postures: two postures have the name 'out'; give them different names"),
         ("{links: [{mass: 6 kg, length: 0.4 m}], angles: [[0 deg, 0 deg]]}", TABLE, "postures.links: has 1 items"),
         ("{links: [{mass: 6 kg, length: 1 m}, {mass: 6 kg, length: 1 m}], joint: 3, angles: [[0 deg, 0 deg]]}", TABLE,
-         "postures.joint: '3' is no joint of two links"),
+         "postures.joint: '3' is not a joint of two links"),
         ("{links: [{mass: 6 kg, length: 1 m}, {mass: 6 kg, length: 1 m}], angles: []}", TABLE,
          "postures.angles: is empty; write for example"),
     ],

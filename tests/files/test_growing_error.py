@@ -102,7 +102,7 @@ def test_what_knows_one_amplitude_refuses_a_growing_one(tmp_path):
     design = Path(__file__).parents[2] / "examples" / "projects" / "elbow.yaml"
     text = design.read_text(encoding="utf-8") + f"\nexcitation: {{kinematic_error: {LINES}}}\n"
     (tmp_path / "design.yaml").write_text(text, encoding="utf-8")
-    with pytest.raises(ValueError, match="depends on torque or direction, and a design has many; write one amplitude"):
+    with pytest.raises(ValueError, match="depends on torque or direction; a design needs one amplitude"):
         read_specification(tmp_path / "design.yaml")
 
 
@@ -112,7 +112,7 @@ def test_its_numbers_scatter_and_change_and_an_export_says_its_torque(tmp_path):
     with pytest.raises(ProjectError, match=r"gives .*kinematic_error\.0\.amplitude\.at_rest"):
         project(TEXT + "scatter: {kinematic_error.0.amplitude: 5 %}\n")
     notes = sw.export(project(), tmp_path / "axis.c", to="c").notes
-    assert any("kinematic error is that of forward motion under the mean torque of the file" in note for note in notes)
+    assert any("kinematic error is always that of forward motion under the mean torque" in note for note in notes)
 
 
 BOTH_WAYS = (
@@ -141,4 +141,4 @@ def test_backward_motion_has_its_own_error():
     assert [tables[speed].direction for speed in (40.0, -40.0)] == ["forward", "backward"]
     assert tables[-40.0].lines[0].amplitude / ARCSEC == pytest.approx(8.0)
     move = sw.move(axis, sw.Trapezoid(-0.3, 0.4))
-    assert any("a move has that of forward motion throughout" in remark for remark in move.remarks)
+    assert any("a move uses the error of forward motion throughout" in remark for remark in move.remarks)

@@ -34,8 +34,9 @@ def test_every_change_spoils_a_file_and_the_same_seed_the_same_way():
 @pytest.mark.parametrize(
     ("code", "output"),
     [
-        (1, "strainwave: KeyError: 'x' (this is unexpected; --debug shows where)"), (3, ""), (3, "something is wrong"),
-        (3, "drive.yaml:1:1: gear: is wrong"), (0, "drive.yaml: valid\n  J nan kg*m^2"), (2, "Usage: ..."),
+        (1, "strainwave: KeyError: 'x' (unexpected error; --debug shows the traceback)"), (3, ""),
+        (3, "something is wrong"), (3, "drive.yaml:1:1: gear: is wrong"),
+        (0, "drive.yaml: valid\n  J nan kg*m^2"), (2, "Usage: ..."),
     ],
 )  # fmt: skip
 def test_the_judge_sees_what_is_no_sentence(code, output):

@@ -114,9 +114,9 @@ def test_lines_of_one_pair_are_added_and_pairs_of_no_table_are_refused():
     assert twice.orders == (98, 100, 200)
     assert twice.lines[0].amplitude == pytest.approx(34e-6)
     for fields, said in (
-        ({}, "order 1.96 is a line of the output's turn; give the ratio, and the table counts there"),
-        ({"ratio": 50.0, "turn": "motor"}, "order 1.96 is 1.96 on the turn of the table, no whole number"),
-        ({"ratio": 50.3}, "order 2 is 100.6 on the turn of the table, no whole number"),
+        ({}, "order 1.96 is a line of the output's turn; give the ratio of the gear"),
+        ({"ratio": 50.0, "turn": "motor"}, "order 1.96 is 1.96 on the turn of the table, not a whole number"),
+        ({"ratio": 50.3}, "order 2 is 100.6 on the turn of the table, not a whole number"),
         ({"ratio": -50.0}, "ratio of an order table is -50.0; it must be a positive finite number"),
     ):
         with pytest.raises(ValueError, match=said):
@@ -130,10 +130,10 @@ LINE = sw.Line(2, 1e-4, 0.0)
     ("fields", "said"),
     [
         ({"lines": (3.0,)}, "lines of an order table are .*; give lines, each an order, amplitude and phase"),
-        ({"lines": (LINE, LINE)}, "order 2 is twice in the lines of an order table; add the two to one line"),
+        ({"lines": (LINE, LINE)}, "order 2 appears twice in the lines of an order table; add both lines"),
         ({"lines": (sw.Line(0, 1e-4),)}, "an order of an order table is 0; it must be a whole number of at least 1"),
         ({"lines": (sw.Line(20_000, 1e-4),)}, "at most 10000"),
-        ({"lines": (sw.Line(2, -1e-4),)}, "amplitude of order 2 is -0.0001; give it 0-to-peak and half a turn"),
+        ({"lines": (sw.Line(2, -1e-4),)}, "amplitude of order 2 is -0.0001; use a positive one"),
         ({"lines": (sw.Line(2, math.nan),)}, "amplitude of order 2 is nan; it must be a finite number"),
         ({"unit": "deg"}, "unit of an order table is 'deg'; it must be 'rad' or 'N.m'"),
         ({"ratio": 0.0}, "ratio of an order table is 0.0; it must be a positive finite number"),
@@ -267,8 +267,8 @@ def test_what_a_file_cannot_hold_is_refused_in_one_sentence(tmp_path):
         ("a.h", {"points": 8}, "8 points a turn hold no order 4"),
         ("a.csv", {"points": 40_000}, "points is 40000; it must be at most 20000"),
         ("a.h", {"prefix": "2bad"}, "prefix is '2bad'; give a name of C"),
-        ("a.txt", {}, "'.txt' is no format of order tables; formats: json, csv, c"),
-        ("a.csv", {"format": "beckhoff"}, "'beckhoff' is no format of order tables; formats: json, csv, c"),
+        ("a.txt", {}, "'.txt' is not a format of order tables; formats: json, csv, c"),
+        ("a.csv", {"format": "beckhoff"}, "'beckhoff' is not a format of order tables; formats: json, csv, c"),
     ):
         with pytest.raises(ValueError, match=said):
             ANGLE.write(tmp_path / name, **given_options)
@@ -281,10 +281,10 @@ def test_what_a_file_cannot_hold_is_refused_in_one_sentence(tmp_path):
 
 HEAD = '{"format": "strainwave order table", "version": 1'
 HOSTILE = [
-    ("[1, 2]", "is no order table: neither JSON of lines, nor a C header, nor CSV with the columns angle_rad,value"),
-    ("", "is empty|is no order table"),
-    ("{" * 100_000, "is no whole JSON"),
-    (HEAD, "is no whole JSON .*; save the table again"),
+    ("[1, 2]", "is not an order table: neither JSON of lines, nor a C header, nor CSV with the columns angle_rad"),
+    ("", "is empty|is not an order table"),
+    ("{" * 100_000, "is not complete JSON"),
+    (HEAD, "is not complete JSON .*; save the table again"),
     (HEAD.replace("1", "9") + "}", "version: is 9 and must be 1"),
     ("{}", "format: is None and must be 'strainwave order table'"),
     (HEAD + ', "zzz": 1}', "zzz: is not a field of an order table"),
@@ -294,7 +294,7 @@ HOSTILE = [
     ("angle_rad,value\n0,1\n1,2\n2,1\n4,1\n5,1\n", "the 5 angles are not equidistant from 0 over one turn"),
     ("angle_rad,value\n0,1\n", "has 1 points; a turn needs 4 to 20000"),
     ("angle_rad,value\n0,1,3\n", "2:1: file: has 3 cells where the head names 2"),
-    ("angle_rad,value\n0,1\n1,1e999\n", "3:1: value: '1e999' is no finite number"),
+    ("angle_rad,value\n0,1\n1,1e999\n", "3:1: value: '1e999' is not a finite number"),
     ("# turn = sideways\nangle_rad,value\n0,1\n1.5707963267948966,1\n3.141592653589793,1\n4.71238898038469,1\n",
      "turn of an order table is 'sideways'"),
     ("// lines = [[2]]\n", "lines of an order table are"),

@@ -115,7 +115,7 @@ def test_what_is_wrong_with_a_gear_is_one_line_with_its_place(written, old, new,
         (
             "1e5",
             "1e5 N*m/rad",
-            "gears.csv:2:3: K1: '1e5 N*m/rad' has a unit and line 1 gives the column N*m/rad; write it once",
+            "gears.csv:2:3: K1: '1e5 N*m/rad' has a unit, and line 1 gives the unit N*m/rad for the column",
         ),
         (",,,", ",,", "gears.csv:3:1: file: has 9 cells where line 1 names 10 columns"),
         (",ratio", ",name", "gears.csv:1:1: name: is the name of two columns; remove one"),
@@ -184,7 +184,7 @@ def test_the_command_lists_and_shows_ones_own_gears(written):
     run = CliRunner().invoke
     none = run(cli, ["catalogue", "--file", file, "--torque", "1 N*m", "--json"])  # no rated torque is given
     assert (none.exit_code, none.stdout) == (1, "")
-    assert "no gear of gears.yaml meets all conditions; it has 2 gears" in none.stderr
+    assert "no gear of gears.yaml meets all conditions; searched: 2 gears" in none.stderr
     listed = json.loads(run(cli, ["catalogue", "--file", file, "--stiffness", "9e4 N*m/rad", "--json"]).output)
     assert [g["name"] for g in listed["gears"]] == ["MY-40-50", "MY-40-51"]
     assert "lost_motion" in run(cli, ["catalogue", "MY-40-50", "--file", file]).output

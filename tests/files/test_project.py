@@ -79,9 +79,11 @@ def test_a_line_of_two_turns_has_the_sum_of_its_orders(written):
 @pytest.mark.parametrize(
     ("gear", "ratio", "said"),
     [
-        ("{name: CSG-40-50, fixed: circular_spline}", 50.0, "flexspline turns against the motor, once in 50 turns; an oval "
+        ("{name: CSG-40-50, fixed: circular_spline}", 50.0,
+         "flexspline turns against the motor, once in 50 turns; an oval "
          "circular spline gives error order 2, an oval flexspline gives error order {wave_generator: 2, output: 2}."),
-        ("{name: CSG-40-50, fixed: flexspline}", 51.0, "circular spline turns with the motor, once in 51 turns; an oval "
+        ("{name: CSG-40-50, fixed: flexspline}", 51.0,
+         "circular spline turns with the motor, once in 51 turns; an oval "
          "flexspline gives error order 2, an oval circular spline gives error order {wave_generator: 2, output: -2}."),
         ("{ratio: 51, fixed: flexspline, law: {type: linear, K: 1e5 N*m/rad}}", 51.0, "with the motor, once in 51"),
         ("{ratio: 1.02, fixed: wave_generator, law: {type: linear, K: 1e5 N*m/rad}}", 1.02, "once in 1.02 turns; an "
@@ -223,7 +225,7 @@ def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(wri
         series = sum(a * np.cos(k * t + p) for k, a, p in zip((1, 2, 4), (0.25, 1.0, 0.25), phases, strict=True))
         sizes.append(np.max(np.abs(series)) / np.ptp(series))
     slow, low, high = sizes[0], min(sizes[1:]), max(sizes[1:])
-    assert f"{slow:.2f} of the class; random phases give {low:.2f} to {high:.2f} of it." in note
+    assert f"{100 * slow:.0f} % of the accuracy class ({100 * low:.0f} to {100 * high:.0f} % for" in note
     (size,) = re.findall(r"is then ±([\d.]+) arcsec", note)
     assert float(size) == pytest.approx(slow * accuracy / ARCSEC, rel=0.01)
     assert not any("accuracy class" in note for note in read_project(written(GOOD)).notes)
@@ -278,11 +280,11 @@ WRONG = [
     ("1.3 kg*m^2", "1,3 kg*m^2", "3:17: load.inertia: '1,3 kg*m^2' has a comma; write 1.3, not 1,3"),
     ("1.3 kg*m^2", "-1.3 kg*m^2", "3:17: load.inertia: '-1.3 kg*m^2' is not positive; write a value above zero"),
     ("1.3 kg*m^2", ".nan", "3:17: load.inertia: '.nan' does not begin with a finite number"),
-    ("1.3 kg*m^2", "1e99 kg*m^2", "3:17: load.inertia: '1e99 kg*m^2' is beyond any drive; check the number"),
+    ("1.3 kg*m^2", "1e99 kg*m^2", "3:17: load.inertia: '1e99 kg*m^2' is outside any realistic range; check the number"),
     ("1.3 kg*m^2", "[1.3 kg*m^2]", "3:17: load.inertia: is a list, not a number with its unit"),
     ("1.3 kg*m^2", "{value: 1.3}", "3:17: load.inertia: is a group of fields, not a number with its unit"),
     ("100 rpm", "{}", "5:15: speed.from: is a group of fields, not a number with its unit; write for example 60"),
-    ("1.3 kg*m^2", "!!float 1.3 kg*m^2", "3:17: load.inertia: has the tag 'float'; leave the tag out"),
+    ("1.3 kg*m^2", "!!float 1.3 kg*m^2", "3:17: load.inertia: has the tag 'float'; remove the tag"),
     ("1.3 kg*m^2", "*other", "3:17: load.inertia: '*other' is an alias; write the value out"),
     ("{inertia: 1.3 kg*m^2}", "1.3 kg*m^2", "3:7: load: '1.3 kg*m^2' is not a group of fields"),
     ("{inertia: 1.3 kg*m^2}", "", "3:1: load: is empty; write a value or remove the field"),
@@ -292,7 +294,7 @@ WRONG = [
     (
         "m^2}",
         "m^2, gravity: 40 N*m}",
-        "3:29: load.gravity: unknown field; see 'drag' (Friction, gravity or imbalance that opposes "
+        "3:29: load.gravity: unknown field; see 'drag' (Friction, gravity or imbalance torque on "
         "the load), as drag: {type: ",
     ),
     ("m^2}", "m^2, inertia: 5 kg*m^2}", "3:29: load.inertia: appears twice, first in line 3; remove one"),
@@ -377,8 +379,8 @@ WRONG = [
     (
         "gear: CSG-40-50",
         "gear: {ratio: 1.0000001, law: {type: linear, K: 7160 N*m/rad}}",
-        "1:15: gear.ratio: '1.0000001' is so near 1 that motor and output turn alike; write 1, or "
-        "what the teeth give, as 1.01 with the wave generator fixed",
+        "1:15: gear.ratio: '1.0000001' is too close to 1; write 1, or the ratio of the teeth, for "
+        "example 1.01 with a fixed wave generator",
     ),
     (
         "[{order: 2,",
@@ -403,7 +405,7 @@ WRONG = [
     ("gear: CSG", "gear: x: CSG", "1:8: file: a second ': ' in one line; put text with a colon in quotes"),
     ("damping:", "---\ndamping:", "4:1: file: a second document begins; a project file has one, remove the line '---'"),
     ("0.02}", "0.02", "5:6: file: not YAML"),
-    ("damping:", "? [damping]\n:", "4:3: file: has a key that is no word; write 'name: value'"),
+    ("damping:", "? [damping]\n:", "4:3: file: has a key that is not a word; write 'name: value'"),
     ("damping: {ratio: 0.02}", "damping: " + "[" * 30 + "]" * 30, "4:20: file: is nested more than 10 levels deep"),
 ]
 
@@ -647,7 +649,7 @@ def test_a_range_from_rest_begins_at_one_percent_of_its_end_and_says_so(written,
     low, high = project.speeds.limits
     assert high == pytest.approx(3000.0 * math.pi / 30.0 * (50.0 if shaft == "load" else 1.0), rel=1e-14)
     assert low == pytest.approx(0.01 * high, rel=1e-14)
-    said = f"The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {begin}."
+    said = f"The speed range starts at 0; computed is the range from 1 % of its upper end, {begin}."
     assert said in project.notes
 
 
@@ -661,13 +663,13 @@ def test_a_file_is_read_as_editors_save_it(written, encoding):
 
 def test_utf_16_that_breaks_off_is_said(written):
     (line,) = complaint(written(GOOD.encode("utf-16")[:-1]))
-    assert line == "project.yaml:1:1: file: begins as UTF-16 text and does not go on so; save it as UTF-8 text"
+    assert line == "project.yaml:1:1: file: starts as UTF-16 text but is not UTF-16; save it as UTF-8 text"
 
 
 def test_very_many_problems_are_cut_short(written):
     lines = complaint(written(GOOD + "".join(f"wrong_{i}: 1\n" for i in range(500))))
     assert len(lines) == 21
-    assert lines[-1] == "project.yaml: 480 more problems; correct these first"
+    assert lines[-1] == "project.yaml: 480 further problems; correct these first"
 
 
 @pytest.mark.parametrize(
@@ -723,7 +725,7 @@ def test_a_file_without_permission_is_refused(written, monkeypatch):
 
     path = written(GOOD)
     monkeypatch.setattr(Path, "read_bytes", refuse)
-    assert complaint(path) == ["project.yaml:1:1: file: may not be read; give yourself the permission to read it"]
+    assert complaint(path) == ["project.yaml:1:1: file: no permission to read it; change its rights"]
 
 
 def is_project_or_complaint(path) -> bool:

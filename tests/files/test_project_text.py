@@ -79,9 +79,9 @@ def test_the_error_equation_of_a_drive_survives_its_project_file(motor, tmp_path
 @pytest.mark.parametrize(
     ("train", "omega", "said"),
     [
-        (DRIVE.train(omega=3.0), None, "does not take this train: project.yaml:6:13: excitation: has no periodic"),
+        (DRIVE.train(omega=3.0), None, "cannot hold this train: project.yaml:6:13: excitation: has no periodic"),
         (WITH_LOOP, (3.0, 2.0), r"omega \[rad/s\] is \(3.0, 2.0\); it must be two finite numbers"),
-        (WITH_LOOP._replace(reference=sw.train.AtRest()), None, r"constant speeds, and this train follows AtRest\(\)"),
+        (WITH_LOOP._replace(reference=sw.train.AtRest()), None, r"constant speeds, but this train follows AtRest\(\)"),
         (
             WITH_LOOP._replace(load=sw.train.Load(1.0, sw.train.TorqueProfile((0.0, 1.0), (0.0, 1.0)))),
             None,

@@ -249,4 +249,4 @@ def test_a_file_that_does_not_end_is_interrupted_with_a_sentence(tmp_path):
             out, err = run.communicate(timeout=60)
         finally:
             run.kill()
-    assert (run.returncode, out, err) == (130, "", "strainwave: interrupted; nothing was written: run it again\n")
+    assert (run.returncode, out, err) == (130, "", "strainwave: interrupted; nothing was written; run it again\n")

@@ -114,7 +114,7 @@ GOOD = "angle [deg],error [arcsec]\n0,1\n1,2\n2,3\n"
         ),
         ("angle [deg],error [arcsec]\n0,1\n", "1:2: error: column 'error' is in arcsec and was requested in arcmin"),
         (GOOD + "3\n", "5:1: file: has 1 cells where the first line of numbers has 2"),
-        (GOOD + "3,nan\n", "5:2: error: is no finite number; correct it or remove the line"),
+        (GOOD + "3,nan\n", "5:2: error: is not a finite number; correct it or remove the line"),
         (GOOD + "3,0x10\n", "5:2: file: has '0x10', which is no number"),
         (GOOD + "2,4\n", "5:1: angle: 2 stands after 2 of line 4; angles must ascend: average repeated ones"),
     ],
@@ -177,7 +177,7 @@ def test_the_command_counts_on_the_turn_asked_for(tmp_path):
     short = run(path, "--shaft", "output")
     assert short.exit_code == 3
     assert f"scan.csv:{len(DEGREES) + 1}:1: angle: the angles reach over 0.02 turns" in short.stderr
-    assert "give --ratio" in run(path, "--shaft", "output", "--turn", "motor").stderr
+    assert "add --ratio" in run(path, "--shaft", "output", "--turn", "motor").stderr
 
 
 def test_the_command_gives_the_lost_motion_of_two_files(tmp_path):
@@ -200,9 +200,9 @@ def test_the_command_gives_the_lost_motion_of_two_files(tmp_path):
         (
             ["--rate", "100", "--shaft", "motor"],
             1,
-            "--rate is for logs; a scan of angle and error without a time",
+            "--rate is for logs; a scan (angle and error without time)",
         ),
-        (["other.csv", "--ate"], 1, "2 files are given; a scan of angle and error without a time is one file"),
+        (["other.csv", "--ate"], 1, "2 files are given; a scan (angle and error without time) is one file"),
     ],
 )
 def test_wrong_options_are_refused(tmp_path, arguments, code, words):

@@ -101,7 +101,7 @@ def test_a_chunk_that_kills_its_process_is_reported_and_the_others_are_done(meas
     lost[1, :5] = True
     assert np.array_equal(result["point_status"], 3 * lost)
     assert np.array_equal(np.isnan(result["value"]), lost)
-    assert "the worker died each time" in result.attrs["errors"].splitlines()[0]
+    assert "the worker process ended each time" in result.attrs["errors"].splitlines()[0]
     assert zarr.open_array(tmp_path / "s" / "done")[:].sum() == 11  # the next run tries it again
 
 

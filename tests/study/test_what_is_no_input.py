@@ -70,7 +70,7 @@ BROKEN = r"the order 1\.96 is not an integer, so the motion does not repeat"
             lambda: sw.gears.peak_to_peak(OVAL),
             "a line of the output's turn does not repeat with .*; take on_output_turn",
         ),
-        (lambda: design(kinematic_error=OVAL), "kinematic_error has a line of the output's turn, and gears"),
+        (lambda: design(kinematic_error=OVAL), "kinematic_error has an order of the output shaft, but the gears"),
     ],
 )
 def test_a_line_of_the_outputs_turn_is_refused_in_one_sentence_by_what_counts_on_one_turn(ask, words):

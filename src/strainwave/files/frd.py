@@ -114,7 +114,7 @@ def _refuse_unread(
     roles, what = (("time", *RECORDS), "records") if records else (tuple(WORDS), "a table of frequencies")
     for name, given, accepted in (("columns", columns, roles), ("units", units, roles if records else tuple(UNITS))):
         if wrong := [key for key in given if key not in accepted]:
-            raise ValueError(f"holds {what}, and {name} has {shown(wrong[0])}; it takes {', '.join(accepted)}")
+            raise ValueError(f"holds {what}, and {name} has {shown(wrong[0])}; accepted: {', '.join(accepted)}")
     if records and (quantity not in (None, "plant") or estimator != "unknown"):
         raise ValueError(
             "holds records of a closed loop, from which the plant is estimated with the reference as instrument; leave "
@@ -188,7 +188,7 @@ def _response(
     z = part["real"] + 1j * part["imaginary"] if pair else part["size"] * np.exp(1j * part.get("phase", 0.0))
     good = np.isfinite(z) & (part["frequency"] > 0.0) & (z != 0.0)
     if not np.all(good):
-        notes.append(f"{np.sum(~good)} lines at no frequency or without a value were left out")
+        notes.append(f"{np.sum(~good)} lines without frequency or value were omitted")
     return part["frequency"][good], z[good], pair or "phase" in part
 
 

@@ -131,7 +131,7 @@ def _from_json(text: str, names: Sequence[str]) -> dict[str, Any]:
         table: dict[str, Any] = json.loads(text)
     except (ValueError, RecursionError) as error:
         reason, line = " ".join(str(error).split())[:100], getattr(error, "lineno", 1)
-        raise Unfit(line, "file", f"is no whole JSON ({reason}); save the table again") from None
+        raise Unfit(line, "file", f"is not complete JSON ({reason}); save the table again") from None
     for name, expected in (("format", MARK), ("version", VERSION)):
         if (value := table.pop(name, None)) != expected:
             raise Unfit(1, name, f"is {shown(value)} and must be {expected!r}; save the table again")
@@ -155,16 +155,16 @@ def _from_points(text: str, table: Mapping[str, Any]) -> dict[str, Any]:
     """Constant and lines of each direction of motion."""
     rows = [(i, row.strip()) for i, row in enumerate(text.splitlines(), 1) if row.strip() and row.lstrip()[0] != "#"]
     if not rows or rows[0][1] not in HEADS:
-        sentence = f"is no order table: neither JSON of lines, nor a C header, nor CSV with the columns {HEADS[0]}"
+        sentence = f"is not an order table: neither JSON of lines, nor a C header, nor CSV with the columns {HEADS[0]}"
         raise Unfit(rows[0][0] if rows else 1, "file", sentence)
     width, body = rows[0][1].count(",") + 1, [(i, row.split(",")) for i, row in rows[1:]]
     for i, cells in body:
         if len(cells) != width:
             raise Unfit(i, "file", f"has {len(cells)} cells where the head names {width}; correct it")
         if bad := [cell for cell in cells if not _finite(cell.strip())]:
-            raise Unfit(i, "value", f"{shown(bad[0])} is no finite number; correct it")
+            raise Unfit(i, "value", f"{shown(bad[0])} is not a finite number; correct it")
     if not 4 <= len(body) <= MOST_POINTS:
-        raise Unfit(1, "file", f"has {len(body)} points; a turn needs 4 to {MOST_POINTS}, it may be cut off")
+        raise Unfit(1, "file", f"has {len(body)} points; a turn needs 4 to {MOST_POINTS}; the file may be incomplete")
     angles, *values = np.array([cells for _, cells in body], float).T
     step = 2.0 * math.pi / len(body)
     if np.max(np.abs(angles - step * np.arange(len(body)))) > EVEN * step:

@@ -38,7 +38,7 @@ def format_of(path: str | os.PathLike[str], format: str | None) -> str:
     ending = Path(path).suffix
     form = format or next((name for name, usual in FORMATS.items() if usual == ending), ending)
     if form not in FORMATS:
-        raise ValueError(f"{shown(form)} is no format of order tables; formats: {', '.join(FORMATS)}")
+        raise ValueError(f"{shown(form)} is not a format of order tables; formats: {', '.join(FORMATS)}")
     return form
 
 
@@ -146,9 +146,7 @@ class OrderTable:
         turns = 1.0
         if broken and "turn" not in fields:
             if fields.get("ratio") is None:
-                raise ValueError(
-                    f"order {broken[0]:.6g} is a line of the output's turn; give the ratio, and the table counts there"
-                )
+                raise ValueError(f"order {broken[0]:.6g} is a line of the output's turn; give the ratio of the gear")
             turns, given["turn"] = number("ratio of an order table", fields["ratio"], positive=True), "output"
         given |= {name: _merged(lines, turns) for name, lines in sets.items()}
         return cls(**given | {"mean": _mean(error), "mean_backward": _mean(backward)} | fields)
@@ -191,7 +189,7 @@ class OrderTable:
         v = samples_of("speed [rad/s]", speed)
         led = samples_of("angle [rad]", angle) + self.delay * v
         if not np.all(np.isfinite(led)):
-            raise ValueError("an order table was asked for an angle or a speed that is not finite; hold the last value")
+            raise ValueError("angle or speed of an order table is not finite; hold the last value")
         held = np.where(v < 0.0, self._one_way(led, "backward"), self._one_way(led, "forward"))
         return float(held) if held.ndim == 0 else held
 
@@ -317,9 +315,11 @@ def _checked(name: str, lines: object) -> tuple[Line, ...]:
         order = positive_count("an order of an order table", line.order, HIGHEST)
         size = number(f"the amplitude of order {order}", line.amplitude)
         if size < 0.0:
-            raise ValueError(f"the amplitude of order {order} is {size:g}; give it 0-to-peak and half a turn in phase")
+            raise ValueError(
+                f"the amplitude of order {order} is {size:g}; use a positive one and a phase of half a turn"
+            )
         if order in result:
-            raise ValueError(f"order {order} is twice in the {name} of an order table; add the two to one line")
+            raise ValueError(f"order {order} appears twice in the {name} of an order table; add both lines")
         result[order] = Line(order, size, number(f"the phase of order {order}", line.phase))
     return tuple(result.values())
 
@@ -351,7 +351,7 @@ def _merged(lines: Sequence[Line], turns: float) -> tuple[Line, ...]:
     for line in lines:
         order = line.order * turns
         if abs(order - round(order)) > ORDER_TOLERANCE * max(1.0, order):
-            fault = f"order {line.order:.6g} is {order:.6g} on the turn of the table, no whole number; leave it out"
+            fault = f"order {line.order:.6g} is {order:.6g} on the turn of the table, not a whole number; remove it"
             raise ValueError(fault)
         groups.setdefault(round(order), []).append(line)
     merged = []

@@ -27,7 +27,7 @@ COUNT = Whole(1, 999_999, "write for example 50", "is not a whole number from 1;
 
 def _name(text: str) -> str:
     if not (0 < len(text) <= NAME_LETTERS and text.isprintable()):
-        raise ValueError(f"{shown(text)} is no name of 1 to {NAME_LETTERS} printable characters; shorten it")
+        raise ValueError(f"{shown(text)} is not a name of 1 to {NAME_LETTERS} printable characters; shorten it")
     return text
 
 
@@ -137,7 +137,7 @@ def _of_table(text: str) -> Located:
     tree.content = {"gears": []}
     for line, row in body:
         if len(row) != len(header):
-            fact = f"has {len(row)} cells where line {first} names {len(header)} columns; leave cells empty, not out"
+            fact = f"has {len(row)} cells where line {first} names {len(header)} columns; keep empty cells"
             tree.problems.append(Problem(line, 1, "file", fact))
             continue
         group, keys = dict[str, str](), ("gears", len(tree.content["gears"]))
@@ -145,7 +145,7 @@ def _of_table(text: str) -> Located:
         for column, (key, unit, cell) in enumerate(zip(names, units, row, strict=True), 1):
             tree.values[(*keys, key)] = tree.keys[(*keys, key)] = line, column
             if cell and unit and _has_unit(cell):
-                fact = f"{shown(cell)} has a unit and line {first} gives the column {unit}; write it once"
+                fact = f"{shown(cell)} has a unit, and line {first} gives the unit {unit} for the column; write it once"
                 tree.problems.append(Problem(line, column, key, fact))
             elif cell:
                 group[key] = f"{cell} {unit}".strip()

@@ -68,7 +68,7 @@ def project_text(
         return _of_project(source)
     train = checked(source)
     if not isinstance(train.reference, Steady):
-        fault = f"a project file has constant speeds, and this train follows {train.reference}; use it in Python"
+        fault = f"a project file needs constant speeds, but this train follows {train.reference}; use it in Python"
         raise ValueError(fault)
     text = _file(
         title=title or None,
@@ -87,7 +87,7 @@ def project_text(
     try:
         from_text(text, Path("project.yaml"))
     except ProjectError as error:
-        raise ValueError(f"a project file does not take this train: {error}") from error
+        raise ValueError(f"a project file cannot hold this train: {error}") from error
     return text
 
 

@@ -43,12 +43,12 @@ from .yaml_text import FileError, Keys, Located, Problem, complaint, name, read,
 
 T = TypeVar("T")
 ACCURACY_NOTE = (
-    "The kinematic error is made from the accuracy class, {:.4g} arcsec peak-to-peak{}: orders 1, 2 and 4 in the ratio "
-    "1 : 4 : 1, all phases zero, are an assumption. In slow rotation the error is then ±{} arcsec, 0.65 of the "
-    "class; random phases give 0.50 to 0.65 of it. A measured scan (strainwave order-scan) replaces the assumption."
+    "Assumed kinematic error: accuracy class {:.4g} arcsec peak-to-peak{}, orders 1, 2, 4 in the ratio 1 : 4 : 1, all "
+    "phases zero. At very low speed the error is then ±{} arcsec, 65 % of the accuracy class (50 to 65 % for random "
+    "phases). A measured scan (strainwave order-scan) replaces the assumption."
 )
 FROM_REST = 0.01  # of the end of a range from 0: where it begins
-REST_NOTE = "The speed range is given from 0, where nothing turns; it begins at 1 % of its end, {}."
+REST_NOTE = "The speed range starts at 0; computed is the range from 1 % of its upper end, {}."
 
 
 def resolved(
@@ -92,7 +92,7 @@ def resolved(
     )
     facts = tuple(notes(project, isinstance(spec.motor.loop, Tuning)))
     if accuracy is not None:
-        itself = ", which is assumed" if class_assumed(spec) else ""
+        itself = " (assumed)" if class_assumed(spec) else ""
         size = convert(accuracy, "rad", "arcsec")
         facts = (ACCURACY_NOTE.format(size, itself, number(0.65 * size, 3)), *facts)
     if spec.speed.from_ == 0.0:

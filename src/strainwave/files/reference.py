@@ -163,7 +163,7 @@ def _plain(text: object) -> str:
 
 HEAD = """\
 # A drive with a strain wave gear. Every quantity is a number with its unit; other units of the same kind do as well.
-# What a line with '#' before a field shows may be written too.
+# Lines with '#' before a field show further fields that may be written.
 """
 WIDTH = 110
 

@@ -29,7 +29,7 @@ def _series(value: str) -> str:
     """A series of the catalogue, in any letters (ValueError)."""
     names = sorted({gear.series for gear in catalogue.select()})
     if value.upper() not in names:
-        raise ValueError(f"{value!r} is no series of the catalogue; write one of {', '.join(names)}")
+        raise ValueError(f"{value!r} is not a series of the catalogue; write one of {', '.join(names)}")
     return value.upper()
 
 
@@ -62,13 +62,13 @@ class MotorsSpec(Group):
     rotor_inertias: tuple[float, ...] = needed(
         INERTIAS, "[0.5 kg*cm^2, 2 kg*cm^2]", "Inertias of the rotors, without the wave generator."
     )
-    loop: Any = field(Loop(), EXAMPLE_LOOP, "Loop that keeps the speed of the motor.")
+    loop: Any = field(Loop(), EXAMPLE_LOOP, "Loop that controls the motor.")
 
 
 class RatioSpec(Group):
     """Damping of the gear as a share of the critical one on the held load."""
 
-    ratio: float = needed(Quantity("", "positive"), "3 %", "Share of the critical damping.")
+    ratio: float = needed(Quantity("", "positive"), "3 %", "Damping ratio: fraction of the critical damping.")
 
 
 class SegmentSpec(Group):
@@ -76,7 +76,7 @@ class SegmentSpec(Group):
 
     torque: float = needed(groups.TORQUE, "60 N*m", "Torque of the load.")
     speed: float = needed(Quantity("rad/s"), "20 rpm", "Speed of the load.")
-    duration: float = needed(Quantity("s", "positive"), "2 s", "Time that it takes.")
+    duration: float = needed(Quantity("s", "positive"), "2 s", "Duration of the segment.")
 
 
 SEGMENTS = Items(Fields(SegmentSpec), high=MOST_ITEMS)
@@ -85,18 +85,18 @@ SEGMENTS = Items(Fields(SegmentSpec), high=MOST_ITEMS)
 class TorquesSpec(Group):
     """Torques of the load in place of a duty cycle, and what comes on top."""
 
-    mean: float | None = field(groups.TORQUE, "40 N*m", "Mean torque.")
-    peak: float | None = field(groups.TORQUE, "90 N*m", "Largest torque.")
+    mean: float | None = field(groups.TORQUE, "40 N*m", "Mean torque of the load.")
+    peak: float | None = field(groups.TORQUE, "90 N*m", "Largest torque of the load.")
     momentary: float | None = field(groups.TORQUE, "200 N*m", "Torque of a collision.")
-    preload: float = field(groups.TORQUE, "5 N*m", "Constant torque on top.", 0.0)
+    preload: float = field(groups.TORQUE, "5 N*m", "Additional constant torque of the load.", 0.0)
     average_speed: float | None = field(schema.SPEED, "15 rpm", "Average speed of the load.")
 
 
 class LargestSpec(Group):
     """Room for the gear."""
 
-    size: int | None = field(COUNT, "40", "Largest size.")
-    mass: float | None = field(Quantity("kg", "positive"), "3 kg", "Largest mass.")
+    size: int | None = field(COUNT, "40", "Largest size of the gear.")
+    mass: float | None = field(Quantity("kg", "positive"), "3 kg", "Largest mass of the gear.")
 
 
 class ErrorSpec(Group):
@@ -105,16 +105,16 @@ class ErrorSpec(Group):
     accuracy: Any = rows_of(groups.ExcitationSpec)["accuracy"]
     kinematic_error: tuple[ErrorLine, ...] = rows_of(groups.ExcitationSpec)["kinematic_error"]  # type: ignore[assignment]
     assumed: Any = field(Quantity("rad", "positive", check=groups.ACCURACY.check), "1 arcmin",
-        "Accuracy of the gears whose record has none; without it they are not judged.")  # fmt: skip
+        "Accuracy assumed for gears without one in the catalogue; otherwise these gears are not judged.")  # fmt: skip
 
     def check(self) -> Iterator[Wrong]:
         """Refuse both."""
         if self.accuracy is not None and self.kinematic_error:
-            yield Wrong((), "gives an accuracy and the lines of a kinematic error; write one of them")
+            yield Wrong((), "has both an accuracy and the lines of a kinematic error; write one of them")
         if any(isinstance(line.order, groups.OrderPair) for line in self.kinematic_error):
-            yield Wrong(("kinematic_error",), "has a line of the output's turn, and gears of a design differ in ratio")
+            yield Wrong(("kinematic_error",), "has an order of the output's turn; gears of a design differ in ratio")
         if any(line.per_torque or not line.alike for line in self.kinematic_error):
-            fault = "depends on torque or direction, and a design has many; write one amplitude"
+            fault = "depends on torque or direction; a design needs one amplitude"
             yield Wrong(("kinematic_error",), fault)
 
 
@@ -169,13 +169,13 @@ def _contradictions(spec: SpecificationSpec) -> Iterator[tuple[Keys, str]]:
     """Fields of torque and duty that do not go together."""
     torque = spec.torque
     if spec.duty and (torque.mean is not None or torque.peak is not None):
-        yield ("torque",), "gives a mean or a peak, which the duty cycle gives already; remove one or the other"
+        yield ("torque",), "gives a mean or a peak, but the duty cycle defines both; remove one or the other"
     elif (torque.mean is None) != (torque.peak is None):
         yield ("torque",), "gives one of mean and peak; write both, for example {mean: 40 N*m, peak: 90 N*m}"
     elif abs(torque.mean or 0.0) > abs(torque.peak or 0.0):
         yield ("torque", "mean"), "is larger than the peak; exchange them, or check both"
     if spec.duty and not any(part.speed for part in spec.duty):
-        yield ("duty",), "nothing turns in it; write the speed of at least one segment"
+        yield ("duty",), "all speeds are zero; write the speed of at least one segment"
 
 
 def _resolved(spec: SpecificationSpec, path: Path) -> Specification:

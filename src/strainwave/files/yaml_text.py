@@ -50,7 +50,7 @@ def complaint(path: Path, problems: list[Problem]) -> str:
     lines = [f"{file}:{p.line}:{p.column}: {p.field}: {p.sentence}" for p in sorted(set(problems))]
     hidden = len(lines) - MOST_SHOWN
     if hidden > 0:
-        lines[MOST_SHOWN:] = [f"{file}: {hidden} more problems; correct these first"]
+        lines[MOST_SHOWN:] = [f"{file}: {hidden} further problems; correct these first"]
     return "\n".join(lines)
 
 
@@ -126,7 +126,7 @@ def read_text(
     except FileNotFoundError:
         return Problem(1, 1, "file", "does not exist; check the name and the folder")
     except PermissionError:
-        return Problem(1, 1, "file", "may not be read; give yourself the permission to read it")
+        return Problem(1, 1, "file", "no permission to read it; change its rights")
     except (OSError, ValueError, EOFError, zlib.error) as error:
         reason = "null character in the name" if "\0" in str(path) else getattr(error, "strerror", None) or str(error)
         return Problem(1, 1, "file", f"cannot be read ({reason}); check the name and the disk")
@@ -164,7 +164,7 @@ def _wide(data: bytes) -> str | Problem:
     try:
         return data.decode("utf-16")
     except UnicodeDecodeError:
-        return Problem(1, 1, "file", "begins as UTF-16 text and does not go on so; save it as UTF-8 text")
+        return Problem(1, 1, "file", "starts as UTF-16 text but is not UTF-16; save it as UTF-8 text")
 
 
 def _position(text: str, index: int) -> tuple[int, int]:
@@ -265,14 +265,14 @@ def _value(event: Any, events: Iterator[Any], keys: Keys, tree: Located) -> Any:
     start = _mark(event)
     tree.values[keys] = start
     if len(keys) > LEVELS:
-        raise Unreadable(Problem(*start, "file", f"is nested more than {LEVELS} levels deep; no project needs that"))
+        raise Unreadable(Problem(*start, "file", f"is nested more than {LEVELS} levels deep; reduce the nesting"))
     kind = type(event).__name__
     if kind == "AliasEvent":
         tree.problems.append(Problem(*start, name(keys), f"'*{event.anchor}' is an alias; write the value out"))
         return None
     if event.tag not in (None, "!"):
         tag = str(event.tag).removeprefix("tag:yaml.org,2002:")
-        tree.problems.append(Problem(*start, name(keys), f"has the tag {tag[:40]!r}; leave the tag out"))
+        tree.problems.append(Problem(*start, name(keys), f"has the tag {tag[:40]!r}; remove the tag"))
     if kind == "SequenceStartEvent":
         items = takewhile(lambda item: type(item).__name__ != "SequenceEndEvent", events)
         return [_value(item, events, (*keys, i), tree) for i, item in enumerate(items)]
@@ -290,7 +290,7 @@ def _mapping(events: Iterator[Any], keys: Keys, tree: Located) -> dict[str, Any]
     items: dict[str, Any] = {}
     for event in takewhile(lambda item: type(item).__name__ != "MappingEndEvent", events):
         if type(event).__name__ != "ScalarEvent":
-            raise Unreadable(Problem(*_mark(event), name(keys), "has a key that is no word; write 'name: value'"))
+            raise Unreadable(Problem(*_mark(event), name(keys), "has a key that is not a word; write 'name: value'"))
         key = (*keys, event.value)
         if event.value in items:
             first = tree.keys[key][0]

@@ -112,11 +112,11 @@ def check_size(layout: Layout, stored: bool) -> None:
     """Refuse a sweep of more chunks than can be kept, or of chunks too large to be held (ValueError)."""
     points, block = layout.points, math.prod(layout.block)
     if block > MOST_CHUNK_POINTS:
-        raise ValueError(f"chunk is {block:.4g} points; at most {MOST_CHUNK_POINTS} fit into memory at a time")
+        raise ValueError(f"chunk has {block:.4g} points; at most {MOST_CHUNK_POINTS} fit into memory at a time")
     if layout.chunks > STORE_CHUNKS:
         raise ValueError(
             f"the sweep has {points:.4g} points, that is {layout.chunks:.4g} chunks of up to {block} points, and at "
-            f"most {STORE_CHUNKS} can be kept; take fewer values, a Sobol or LatinHypercube sample, or a larger chunk"
+            f"most {STORE_CHUNKS} can be kept; use fewer values, a Sobol or LatinHypercube sample, or a larger chunk"
         )
     if not stored and points > LOOSE_POINTS:
-        raise ValueError(f"{points:,} points are more than {LOOSE_POINTS:,}; give the sweep a store, it keeps its work")
+        raise ValueError(f"{points:,} points are more than {LOOSE_POINTS:,}; give the sweep a store for its results")

@@ -55,7 +55,7 @@ def check_spec(path: Path, attributes: Mapping[str, Any]) -> None:
         stored = json.loads((path / "zarr.json").read_text(encoding="utf-8"))["attributes"]
         spec = stored["spec"]
     except (OSError, ValueError, KeyError, TypeError):
-        raise ValueError(f"{path} is there already and is no store of a sweep; give another path") from None
+        raise ValueError(f"{path} exists and is not a store of a sweep; choose another path") from None
     if spec == attributes["spec"]:
         return
     begun, present = [
@@ -63,13 +63,13 @@ def check_spec(path: Path, attributes: Mapping[str, Any]) -> None:
     ]
     if begun and present and begun != present:
         raise ValueError(
-            f"{path} was begun with {begun[0]}, this is {present[0]}, in which its functions are not recognised; "
-            f"finish it with {begun[0]}, or give another path"
+            f"{path} was begun with {begun[0]}, this is {present[0]}, with different functions; "
+            f"finish the sweep with {begun[0]}, or choose another path"
         )
     names = [_named(path, name) for name in stored.get("parameters", ())]
     raise ValueError(
         f"{path} holds another sweep ({stored.get('measure')} over {', '.join(names)}; hash "
-        f"{spec[:8]}, this one has {attributes['spec'][:8]}); give another path, or delete it"
+        f"{spec[:8]}, this one has {attributes['spec'][:8]}); choose another path, or delete it"
     )
 
 
@@ -78,7 +78,7 @@ def check_versions(path: Path, begun: Mapping[str, Any], current: Mapping[str, A
     versions = ([f"strainwave {of.get('strainwave')}", *of.get("installed", ())] for of in (begun, current))
     for before, now in zip(*versions, strict=False):
         if before != now:
-            fault = f"{path} was begun with {before}, this is {now}; finish it with that version, or give another path"
+            fault = f"{path} was begun with {before}, this is {now}; finish it with that version, or use another path"
             raise ValueError(fault)
 
 

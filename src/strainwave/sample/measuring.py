@@ -269,7 +269,7 @@ def _check_names(variables: tuple[Variable, ...], returned: Mapping[str, Any]) -
     if taken := sorted(set(SWEEP_NAMES) & set(returned)):
         raise _AnotherShape(f"the measure returned a variable {taken[0]!r}, a name that the sweep uses; choose another")
     if strange := [name for name in returned if not name or name[0] == "." or not set(name).isdisjoint("/\\\0")]:
-        raise _AnotherShape(f"the measure returned a variable {strange[0]!r}, which names no file; choose another name")
+        raise _AnotherShape(f"the measure returned a variable {strange[0]!r}, not a file name; choose another")
     names = [variable.name for variable in variables]
     if not names or set(names) != set(returned):
         raise _AnotherShape(

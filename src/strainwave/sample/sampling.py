@@ -74,7 +74,7 @@ class Normal(NamedTuple):
                 number(f"Normal.{name}", bound)
         below, above = self._shares()
         if not below < above:
-            raise ValueError(f"nothing of {self} lies between its bounds; widen them")
+            raise ValueError(f"{self} has no probability between its bounds; widen them")
 
     def _shares(self) -> tuple[float, float]:
         return tuple(float(ndtr((bound - self.mean) / self.deviation)) for bound in (self.low, self.high))  # type: ignore[return-value]
@@ -160,9 +160,9 @@ def check_names(system: Any, names: Iterable[str]) -> dict[str, str]:
             if path not in leaves:
                 raise ValueError(f"{type(system).__name__} has no parameter {shown(path)}; it has {', '.join(leaves)}")
             if path in varied:
-                raise ValueError(f"{path} is given twice; vary it once")
+                raise ValueError(f"{path} is given twice; give it once")
             if len(paths) > 1 and not isinstance(leaves[path].value, float):
-                raise ValueError(f"{path} is a whole number, which no factor scales; vary it by itself")
+                raise ValueError(f"{path} is a whole number and cannot be scaled by a factor; vary it separately")
             varied.add(path)
         units[name] = leaves[name].unit if len(paths) == 1 else ""
     return units

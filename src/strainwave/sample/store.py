@@ -189,7 +189,7 @@ class SweepStore:
             remedy = "" if self.path else ", or give the sweep a store"
             raise ValueError(
                 f"the results of {self.layout.points:.4g} points take {needed / 1e9:.4g} GB, more than the "
-                f"{room / 1e9:.4g} GB that {where}; keep fewer numbers of fewer points{remedy}"
+                f"{room / 1e9:.4g} GB that {where}; store fewer numbers for fewer points{remedy}"
             )
 
     def write(self, chunk: int, part: ChunkResult, values: Mapping[str, Floats]) -> None:
@@ -228,7 +228,7 @@ class SweepStore:
             with contextlib.suppress(Exception):
                 intact = bool(np.array_equal(self._array_of(path)[:], values))
             if not intact:
-                log.warning("the values of %s in %s are damaged; they are written again", path, self.path)
+                log.warning("the values of %s in %s are damaged; they are rewritten", path, self.path)
                 self._array_of(path)[:] = values
 
     def _check_arrays(self) -> None:

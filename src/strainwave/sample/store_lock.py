@@ -65,14 +65,14 @@ class StoreLock:
             # Between machines the system's lock cannot be relied upon: network file systems differ.
             raise RuntimeError(self._refusal(owner))
         if owner:
-            log.warning("the lock left by process %s, which is gone, is taken over", owner.get("pid"))
+            log.warning("the lock of process %s, which no longer runs, is taken over", owner.get("pid"))
         text = json.dumps({"pid": os.getpid(), "host": socket.gethostname()}).encode()
         os.ftruncate(descriptor, 0)
         os.pwrite(descriptor, text, 0) if hasattr(os, "pwrite") else os.write(descriptor, text)
 
     def _refusal(self, owner: dict[str, Any]) -> str:
         who = f"process {owner.get('pid')} on {owner.get('host')}" if owner else "another process"
-        return f"{who} is working on this store; wait for it, or if it is gone for certain, delete {self.path}"
+        return f"{who} is working on this store; wait for it, or delete {self.path} if it certainly no longer runs"
 
     def release(self) -> None:
         """Give the store free; a second call does nothing."""

@@ -33,7 +33,7 @@ log = logging.getLogger(__name__)
 
 MOST_WORKERS = 1024
 FILES = {".csv", ".txt", ".json", ".yaml", ".nc", ".npz", ".mat", ".xlsx", ".svg", ".png", ".html"}  # never a folder's
-ALONE = "the worker died each time it computed them; ask for less memory, or look at its log"
+ALONE = "the worker process ended each time it computed them; use less memory, or check the worker's log"
 
 
 def sweep(
@@ -189,10 +189,10 @@ class _Run:
     def stopped(self, reason: str) -> str:
         """Return the sentence for a run that ends early."""
         if self.kept.path is None:
-            return f"{reason}; nothing is kept: give the sweep a store to be able to resume it"
+            return f"{reason}; nothing is stored: with a store the sweep could be resumed"
         done = int(self.kept.done.sum())
         kept = f"{done} of {self.layout.chunks} chunks are kept in {self.kept.path}"
-        return f"{reason}; {kept}: run the same sweep again to go on"
+        return f"{reason}; {kept}: run the same sweep again to continue"
 
 
 def _fill(run: _Run, start: Callable[[], Any]) -> None:

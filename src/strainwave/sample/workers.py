@@ -148,7 +148,7 @@ class Threads(ThreadPoolExecutor):
             time.sleep(0.05)
             if not logged and time.monotonic() - since > 1.0:
                 logged = True
-                log.info("stopping as soon as the blocks of trajectories under way have come to their end")
+                log.info("stopping after the running blocks of trajectories")
         super().shutdown(wait=True)
 
     def _interrupted(self) -> bool:

@@ -210,7 +210,10 @@ def test_catalogue_lists_filters_and_shows_one_gear():
     record = json.loads(invoke("catalogue", "csg-40-50", "--json").stdout, parse_constant=forbid_constants)["gear"]
     assert (record["K1"], record["T1"], record["mass"]) == (1e5, 54.0, None)
     shown = invoke("catalogue", "CSG-40-50").stdout
-    assert "circular spline fixed, flexspline at the output: ratio 50, against the motor (as printed)" in shown
+    assert (
+        "circular spline fixed, flexspline at the output: ratio 50, output turns against the motor (as printed)"
+        in shown
+    )
     assert "flexspline fixed, circular spline at the output: ratio 51, with the motor (fixed: flexspline)" in shown
     assert "CSG-40-50" in invoke("catalogue", "--series", "csg", "--ratio", "50").stdout
     table = CliRunner(env={"COLUMNS": "80"}).invoke(command.cli, ["catalogue"]).stdout

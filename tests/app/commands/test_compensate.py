@@ -63,7 +63,7 @@ def test_the_tables_fit_a_terminal_of_80_columns_and_name_the_best(drive):
     assert run.exit_code == 0, run.output
     lines = run.stdout.splitlines()
     assert max(map(len, lines)) <= 80
-    assert lines[0] == "Turntable: rms of the pointing error about its mean at the samples, arcsec"
+    assert lines[0] == "Turntable: rms pointing error about its mean, at the sampling times [arcsec]"
     assert [line.split()[0] for line in lines[1:5]] == ["motor", "loop", "inverse", "angle"]
     assert any(line.split()[:2] == ["inverse", "600"] for line in lines)
     assert "drive.yaml" not in run.stderr
@@ -83,9 +83,9 @@ def test_without_an_encoder_on_the_load_its_controllers_are_left_out(drive):
     names, said = module.names_of(bench, ["all"])
     assert names == [name for name, design in sw.study.COMPENSATORS.items() if not design.load_encoder]
     assert said == (
-        "Left out, as there is no encoder on the load: measured-table, adaptive, adaptive-inverse, repetitive.",
+        "Omitted, because the load has no encoder: measured-table, adaptive, adaptive-inverse, repetitive.",
     )
-    with pytest.raises(ValueError, match=r"adaptive measures the angle of the load, and the project has no encoder"):
+    with pytest.raises(ValueError, match=r"adaptive requires an encoder on the load, and the project has none"):
         module.names_of(bench, ["adaptive"])
     assert module.names_of(bench, ["inverse", "inverse"]) == (["loop", "inverse"], ())
 
@@ -166,7 +166,7 @@ WRONG = [
     (("--speed", "450"), 1, "'450' has no unit"),
     (("--speed", "8000 rpm"), 1, "samples every 2 ms are too slow for order 2 at 8000 rpm"),
     (("--softer", "120 %"), 2, "is not between -100 % and 100 %"),
-    (("--softer", "20 %", "--plant", "drive.yaml"), 2, "give one of them"),
+    (("--softer", "20 %", "--plant", "drive.yaml"), 2, "use one of them"),
     (("--plant", "gone.yaml"), 3, "gone.yaml:1:1: file: does not exist"),
 ]
 
@@ -187,4 +187,4 @@ def test_an_error_equation_whose_motor_is_held_is_refused(tmp_path):
     drive.write_text(article.read_text().replace("mode: free", "mode: held").replace("motor_torque", "load_torque"))
     run = invoke(drive)
     assert run.exit_code == 1
-    assert "is held, so that no torque of it moves the error; write 'mode: free'" in run.stderr
+    assert "is held: motor torque does not change the error; write 'mode: free'" in run.stderr

@@ -70,7 +70,7 @@ def test_without_a_design_the_summary_names_the_nearest(path, tmp_path):
     path.write_text(SPECIFICATION.replace("200 arcsec", "1 arcsec").replace("[1 kg*cm^2, 5 kg*cm^2]", "[5 kg*cm^2]"))
     run = invoke("design", path, "-o", tmp_path / "out")
     assert run.exit_code == 1, run.output
-    assert "No gear serves. The nearest is CSG-" in run.stdout
+    assert "No gear meets the specification. The nearest is CSG-" in run.stdout
     assert not (tmp_path / "out" / "designs.svg").exists()
 
 

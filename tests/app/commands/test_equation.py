@@ -152,7 +152,7 @@ def test_single_speeds_and_doubts_about_the_file_are_named_in_text_and_figure(wr
     result = invoke("response", path, "-o", str(path.parent / "curve.svg"))
     assert result.exit_code == 0, result.stderr
     figure = " ".join(re.findall("<text[^>]*>([^<]*)</text>", (path.parent / "curve.svg").read_text(encoding="utf-8")))
-    for words in ("1 : 4 : 1, all phases zero, are an assumption", "the curve covers 800 to 1440 rpm at the motor"):
+    for words in ("1 : 4 : 1, all phases zero", "the curve covers 800 to 1440 rpm at the motor"):
         assert words in result.stdout
         assert words in figure
 
@@ -161,7 +161,7 @@ def test_a_sweep_at_one_speed_says_which(written):
     path = written()
     options = ("--grid", "B=100,200", "--settle", "1", "--periods", "1")
     told = invoke("sweep", path, *options).stdout
-    assert "All points are at 115.192 rad/s (1100 rpm) at the motor, the middle of the file's speeds" in told
+    assert "All points are computed at 115.192 rad/s (1100 rpm) at the motor, the middle of the speed range" in told
     swept = CliRunner().invoke(
         command.cli,
         ["sweep", str(path), "--grid", "omega=100,110", *options[2:], "-o", str(path.parent / "b"), "--json"],

@@ -26,5 +26,5 @@ def test_the_command_writes_what_the_verb_writes(to, name, drive, tmp_path):
     assert own.path.read_bytes() == (tmp_path / name).read_bytes()
     told = invoke(drive, "--to", to, "-o", tmp_path / name, "--step", "100 us").stdout
     assert told.splitlines()[1:] == json.loads(run.stdout)["notes"] == list(own.notes)
-    left = "the control loop of the motor" if to == "mjcf" else "the motor's control loop is left out"
+    left = "the control loop of the motor" if to == "mjcf" else "the motor's control loop is omitted"
     assert left in told

@@ -80,7 +80,7 @@ def test_the_measured_loop_is_judged_beside_the_fit(files):
 
 def test_the_blocks_to_paste_are_the_numbers_fitted_with_their_source(files):
     run = invoke(files / "axis.yaml", files / "units.csv")
-    blocks = run.stdout.partition("for a project file, into its groups:\n")[2]
+    blocks = run.stdout.partition("lines for the groups of a project file:\n")[2]
     blocks = blocks.replace("kg*m^2}", "kg*m^2, loop: {type: speed, bandwidth: 20 Hz, damping: 1}}", 1)  # of the motor
     kept = [line for line in PROJECT.splitlines() if line.split(":")[0] in ("speed", "excitation")]
     (files / "pasted.yaml").write_text("\n".join([*kept, blocks]), encoding="utf-8")

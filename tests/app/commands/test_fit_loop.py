@@ -62,7 +62,7 @@ def test_the_text_has_the_numbers_the_candidates_and_the_block(tmp_path):
     for part in (
         "K1",
         "N·m/rad",
-        "interval of 95 %",
+        "95 % intervals",
         "three slopes, Bouc-Wen n = 1",
         "taken",
         "gear: {law:",

@@ -167,4 +167,4 @@ def test_streams_that_the_shell_has_closed_are_empty(drive, tmp_path):
     assert (curve.returncode, "pointing error" in curve.stdout) == (0, True)
     new = run(f'new -o "{tmp_path}/n.yaml" <&-')
     assert new.returncode == 2
-    assert new.stderr.endswith("must be given, where no terminal can be asked\n")
+    assert new.stderr.endswith("must be given when the command does not run on a terminal\n")

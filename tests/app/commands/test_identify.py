@@ -46,7 +46,7 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     assert dict(written.scatter)["damping.B"] == pytest.approx(found.deviation("B") / found.value("B"), rel=1e-5)
     assert "next: strainwave analyze" in run.stdout
     low, high = map(
-        float, re.search(r"the response oscillates with up to ([\d.]+) to ([\d.]+) arcsec", run.stdout).groups()
+        float, re.search(r"within the confidence intervals: ([\d.]+) to ([\d.]+) arcsec", run.stdout).groups()
     )
     assert low <= np.max(written.response().oscillation) / ARCSEC <= high
     assert (table["usable"], table["headline"]) == (True, run.stdout.splitlines()[0])
@@ -109,12 +109,12 @@ def test_order_scan_tells_lines_of_two_speeds(tmp_path):
     assert found["delay_s"] == pytest.approx(1e-3, abs=3.0 * found["delay_error_s"])
     run = invoke("order-scan", *files, *options, "-o", tmp_path / "out")
     assert "{order: 2, amplitude: 41.2" in run.stdout  # 2e-4 rad
-    assert re.search(r"  17 Hz .* it stays with the time", run.stdout.replace("\n", " "))
+    assert re.search(r"  17 Hz .* constant in time", run.stdout.replace("\n", " "))
     assert {f.name for f in (tmp_path / "out").iterdir()} == {"orders.csv", "orders.json", "orders.svg"}
     names = "time [s];motor_angle [rad];load_angle [rad]"
     files[1] = write(tmp_path / "grown.csv", names, *spin(33.0, 1e-3, growth=1.5))
     text = invoke("order-scan", *files, *options).stdout
-    assert "no lines for a project file: no one amplitude is that of all runs" in text
+    assert "no lines for a project file: the amplitude differs between the runs" in text
     assert "kinematic_error" not in text
     assert "of the orders 2: towards a resonance" in " ".join(text.split())
 
@@ -137,11 +137,11 @@ def test_order_scan_takes_columns_by_place_and_prints_a_block_on_the_motors_turn
     options = ("--channel", "error", "--columns", "-,time,load_angle,error", "--unit", "error=rad", "--trim", "0")
     text = invoke("order-scan", file, *options).stdout
     assert re.search(r"order 200 \+- 0", text)
-    assert "a project file counts orders on the motor's turn: give --ratio for its lines" in text
+    assert "a project file counts orders per motor turn: add --ratio to print its lines" in text
     assert "{order: 2, amplitude: 20.6" in invoke("order-scan", file, *options, "--ratio", "100").stdout
     places = [f"--column={channel}={i}" for channel, i in (("time", 1), ("load_angle", 2), ("error", 3))]
     assert invoke("order-scan", file, *places, *options[:2], *options[4:]).stdout == text
-    assert "give one of the two" in invoke("order-scan", file, *options, places[0]).stderr
+    assert "use only one of the two" in invoke("order-scan", file, *options, places[0]).stderr
     said = invoke("read-log", copy(file, tmp_path / "other.log")).stderr  # without the choice that is kept
     assert (
         "has 4 columns without names; give --columns time,load_angle,..., a name for each in its order, - for" in said
@@ -157,7 +157,7 @@ def test_order_scan_prints_no_block_of_orders_that_the_angles_do_not_tell(tmp_pa
     assert "no lines for a project file" in text
     assert "kinematic_error" not in text
     assert (
-        "tells no whole order"
+        "too far to resolve any order"
         in invoke("order-scan", file, "--shaft", "output", "--turn", "motor", "--ratio", 100).stderr
     )
 

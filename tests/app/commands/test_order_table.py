@@ -47,9 +47,9 @@ def test_wrong_files_and_formats_get_a_sentence(source, tmp_path):
     (tmp_path / "bad.json").write_text("{")
     run = invoke(tmp_path / "bad.json", out, "--format", "csv")
     assert run.exit_code == command.INVALID_PROJECT
-    assert f"{tmp_path / 'bad.json'}:1:1: file: is no whole JSON" in run.stderr
+    assert f"{tmp_path / 'bad.json'}:1:1: file: is not complete JSON" in run.stderr
     for given, said in (
-        ((), "'.txt' is no format of order tables; formats: json, csv, c"),
+        ((), "'.txt' is not a format of order tables; formats: json, csv, c"),
         (("--format", "csv"), "choose one with --speed"),
         (("--format", "csv", "--speed", "3 m"), "3 m"),
     ):

@@ -105,7 +105,7 @@ def test_an_accuracy_takes_the_place_of_the_record_s_in_error_and_budget(tmp_pat
     assert sw.gears.peak_to_peak(bare.kinematic_error) == pytest.approx(60.0 * ARCSEC, rel=1e-12)
     (why,) = (one.why for one in bare.sources if (one.name, one.word) == ("excitation.accuracy", "assumed"))
     assert why.startswith("the accuracy is assumed; ")
-    assert any("60 arcsec peak-to-peak, which is assumed: " in note for note in bare.notes)
+    assert any("60 arcsec peak-to-peak (assumed), orders " in note for note in bare.notes)
     assert invoke("new", *unknown, "--accuracy", "1 arcmin", "-o", path, "--force").exit_code == 0
     assert read_project(path).limit == pytest.approx(60.0 * ARCSEC, rel=1e-12)
 
@@ -117,12 +117,12 @@ def test_an_accuracy_takes_the_place_of_the_record_s_in_error_and_budget(tmp_pat
         (("--gear", "XYZ-9"), "--gear: the catalogue has no gear 'XYZ-9'"),
         (
             ("--motor-inertia", "7 g*cm^2"),
-            "'7 g*cm^2' is less than that of the wave generator of CSG-40-50 alone",
+            "'7 g*cm^2' is less than the inertia of the wave generator of CSG-40-50 alone",
         ),
         (("--speed-from", "4000 rpm"), "--speed-to must be given: '3000 rpm' is not above the lowest speed"),
         (("--loop", "30 rpm"), "--loop: '30 rpm' is a speed of a shaft, not a bandwidth"),
         (("--accuracy", "60 deg"), "--accuracy: '60 deg' is above 1 deg, and catalogues have 0.5 to 3 arcmin"),
-        (("--accuracy", "50", "--kinematic-error", "9"), "--kinematic-error: '9 arcsec' and --accuracy both give"),
+        (("--accuracy", "50", "--kinematic-error", "9"), "--kinematic-error: '9 arcsec' and --accuracy both set"),
         (("--title", "x" * 300), "--title: is longer than one line"),
     ],
 )
@@ -136,7 +136,7 @@ def test_a_bad_value_is_one_sentence_and_nothing_is_written(tmp_path, options, s
 def test_a_file_that_exists_is_kept_without_force(tmp_path):
     path = tmp_path / "drive.yaml"
     path.write_text("mine", encoding="utf-8")
-    assert "take --force" in invoke("new", *GIVEN, "-o", path).output
+    assert "use --force" in invoke("new", *GIVEN, "-o", path).output
     assert path.read_text(encoding="utf-8") == "mine"
     assert invoke("new", *GIVEN, "-o", path, "--force").exit_code == 0
     assert read_project(path).drive.J_l == 10.0

@@ -34,7 +34,7 @@ def test_options_of_trajectories_are_refused_before_anything_is_computed(drive):
         drive, "--grid", "load.inertia=1 kg*m^2,2 kg*m^2", "--grid", "loop.bandwidth=20 Hz", "--measure", "rms"
     )
     assert run.exit_code == 2
-    assert "leave out --measure, meant for trajectories of the error equation" in " ".join(run.stderr.split())
+    assert "remove --measure, valid for the error equation only" in " ".join(run.stderr.split())
     assert not (drive.parent / "store").exists()
 
 
@@ -46,7 +46,7 @@ def test_options_of_trajectories_are_refused_before_anything_is_computed(drive):
         ("gear=A:B:2", "is no range of numbers; write the names one by one, with commas"),
         ("speed=1 rpm:2 rad/s:3", "begins in rpm and ends in rad/s; write both ends in one unit"),
         ("load.inertia=1:2:x", "'x' in .* is no count"),
-        ("load.inertia=0:2:3:log", "goes through 0"),
+        ("load.inertia=0:2:3:log", "includes 0"),
     ],
 )
 def test_what_is_no_grid_is_refused(text, said):

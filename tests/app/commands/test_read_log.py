@@ -52,17 +52,17 @@ def test_the_choice_of_columns_is_kept_beside_the_log_for_every_face(tmp_path):
     path.write_text("\n".join(f"{0.002 * k},{0.36 * k},7" for k in range(3000)))
     chosen = invoke(path, "--columns", "time,load_angle,-", "--unit", "load_angle=deg")
     assert chosen.exit_code == 0, chosen.output
-    assert "note: the choice of columns is kept in run.csv.columns.json" in chosen.stdout
+    assert "note: the choice of columns is saved in run.csv.columns.json" in chosen.stdout
     again = invoke(path)
     assert again.exit_code == 0, again.output
-    assert "note: columns and units are those chosen in run.csv.columns.json" in again.stdout
+    assert "note: columns and units were read from run.csv.columns.json" in again.stdout
     assert sw.read_log(path).channels["load_angle"][-1] == pytest.approx(np.radians(0.36 * 2999), rel=1e-12)
     unit = invoke(path, "--unit", "load_angle=arcmin")  # of the columns that are kept
     assert unit.exit_code == 0, unit.output
     assert sw.read_log(path).channels["load_angle"][-1] == pytest.approx(np.radians(0.36 * 2999 / 60.0), rel=1e-12)
     copy(path.with_name("run.csv.columns.json"), tmp_path / "named.csv.columns.json")
     (tmp_path / "named.csv").write_text("t [s],q [rad]\n" + "\n".join(f"{0.002 * k},{0.1 * k}" for k in range(30)))
-    with pytest.raises(ValueError, match=r"named.csv.columns.json.* is for other columns than named.csv has"):
+    with pytest.raises(ValueError, match=r"named.csv.columns.json.* does not match the columns of named.csv"):
         sw.read_log(tmp_path / "named.csv")
     other = invoke(path, "--columns", "time,-,load_angle")  # options come first, and are kept in turn
     assert other.exit_code == 0, other.output
@@ -107,7 +107,7 @@ def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
     assert "'load_angle' is not CHANNEL=UNIT" in run.stderr
     run = invoke(JOINT, "--columns", "a,b,c,d,e", "--column", "a=1")
     assert run.exit_code == 2
-    assert "give one of the two" in run.stderr
+    assert "use only one of the two" in run.stderr
 
 
 @pytest.mark.parametrize(

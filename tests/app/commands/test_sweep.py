@@ -72,7 +72,7 @@ def test_a_grid_is_read_in_si_units_or_in_its_own(text, values):
         ("law.K & law.beta=1,2", "'law.beta' is not a parameter"),
         ("omega=1:2", "is no range"),
         ("omega=1:2:0", "no count"),
-        ("omega=-1:2:3:log", "goes through 0"),
+        ("omega=-1:2:3:log", "includes 0"),
         ("omega=nan", "not finite"),
         ("omega=20 Hz", "20 Hz"),
     ],
@@ -201,7 +201,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_same_command_goes_on_to_the_same_resu
     assert run.returncode == 130
     assert out == ""
     done = int(zarr.open_array(store / "done", mode="r")[:].sum())
-    assert f"interrupted; {done} of 13 chunks are kept in {store}: run the same sweep again to go on" in told
+    assert f"interrupted; {done} of 13 chunks are kept in {store}: run the same sweep again to continue" in told
     assert 1 <= done < 13
     assert "Traceback" not in told
     assert "Exception" not in told

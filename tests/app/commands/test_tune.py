@@ -54,7 +54,7 @@ def test_the_command_writes_and_prints_the_numbers_of_the_library(moving, tmp_pa
 @pytest.mark.parametrize(
     ("given", "code", "said"),
     [
-        (["--goal", "settling"], 1, "one of a move, and the project has none"),
+        (["--goal", "settling"], 1, "needs a move, and the project has none"),
         (["--gain", "K_v"], 1, "there is no gain 'K_v'"),
         (["--phase-margin", "45"], 2, "--phase-margin"),
         (["--units", "5"], 1, "scatter"),
@@ -71,7 +71,7 @@ def test_a_profile_that_a_file_of_the_results_would_replace_is_refused(moving, t
     (moving.parent / "turn.csv").rename(moving.parent / "tune.csv")
     run = invoke(moving, "-o", tmp_path / "out")
     assert (run.exit_code, (tmp_path / "out").exists()) == (1, False)
-    assert "the profile 'tune.csv' of the move has the name of a file of this command" in run.output
+    assert "the profile 'tune.csv' has the name of an output file of this command" in run.output
 
 
 @pytest.mark.slow
@@ -79,5 +79,5 @@ def test_a_loop_that_is_unstable_is_tuned_and_has_dashes(moving):
     moving.write_text(moving.read_text() + "controller: {period: 4 ms, delay: 8 ms}\n")
     run = invoke(moving)
     assert run.exit_code == 0, run.output
-    assert "the symmetric optimum's, as the loop of the file is unstable" in " ".join(run.output.split())
+    assert "those of the symmetric optimum (the present loop is unstable)" in " ".join(run.output.split())
     assert next(line for line in run.output.splitlines() if line.lstrip().startswith("file")).count("–") >= 4

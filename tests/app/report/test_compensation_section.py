@@ -43,7 +43,7 @@ def test_the_section_has_the_numbers_of_the_library():
     assert row["rms_after_rad"] == pytest.approx(one.after.rms, rel=1e-12)
     assert [gear["stiffness"] for gear in row["other_gears"]] == [-0.2, 0.2]
     (line,) = part.lines
-    assert line.startswith("controller inverse at 700 rpm: rms of the pointing error ")
+    assert line.startswith("controller inverse at 700 rpm: rms pointing error ")
     ((figure, _),) = part.figures
     assert "what is left of it" in figure
 
@@ -55,7 +55,7 @@ def test_speeds_of_a_forcing_are_in_its_own_unit():
     data = part.data
     assert data["compensation"]["motor_speed_rpm"] is None
     assert data["compensation"]["omega_rad_per_s"] == pytest.approx(article.omega_0, rel=1e-9)
-    assert all(" at 385.5 rad/s: rms of the pointing error " in line for line in part.lines)
+    assert all(" at 385.5 rad/s: rms pointing error " in line for line in part.lines)
 
 
 def test_what_cannot_be_computed_is_said_with_the_reason():

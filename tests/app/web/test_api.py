@@ -224,7 +224,7 @@ def test_compensation_of_a_joint_is_that_of_the_library(client, written):
         assert np.mean(run) == pytest.approx(own.mean, rel=1e-3)
         assert np.max(np.abs(run)) == pytest.approx(own.peak, rel=0.01)
     assert {*found.remarks} <= {*shown["assumed"]}
-    assert any("Samples are assumed every 250 us" in text for text in shown["assumed"])
+    assert any("Assumed: samples every 250 us" in text for text in shown["assumed"])
     assert [one["stiffness"] for one in shown["other_gears"]] == [-0.2, 0.2]
     for one, own in zip(shown["other_gears"], found.robustness, strict=True):
         assert one["after_rms_arcsec"] * ARCSEC == pytest.approx(own.after, rel=1e-9)

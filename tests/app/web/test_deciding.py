@@ -42,7 +42,7 @@ def test_a_phone_shows_the_whole_answer_with_gravity_and_what_is_assumed(page):
     page.wait_for_selector("#answer.good")
     page.route("**/api/loads", lambda route: route.fulfill(status=422, json={"error": "it takes too long"}))
     page.locator('[id="value-limit.oscillation"]').fill("210")
-    said(page, "Under every load there is no answer: it takes too long.")
+    said(page, "No result for all loads: it takes too long.")
 
 
 def test_a_mark_on_a_slider_is_the_value_that_meets_the_limit(held_page):
@@ -50,7 +50,7 @@ def test_a_mark_on_a_slider_is_the_value_that_meets_the_limit(held_page):
     assert largest(page) > 130
     mark = page.locator('[aria-label^="Take damping ratio"]')
     mark.wait_for()
-    assert "meets the limit" in mark.get_attribute("aria-label")
+    assert "oscillation at the limit" in mark.get_attribute("aria-label")
     times = drawn(page)
     mark.click()
     until_drawn_again(page, times)
@@ -103,7 +103,7 @@ def test_a_move_is_edited_and_its_motor_torque_is_shown(page):
     page.select_option("#move-type", "trapezoid")
     page.wait_for_function("was => document.getElementById('answer').textContent !== was", arg=before)
     names = page.evaluate("() => document.getElementById('plot-move-error').data.map((one) => one.name)")
-    assert {"pointing error", "window at rest", "limit"} <= set(names)
+    assert {"pointing error", "settling window", "limit"} <= set(names)
     assert page.evaluate(FOCUS) == "move-type"
 
 

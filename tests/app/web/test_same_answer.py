@@ -42,7 +42,7 @@ def test_the_window_of_a_move_is_about_where_gravity_leaves_the_load(page):
     page.get_by_role("tab", name="Move").click()
     page.wait_for_selector("#plot-move-speed[data-drawn]")
     error, above, below = page.evaluate("() => document.getElementById('plot-move-error').data.slice(0, 3)")
-    rest = float(re.search(r"at rest (−?[\d.]+) arcsec", page.locator("#answer").inner_text()).group(1))
+    rest = float(re.search(r"final (−?[\d.]+) arcsec", page.locator("#answer").inner_text()).group(1))
     assert rest > 100.0  # 44 N·m twist the gear and the loop
     assert rest == pytest.approx(error["y"][-1], rel=5e-3)
     assert (above["y"][-1] + below["y"][-1]) / 2 == pytest.approx(rest, rel=5e-3)
@@ -54,9 +54,9 @@ def test_a_compensation_says_what_it_assumes_and_what_other_gears_have(page):
     computed(page)
     page.wait_for_selector("#plot-gears[data-drawn]")
     assumed = page.locator("#assumed").inner_text()
-    assert re.search(r"Samples are assumed every 250 .s, .* encoder of 16 bits and a load's of 24 bits", assumed)
+    assert re.search(r"Assumed: samples every 250 .s, .* encoders of 16 bits \(motor\) and 24 bits \(load\)", assumed)
     said(page, "On a gear 20 % softer than the model: ")
-    said(page, "The motor gives up to ")
+    said(page, "Motor torque up to ")
     assert page.evaluate(NAMES, "compensation-time") == page.evaluate(NAMES, "gears") == ["before", "after"]
 
 
@@ -118,7 +118,7 @@ def test_the_range_for_assumed_numbers_comes_before_the_speeds_under_all_loads(p
     page.route("**/api/loads", lambda route: held.append(route))
     page.locator("#part-gravity").click()
     page.wait_for_function(SURE)
-    said(page, "The speeds under every load follow.")
+    said(page, "The speeds allowed under every load are being computed.")
     assert "range for assumed numbers<br>under the worst of 3 load torques" in page.evaluate(NAMES, "response")
     while not held:
         page.wait_for_timeout(50)

@@ -389,7 +389,7 @@ def test_taken_port_gives_the_next_one():
 
 def test_range_of_taken_ports_is_said(monkeypatch):
     monkeypatch.setattr(server, "taken", lambda _: None)
-    with pytest.raises(RuntimeError, match=r"ports 8765 to 8784 are all taken; give a free one with --port"):
+    with pytest.raises(RuntimeError, match=r"ports 8765 to 8784 are all in use; choose a free one with --port"):
         server.listening(8765)
 
 

@@ -61,7 +61,7 @@ def test_a_bench_takes_the_controller_of_the_file_and_assumes_one_where_there_is
     assert assumed.sampling == sw.controllers.Sampling(
         limit=3.0, motor_quantum=math.tau / 2**16, load_quantum=math.tau / 2**24
     )
-    assert "Samples are assumed every 250 us" in assumed.remarks[0]
+    assert "Assumed: samples every 250 us" in assumed.remarks[0]
 
 
 def test_steps_that_are_no_whole_number_are_not_written():

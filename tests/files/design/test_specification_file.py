@@ -88,10 +88,10 @@ def test_what_is_wrong_is_one_line_with_its_place(tmp_path, old, new, place, sai
 
 
 def test_a_duty_cycle_and_a_mean_are_one_too_many(tmp_path):
-    with pytest.raises(ProjectError, match="which the duty cycle gives already"):
+    with pytest.raises(ProjectError, match="but the duty cycle defines both"):
         read(tmp_path, GOOD + "duty: [{torque: 60 N*m, speed: 20 rpm, duration: 2 s}]\n")
     text = GOOD.replace("torque: {mean: 40 N*m, peak: 90 N*m}\n", "")
-    with pytest.raises(ProjectError, match="nothing turns in it"):
+    with pytest.raises(ProjectError, match="all speeds are zero"):
         read(tmp_path, text + "duty: [{torque: 60 N*m, speed: 0 rpm, duration: 2 s}]\n")
 
 

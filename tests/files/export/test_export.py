@@ -24,7 +24,7 @@ def test_the_step_that_was_chosen_is_said(to, name, tmp_path):
     """A sixteenth of a period of the free train's vibration; a step that was given needs no word."""
     resonance = math.sqrt(DRIVE.law.K * (1.0 / DRIVE.J_l + 1.0 / (DRIVE.N**2 * DRIVE.J_m)))
     (said, *_) = sw.export(DRIVE, tmp_path / name, to=to).notes
-    step = float(said.removeprefix("it takes steps of ").split(" s, ")[0])
+    step = float(said.removeprefix("step size ").split(" s, ")[0])
     assert step == pytest.approx(2.0 * math.pi / resonance / 16.0, rel=0.05)
     assert not any("steps of" in note for note in sw.export(DRIVE, tmp_path / name, to=to, step=1e-5).notes)
 

@@ -166,7 +166,7 @@ def _folders(tmp_path):
 def test_without_a_compiler_the_unit_holds_the_sources_and_says_so(kind, tmp_path, monkeypatch):
     monkeypatch.setattr(fmu.shutil, "which", lambda _: None)
     found = sw.export(TRAIN, tmp_path / "joint.fmu", to=kind, step=1e-5)
-    assert found.notes == ("there is no compiler cc here: the unit holds the sources alone, build them where it runs",)
+    assert found.notes == ("no compiler cc was found: the FMU contains the sources only; compile them on the target",)
     with zipfile.ZipFile(found.path) as unit:
         names = unit.namelist()
     assert {"modelDescription.xml", "sources/plant.c", f"sources/fmi{kind[-1]}.c"} < set(names)

@@ -60,7 +60,7 @@ def test_a_bag_that_is_cut_off_is_refused_in_a_sentence(tmp_path):
     whole = bag()
     for length in (0, 4, len(whole) // 2, len(whole) - 9):
         (tmp_path / "cut.mcap").write_bytes(whole[:length])
-        with pytest.raises(ValueError, match=r"cut\.mcap:1:1: file: is no whole MCAP file \(.+\); `mcap recover`"):
+        with pytest.raises(ValueError, match=r"cut\.mcap:1:1: is not a complete MCAP file \(.+\); `mcap recover`"):
             sw.read_log(tmp_path / "cut.mcap")
 
 

@@ -91,7 +91,7 @@ def test_arrays_that_are_no_channels_are_named_and_times_of_another_length_refus
     np.savez(tmp_path / "log.npz", **channels, torque=np.ones((5, 2)), position=np.ones((5, 3)), gain=1j * np.ones(5))
     log = sw.read_log(tmp_path / "log.npz", trim=0.0)
     assert list(log.channels) == ["current", "gain_real", "gain_imaginary"]
-    assert "torque, position are no vectors of real numbers and were left out" in log.notes
+    assert "torque, position are not vectors of real numbers and were omitted" in log.notes
     np.savez(tmp_path / "log.npz", **channels, current_time=np.arange(3.0))
     with pytest.raises(
         ValueError, match=r"log\.npz:1:1: file: current has 5 values and current_time 3; give equally many"

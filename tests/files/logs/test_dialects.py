@@ -163,7 +163,7 @@ def test_a_line_that_was_cut_off_at_the_end_is_left_out_and_one_in_the_middle_re
     path.write_text("time,current\n0.5,1.5\n1.5,2.5\n2.5,3.5\n3.")
     found = sw.read_log(path)
     assert len(found) == 3
-    assert "the last line (5) is cut off and was left out" in found.notes
+    assert "the last line (5) is incomplete and was omitted" in found.notes
     assert "log.csv:3:1: file: has 1 cells" in refused(tmp_path, "time,current\n0.5,1.5\n1.5\n2.5,3.5\n")
     long = "".join(f"{i}.5,1.5\n" for i in range(5000))
     said = refused(tmp_path, f"time,current\n{long}5000.5,1.5,8\n6000.5,1.5\n")
@@ -203,7 +203,7 @@ def test_columns_and_units_that_are_not_there_are_named(tmp_path):
     assert "has two columns 'hall'; name them by place, columns={'hall': 1, 'hall 2': 2}" in refused(tmp_path, two)
     path = tmp_path / "log.csv"
     assert list(sw.read_log(path, {"hall": 1, "hall 2": 2}).channels) == ["hall", "hall 2"]
-    with pytest.raises(ValueError, match="units has 'furlong' for 'hall', which is no unit of a channel"):
+    with pytest.raises(ValueError, match="units has 'furlong' for 'hall', which is not a unit of a channel"):
         sw.read_log(path, {"hall": 1, "hall 2": 2}, {"hall": "furlong"})
     path.write_text(text)
     with pytest.raises(ValueError, match="units has 'torque', and the channels are time, current"):

@@ -74,9 +74,9 @@ def test_a_file_without_names_and_time_is_read_with_the_columns_that_are_given(t
     with pytest.raises(ValueError, match="has no column of the time"):
         sw.read_log(tmp_path / "run.txt", SEVEN)
     log = sw.read_log(tmp_path / "run.txt", SEVEN, {"commanded_current": "A"}, rate=999.0)
-    assert "3 of 19980 rows hold inf or NaN and were left out" in log.notes
+    assert "3 of 19980 rows contain inf or NaN and were omitted" in log.notes
     assert "load_angle wraps at a whole turn and was unwrapped, 3 times" in log.notes
-    assert any("are a transient and were left out; trim=0 keeps them" in note for note in log.notes)
+    assert any("are a transient and were removed; trim=0 keeps them" in note for note in log.notes)
     assert 0.1 < log.time[0] < 1.0
     assert log.time[-1] == t[-1]
     place = np.searchsorted(t, log.time)
@@ -176,7 +176,7 @@ def trapezoid(t):
         (180 / np.pi, 30 / np.pi, 1.0, "load_angle is probably in deg"),
         (1.0, 1.0, 1e3, "time is probably in ms, units={'time': 'ms'}"),
         (-1.0, 1.0, 1.0, "their directions differ"),
-        (1.0, 100.0, 1.0, "the two sides of a gear of ratio 100"),
+        (1.0, 100.0, 1.0, "both sides of a gear of ratio 100"),
         (1.0, 2.0, 1.0, "check their units and columns"),
         (1.0, 0.0, 1.0, "load_speed is 0 throughout"),
         (0.0, 1.0, 1.0, "nothing moves"),
@@ -248,7 +248,7 @@ def test_the_log_of_another_gear_is_refused(tmp_path):
     assert one.ratio == pytest.approx(100.0, rel=1e-2)
     alone = sw.read_log(save(tmp_path / "one.csv", time=t, load_angle=x), ratio=50)
     assert alone.ratio is None
-    assert "the ratio 50 cannot be checked: that takes the motion of both shafts" in alone.notes
+    assert "the ratio 50 cannot be checked: the check needs the motion of both shafts" in alone.notes
 
 
 def test_numpy_and_matlab_files_are_read_each_channel_at_its_own_times(tmp_path):
@@ -266,7 +266,7 @@ def test_numpy_and_matlab_files_are_read_each_channel_at_its_own_times(tmp_path)
         assert any("interpolated linearly" in note for note in log.notes)
         assert np.array_equal(log.own["current"], (slow, 2.0 * slow))
     (tmp_path / "broken.npz").write_bytes(b"nothing")
-    with pytest.raises(ValueError, match=r"broken.npz:1:1: file: is no whole .npz file"):
+    with pytest.raises(ValueError, match=r"broken.npz:1:1: file: is not a complete .npz file"):
         sw.read_log(tmp_path / "broken.npz")
     np.savez(tmp_path / "none.npz", a=1.0)
     with pytest.raises(ValueError, match="has no vectors of numbers"):
@@ -301,7 +301,7 @@ def test_mdf_and_parquet_take_their_libraries_or_name_the_extra(tmp_path, monkey
     log = sw.read_log(tmp_path / "log.mf4")
     assert log.channels["motor_angle"] == pytest.approx(np.radians(90.0 * t), rel=1e-12)
     assert log.channels["current"] == pytest.approx(2e-3 * t, abs=1e-12)
-    with pytest.raises((ModuleNotFoundError, ValueError), match=r"extra `logs`|is no whole .parquet file"):
+    with pytest.raises((ModuleNotFoundError, ValueError), match=r"extra `logs`|is not a complete .parquet file"):
         sw.read_log(tmp_path / "log.parquet")
 
 
@@ -344,7 +344,7 @@ def test_a_mat_file_that_is_damaged_is_refused(tmp_path, monkeypatch):
     whole = stream.getvalue()
     for content in (whole[:177] + b"\xad" + whole[178:], whole[:177] + b"\x94" + whole[178:], whole[:150], b"text"):
         Path("damaged.mat").write_bytes(content)
-        with pytest.raises(ValueError, match=r"damaged\.mat:1:1: file: is no whole \.mat file"):
+        with pytest.raises(ValueError, match=r"damaged\.mat:1:1: file: is not a complete \.mat file"):
             sw.read_log("damaged.mat")
 
 

@@ -68,7 +68,7 @@ def test_each_channel_of_a_scope_keeps_its_time_where_others_have_ended(tmp_path
     known = log.time <= 1.98
     assert log.channels["load_angle"][known] == pytest.approx(Q[: len(log)][known], abs=1e-7)
     assert {
-        "1 sample of torque with inf or NaN left out",
+        "1 sample of torque with inf or NaN omitted",
         "1 sample of torque at the time of the one before left out",
     } <= {*log.notes}
     torque = log.channels["torque"]

@@ -79,7 +79,7 @@ def test_a_project_that_names_no_loop_gets_one_and_says_so(tmp_path):
     move = sw.move(
         project(tmp_path, text), sw.Trapezoid(0.1, 0.1), tail=0.01, method=sw.Dopri5(rtol=1e-4, atol=1e-7)
     )  # fmt: skip
-    assert "names no loop of the motor; a position loop of 30 Hz" in move.remarks[0]
+    assert "has no loop of the motor; a position loop of 30 Hz" in move.remarks[0]
     assert "a range, -9 to 3 N*m" in move.remarks[1]
 
 

@@ -147,7 +147,7 @@ def test_noise_comes_through_a_tracker_with_its_gain():
         (lambda: CHAIN._replace(bandwidth=2000.0), "together below the rate of samples, 4000 1/s"),
         (lambda: CHAIN._replace(bandwidth=0.0), "Demodulator.bandwidth is 0 1/s"),
         (lambda: CHAIN._replace(order=0), "Demodulator.order is 0"),
-        (lambda: sw.controllers.Tracker(50.0, 40.0, 5.0, PERIOD), "give low below high"),
+        (lambda: sw.controllers.Tracker(50.0, 40.0, 5.0, PERIOD), "0 < low < high is required"),
         (lambda: sw.controllers.Tracker(50.0, 5000.0, 5.0, PERIOD), "follow up to 4000 rad/s"),
         (
             lambda: sw.controllers.SpeedTable(sw.controllers.SampledPD(1.0, 0.1, PERIOD), (1.0,), (1.0,), (1.0,)),
@@ -157,7 +157,7 @@ def test_noise_comes_through_a_tracker_with_its_gain():
             lambda: sw.controllers.SpeedTable(
                 sw.controllers.SampledPD(1.0, 0.1, PERIOD), (2.0, 1.0), (1.0, 0.0), (0.0, 1.0)
             ),
-            "do not increase",
+            "must increase",
         ),
     ],
 )

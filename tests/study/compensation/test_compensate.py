@@ -52,7 +52,7 @@ def test_gravity_is_held_where_the_load_begins(mean, held):
         assert train.load.excitation.mean == pytest.approx(held - 40.0 * math.sin(0.3))
         assert train.load.drag.second == FRICTION
         assert not isinstance(train.load.drag.first, sw.train.AngleTorque)
-    assert any("Gravity changes 50 times more slowly" in text for text in bench.remarks)
+    assert any("Gravity varies 50 times more slowly" in text for text in bench.remarks)
     assert steady_bench_of(LINEAR, SAMPLING) == bench_of(LINEAR, SAMPLING)
     assert bench_of(lifted(mean), SAMPLING).plant.load.drag == lifted(mean).load.drag
 
@@ -99,7 +99,7 @@ def test_a_torque_table_leaves_what_the_wrong_stiffness_makes_of_it():
 def test_a_table_by_a_wrong_model_is_flagged_and_adaptation_recovers():
     table = sw.compensate(LINEAR, "measured-table", speed=42.0, sampling=SAMPLING, plant=SOFT, robust=False)
     assert table.after.rms > 1.2 * table.before.rms
-    assert any("do not use it there" in text for text in table.warnings)
+    assert any("do not use the controller there" in text for text in table.warnings)
     nominal = sw.compensate(LINEAR, "measured-table", speed=42.0, sampling=SAMPLING)
     assert any("20 % softer than the model the error grows" in text for text in nominal.warnings)
     adaptive = sw.compensate(LINEAR, "adaptive-inverse", speed=42.0, sampling=SAMPLING, plant=SOFT, robust=False)
@@ -165,7 +165,7 @@ def test_units_that_are_not_compensated_are_named_with_their_cause():
     weak = SAMPLING._replace(limit=0.3)
     units = sw.compensate(DRIVE, "inverse", speed=45.0, sampling=weak, robust=False, units=20).units
     assert units.unstable
-    assert all("the torque meets its limit of 0.3 N*m" in cause for _, cause in units.unstable)
+    assert all("the torque is at its limit of 0.3 N*m" in cause for _, cause in units.unstable)
 
 
 @pytest.mark.slow
@@ -184,7 +184,7 @@ def test_units_are_drawn_as_they_are_said_to_be():
 def test_a_motor_that_is_too_weak_excludes_the_speed():
     weak = SAMPLING._replace(limit=0.4)
     found = sw.compensate(DRIVE, "inverse", speed=50.0, sampling=weak, robust=False)
-    assert "limit of 0.4 N*m is met" in found.excluded
+    assert "at its limit of 0.4 N*m" in found.excluded
     assert 0.0 < found.torque.limited < 1.0
 
 
@@ -229,7 +229,7 @@ def test_the_guard_of_the_motors_adaptation_needs_no_limit_of_the_torque():
     good = design.build(bench_of(LINEAR, IDEAL), 45.0)
     wrong = good._replace(phase=good.phase + math.pi)
     given = sw.compensate(LINEAR, wrong, speed=45.0, sampling=IDEAL, robust=False)
-    assert any("its guard has switched its torque off" in text for text in given.warnings)
+    assert any("the guard switched the correction torque off" in text for text in given.warnings)
 
 
 @pytest.mark.slow
@@ -260,8 +260,8 @@ def test_a_table_that_takes_nothing_away_is_said_to_make_no_gain():
         one = sw.compensate(LINEAR, "measured-table", speed=speed, sampling=SAMPLING, plant=SOFT, robust=False)
         share = shares[speed] = one.after.rms / one.before.rms
         said = " ".join(one.warnings)
-        assert ("no gain" in said) == (0.98 <= share <= 1.02)
-        assert ("do not use it there" in said) == (share > 1.02)
+        assert ("no benefit" in said) == (0.98 <= share <= 1.02)
+        assert ("do not use the controller there" in said) == (share > 1.02)
         assert one.gains == (share < 0.98)
     assert min(shares.values()) < 0.98
     assert max(shares.values()) > 1.02
@@ -314,7 +314,7 @@ def test_what_was_assumed_is_said():
             ValueError,
             "plain loop is unstable with samples every 10 ms",
         ),
-        (lambda: sw.study.compensation_bench(DRIVE, (), speeds=[1.0]), ValueError, "nothing to run"),
+        (lambda: sw.study.compensation_bench(DRIVE, (), speeds=[1.0]), ValueError, "nothing to simulate"),
     ],
 )
 def test_what_cannot_be_compensated_gets_a_sentence(call, error, sentence):

@@ -83,7 +83,7 @@ def test_an_angle_may_be_given_within_one_turn():
         (lambda: sw.monitor(T, SIGNAL, angle=T, orders=(2, 2)), "give each order once"),
         (lambda: sw.monitor(T, SIGNAL, angle=T, orders=(0,)), "integers of at least 1"),
         (lambda: sw.monitor(T, SIGNAL * np.inf, angle=T), "infinite numbers"),
-        (lambda: sw.monitor(T, SIGNAL * np.nan, angle=T), "nothing to follow"),
+        (lambda: sw.monitor(T, SIGNAL * np.nan, angle=T), "signal contains only NaN"),
     ],
 )
 def test_what_cannot_be_monitored_gets_a_sentence(call, sentence):

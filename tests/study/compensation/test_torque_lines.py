@@ -115,7 +115,7 @@ def test_adaptation_converges_in_every_regime_and_says_how_fast(article, regime)
     sizes = np.std(left[: len(left) // turn * turn].reshape(-1, turn), axis=1)
     settled = H * turn * (1 + np.flatnonzero(sizes > 0.1 * before)[-1])
     assert found.converged == pytest.approx(settled, rel=0.02)
-    assert f"from {found.converged:.3g} s on" in str(found)
+    assert f"after {found.converged:.3g} s" in str(found)
     if regime != "primary":  # nothing bends: the error falls by the rate
         early, late = (round(t / H) // turn for t in (100.0, 150.0))
         assert math.log(sizes[early] / sizes[late]) / 50.0 == pytest.approx(found.rate, rel=0.03)
@@ -234,7 +234,7 @@ def test_the_command_speaks_of_the_forcing(tmp_path):
     assert run.stdout.splitlines()[1].split() == ["forcing", "rad/s", "300"]
     assert "rpm" not in run.stdout
     assert "38.02 rad/s^2 per N*m to x''" in run.stdout
-    assert "angle acts on a motor that follows a reference, and in the error equation none does" in run.stdout
+    assert "angle needs a motor that follows a reference, which the error equation lacks" in run.stdout
     row = json.loads((tmp_path / "compensation.json").read_text())["results"][1]
     assert (row["shaft"], row["speed_rad_per_s"]) == ("forcing", 300.0)
     assert "rpm" not in (tmp_path / "orders.svg").read_text()
@@ -243,7 +243,7 @@ def test_the_command_speaks_of_the_forcing(tmp_path):
 
 def test_what_no_torque_or_angle_of_the_motor_cancels_gets_a_sentence():
     loop = sw.train.from_bandwidth(60.0 * math.pi, J_M + J_L / N**2)
-    with pytest.raises(ValueError, match="a torque alone does; take 'inverse'"):
+    with pytest.raises(ValueError, match="only a torque does; use 'inverse'"):
         sw.compensate(sw.HDC_40_050.train(motor_torque=sw.Harmonic(T_M), control=loop), "angle", speed=100.0)
-    with pytest.raises(ValueError, match="neither a kinematic error nor a line of torque, so that there is nothing to"):
+    with pytest.raises(ValueError, match="neither a kinematic error nor a periodic torque: there is nothing to"):
         sw.compensate(sw.HDC_40_050.train(motor_torque=sw.Harmonic(0.0, mean=1.0), control=loop), speed=100.0)

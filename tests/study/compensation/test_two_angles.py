@@ -137,9 +137,9 @@ def test_tables_of_controllers_count_on_the_output_and_leave_what_the_controller
         (
             51 / 50,
             2 - 2 * 50 / 51,
-            "is a line of both turns, which repeat together with the output's turn at a whole ratio",
+            "depends on both turns; this needs a whole ratio of at least 2",
         ),
-        (16.5, 2 - 2 / 16.5, "from 2 on alone, and not at 16.5; leave it out"),
+        (16.5, 2 - 2 / 16.5, "of at least 2, not 16.5; remove the order"),
         (
             16.0,
             2.01,
@@ -154,7 +154,7 @@ def test_clocks_that_no_turn_of_the_output_brings_together_are_refused(ratio, or
 
 
 def test_what_knows_the_turn_of_the_motor_alone_says_so():
-    with pytest.raises(ValueError, match=r"order 2 - 2/16 is a line of the output's turn; use 'adaptive'"):
+    with pytest.raises(ValueError, match=r"order 2 - 2/16 belongs to the output's turn; use 'adaptive'"):
         sw.compensate(TRAIN, "repetitive", speed=SPEED, sampling=SAMPLING, loop=LOOP, robust=False)
     axis = """
 gear: {ratio: 50, law: {type: cubic, K: 1e5 N*m/rad, alpha: 2e4 1/rad^2}}

@@ -197,7 +197,7 @@ def test_without_a_design_the_nearest_miss_is_named_with_its_constraint():
     found = sw.design(replace(SPEC, limit=5.0 * ARCSEC), gears=GEARS)
     assert found.feasible == ()
     assert found.pareto == ()
-    assert found.nearest.startswith("No gear serves. The nearest is CSG-")
+    assert found.nearest.startswith("No gear meets the specification. The nearest is CSG-")
     assert "above the limit of 5 arcsec" in found.nearest
     least = min(float(s.rsplit(": ", 1)[1].split()[0]) for s in found.rejected.values() if "oscillates" in s)
     assert f"{least:.4g} times the allowance." in found.nearest
@@ -206,14 +206,14 @@ def test_without_a_design_the_nearest_miss_is_named_with_its_constraint():
 
 def test_where_the_sources_lack_a_number_of_every_gear_the_answer_says_so():
     found = sw.design(SPEC, gears=[sw.catalogue.gear("CSF-20-50")])
-    assert found.nearest.startswith("No gear serves: no source gives the largest input speed of 1 gear, the largest ")
-    assert found.nearest.endswith("which the specification needs; leave out what needs it.")
+    assert found.nearest.startswith("No gear can be judged: no source gives the largest input speed of 1 gear, ")
+    assert found.nearest.endswith("; remove the requirements that need them.")
     both = sw.design(replace(SPEC, largest_mass=8.0), gears=[sw.catalogue.gear(n) for n in ("CSG-25-50", "SHG-25-50")])
     assert "no source gives the mass of 1 gear and the accuracy of 1 gear, which" in both.nearest
-    assert "leave out what needs it or give excitation.accuracy, or excitation.assumed for these" in both.nearest
+    assert "remove the requirements that need them or give excitation.accuracy, or excitation.assumed" in both.nearest
     assert found.not_judged["CSF-20-50"].startswith("No source gives")
     assert found.rejected == {}
-    assert "0 gears do not, 1 are not judged, as a number is missing" in str(found)
+    assert "0 gears do not; 1 are not judged because a number is missing" in str(found)
 
 
 def test_an_assumed_accuracy_judges_the_gears_without_one_and_a_special_one_is_of_the_record():

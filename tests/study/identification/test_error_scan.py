@@ -257,7 +257,7 @@ THETA = uniform(100)
         ({"orders": [2, 2]}, "none twice"),
         ({"orders": [2.5]}, "whole number"),
         ({"orders": [0]}, "at least 1"),
-        ({"highest": 60}, "orders below 50 are told apart"),
+        ({"highest": 60}, "orders below 50 can be resolved"),
         ({"false_alarm": 0.0}, "probability between 0 and 1"),
         ({"noise": "pink"}, "must be 'auto', 'white' or 'autocorrelated'"),
         ({"error": np.where(THETA[9] == THETA, 1e300, THETA)}, "error of sample 9 is 1e.300; remove the sample"),
@@ -276,7 +276,7 @@ def test_wrong_scans_are_refused_in_one_sentence(change, words):
 
 def test_samples_with_a_gap_that_hides_a_line_are_refused():
     theta = np.concatenate([np.linspace(0.0, 0.02, 50), [TURN]])
-    with pytest.raises(ValueError, match="do not tell the orders 1, 2, 3 apart"):
+    with pytest.raises(ValueError, match="cannot separate the orders 1, 2, 3"):
         sw.error_scan(theta, theta, orders=[1, 2, 3])
 
 
@@ -313,10 +313,10 @@ def test_orders_that_even_targets_do_not_tell_apart_are_named():
     exact = [k for j in range(1, 9) for k in range(100 * j - 4, 100 * j + 5) if k % 72 in (16, 56)]
     assert scan.aliases[16].tolist() == exact == [200, 304, 704]
     assert "order 16 may be order 200, 304, 704" in str(scan)
-    assert "tell orders below 36; a line above would show below it" in str(sw.error_scan(angle, error))
+    assert "resolve orders below 36; higher orders appear as lower ones" in str(sw.error_scan(angle, error))
     uneven = 1.1 * (angle + np.random.default_rng(1).uniform(-0.04, 0.04, 72))
     assert not sw.error_scan(uneven, 6e-5 * np.cos(16 * uneven), orders=[16], ratio=100, turn="output").aliases
-    with pytest.raises(ValueError, match=r"the angles stand 1\.39 turns apart, which tells no whole order"):
+    with pytest.raises(ValueError, match=r"the angles stand 1\.39 turns apart, too far to resolve any order"):
         sw.error_scan(100.0 * angle, error, ratio=100)
 
 
@@ -329,7 +329,7 @@ def test_a_line_between_whole_orders_is_told_as_such():
     (line,) = scan.between
     assert line.order == pytest.approx(3.75, abs=1e-3)
     assert line.amplitude == pytest.approx(1.5e-5, abs=4 * line.amplitude_error)
-    assert "between whole orders: 3.75; a project file does not hold it" in str(scan)
+    assert "between whole orders: 3.75; a project file cannot contain them" in str(scan)
 
 
 def test_errors_of_a_line_between_whole_orders_hold_what_its_place_may_be_off_by():

@@ -281,8 +281,8 @@ def test_a_missing_term_is_flagged_and_laws_are_told_apart_by_what_they_predict(
         log,
     )
     assert table.names == ("churning", "cubic")
-    assert "do not tell B and law.second.B apart" in table.left_out["two dampings"]
-    assert "two dampings was left out: the data do not tell" in str(table)
+    assert "do not separate B and law.second.B" in table.left_out["two dampings"]
+    assert "two dampings was left out: the data do not separate" in str(table)
     with pytest.raises(ValueError, match=r"^worse: 'law\.X' is no number"):
         sw.fit.compare_laws({"worse": (cubic, ("law.X",))}, log)
     assert table.best.value("law.second.D") == pytest.approx(4e-4, rel=0.05)
@@ -319,7 +319,7 @@ def test_what_cannot_be_asked_is_one_sentence(changes, sentence):
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda log: log | {"output": 0.0 * log["output"]}, "nothing moves"),
+        (lambda log: log | {"output": 0.0 * log["output"]}, "use a record with motion"),
         (lambda log: log | {"output": 1e200 * log["time"]}, r"values beyond 1e\+30; give it in SI"),
         (lambda log: log | {"input": np.where(log["time"] == log["time"][7], np.nan, log["input"])}, "sample 7"),
         (lambda log: log | {"time": log["time"][::-1]}, "times must ascend"),

@@ -59,7 +59,7 @@ def test_a_current_gives_its_constant_and_the_motor(seed):
     motor, sheet = fit.project.subject.motor, fit.project.motor_limits
     assert (motor.J, sheet.K_t) == pytest.approx((fit.value("motor_inertia"), fit.value("torque_constant")), rel=1e-9)
     assert motor.drag.first.T_c == pytest.approx(fit.value("motor_coulomb"), rel=1e-9)
-    assert any("hang on the load's inertia" in line for line in fit.quality())
+    assert any("proportional to the load inertia" in line for line in fit.quality())
 
 
 # M3 of the friction models of Duclusaud et al. 2025 (BAM, arXiv 2410.08650), eRob80 of 100 and 50, on the joint: dry
@@ -123,8 +123,8 @@ def test_a_current_of_known_constant_weighs_the_load_and_one_of_unknown_does_not
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda i: 0.0 * i + 0.2, "stays at 0.2: it tells nothing"),
-        (lambda i: np.where(np.arange(len(i)) == 7, i, np.nan), "has 1 samples: it tells nothing"),
+        (lambda i: 0.0 * i + 0.2, "stays at 0.2: it contains no information"),
+        (lambda i: np.where(np.arange(len(i)) == 7, i, np.nan), "has 1 samples: it contains no information"),
         (lambda i: np.clip(i, -np.inf, 0.8 * np.max(i)), "seems saturated"),
         (lambda i: 1e3 * i, "seems to be in mA"),
         (lambda i: -i, "of opposite sign"),

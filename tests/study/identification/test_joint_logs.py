@@ -112,7 +112,7 @@ def test_an_inertia_far_off_is_said_not_to_fit(seed, times):
     fit = sw.identify_log(log, gear=truth["gear"], load_inertia=times * truth["J"])
     assert not fit.usable
     (cause,) = fit.causes
-    assert f"inertia given, {times * truth['J']:.3g} kg·m², does not fit" in cause
+    assert f"given load inertia of {times * truth['J']:.3g} kg·m² is wrong" in cause
     near = float(cause.split("near ")[1].split()[0])
     assert near == pytest.approx(truth["J"], rel=0.12)  # as far as K1 is off its datasheet
 
@@ -121,11 +121,11 @@ def test_an_inertia_far_off_is_said_not_to_fit(seed, times):
     ("change", "said"),
     [
         (lambda m, q: (q, m), "swapped"),
-        (lambda m, _: (m, m), "count on one shaft"),
+        (lambda m, _: (m, m), "refer to one shaft"),
         (lambda m, q: (np.degrees(m), q), "in deg"),
         (lambda m, q: (np.degrees(m), np.degrees(q)), "gear allows 4000 rpm; the angles seem to be in deg"),
         (lambda m, q: (m, q / (2.0 * np.pi)), "in rev"),
-        (lambda m, q: (m / 0.62, q), "take the gear of the log"),
+        (lambda m, q: (m / 0.62, q), "use the gear of the log"),
         (lambda m, q: (0.0 * m, q), "nothing moves"),
         (lambda m, q: (m[:1], q[:1]), "1 samples"),
     ],

@@ -102,9 +102,7 @@ def test_angles_that_no_gear_of_the_ratio_has_are_refused():
     motor = np.linspace(0.0, 100.0, 200)
     angles = {"motor_angle": motor, "load_angle": -motor / 50.0 + 1e-3 * np.sin(motor)}
     assert with_torsion(angles, 50.0)["torsion"] == pytest.approx(1e-3 * np.sin(motor), abs=1e-12)
-    with pytest.raises(
-        ValueError, match=r"turns 100 rad and load_angle 2\.\d* rad, which is no gear of ratio 60; take"
-    ):
+    with pytest.raises(ValueError, match=r"turns 100 rad and load_angle 2\.\d* rad: the ratio is not 60; use"):
         with_torsion(angles, 60.0)
 
 

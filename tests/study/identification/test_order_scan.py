@@ -162,7 +162,7 @@ BAD = [
     (lambda: sw.order_scan([sw.Run(T, T, T, "A"), sw.Run(T, T, T, "N*m")]), "one quantity"),
     (lambda: sw.order_scan([sw.Run(T, T, T)], orders=[1e5]), "too high"),
     (lambda: sw.order_scan([sw.Run(T, T, T)], orders=[3.0, 3.0]), "none twice"),
-    (lambda: sw.order_scan([sw.Run(T, T, T)], orders=[40.0, 40.0001]), "apart"),
+    (lambda: sw.order_scan([sw.Run(T, T, T)], orders=[40.0, 40.0001]), "cannot separate the orders"),
     (lambda: sw.order_scan([sw.Run(T, 1e-3 * T, T)], highest=100.0), "orders"),
     (lambda: sw.order_scan([sw.Run(T, T, T)], false_alarm=2.0), "false_alarm"),
 ]

@@ -142,7 +142,7 @@ def test_a_move_with_lines_of_both_turns_is_that_of_equations_by_hand():
     (said,) = (remark for remark in move.remarks if "beat" in remark)
     # 100/2 turns of the motor in a beat of the lines, 100 with gravity; a quarter of the output in 0.6 s is 25 turns
     beats = "The error beats every 100 turns of the motor (its lines alone every 50), 2.4 s at the mean speed; the"
-    assert said.startswith(f"{beats} profile turns it by 25 in 0.6 s.")
+    assert said.startswith(f"{beats} motor turns 25 times in 0.6 s.")
     along = np.linspace(0.0, 0.5 * np.pi * N, 20_001)
     slow = np.max(np.abs(first * np.cos(2.0 * along) + second * np.cos(order * along + phase)))
     assert move.passes[0].quasi_steady == pytest.approx(slow, rel=1e-3)
@@ -252,7 +252,7 @@ def test_friction_of_the_meshing_costs_its_share_of_a_slow_lift():
     assert move.dissipated == pytest.approx(0.1 * 30.0 * 1.0, rel=3e-3)  # of 30 J over 1 rad
     (said,) = sw.move(train, slow, limits=sw.MotorLimits(torque=0.32), tail=0.1, method=ROUGH).failures
     assert "loads and friction alone require 0.33 N*m" in said
-    assert "without any acceleration it still asks too much" in said
+    assert "the torque is too large even without acceleration" in said
 
 
 def test_an_error_at_rest_is_that_of_gravity_and_the_window_is_about_it():
@@ -328,7 +328,7 @@ def test_torques_of_an_angle_have_their_means_and_torques_of_the_time_act_in_tim
     with_lines = LINEAR._replace(load=sw.train.Load(J_L, sw.Harmonic(5.0, order=2, mean=-20.0)))
     constant = LINEAR._replace(load=sw.train.Load(J_L, sw.Harmonic(0.0, mean=-20.0)))
     lines, mean = sw.move(with_lines, part, **options), sw.move(constant, part, **options)
-    assert "lines, which follow an angle at constant speed, are left out" in lines.remarks[0]
+    assert "torque lines, defined for constant speed, are omitted" in lines.remarks[0]
     np.testing.assert_array_equal(lines.pointing_error, mean.pointing_error)
     assert mean.remarks == ()
     comes = LINEAR._replace(load=sw.train.Load(J_L, sw.train.TorqueProfile((0.02, 0.05), (0.0, -20.0))))
@@ -381,14 +381,14 @@ REFUSED = [
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"window": 0.0}, "window"),
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"tail": math.nan}, "tail"),
     ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"bands": [(2.0, 1.0)]}, "bands"),
-    ((FREE, sw.Trapezoid(QUARTER, TIME)), {}, "the motor of this drive is free and follows no profile"),
-    ((SAGGING, sw.Trapezoid(QUARTER, TIME)), {}, "answers no deviation of the motor's angle"),
+    ((FREE, sw.Trapezoid(QUARTER, TIME)), {}, "the motor of this drive is free and cannot follow a profile"),
+    ((SAGGING, sw.Trapezoid(QUARTER, TIME)), {}, "does not correct the motor's angle"),
     ((TRAIN,), {}, "there is no profile"),
-    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limited": True}, "limited needs the largest torque of the motor"),
+    ((TRAIN, sw.Trapezoid(QUARTER, TIME)), {"limited": True}, "a limited move needs the largest motor torque"),
     (
         (TRAIN, sw.Trapezoid(QUARTER, TIME)),
         {"limited": True, "limits": sw.MotorLimits(0.5)},
-        r"at rest the load takes 0.6 N\*m of the motor, whose limit is 0.5 N\*m: it does not hold",
+        r"at rest the load requires 0.6 N\*m from the motor, whose limit is 0.5 N\*m: the motor cannot hold",
     ),
     ((TRAIN, []), {}, "the profile is empty"),
 ]  # fmt: skip
@@ -404,16 +404,16 @@ def test_what_cannot_be_moved_is_refused_in_one_sentence(given, options, said):
 # what a move asks beyond its limits, and what is said of it
 BEYOND = [
     (TRAIN, {"limits": sw.MotorLimits(speed=3000.0 * RPM)},
-     r"3\d\d\d rpm, above its limit of 3000 rpm; .*stretch it from 0.6 s to at least 0.75 s \(of a rigid drive"),
+     r"3\d\d\d rpm, above its limit of 3000 rpm; .*lengthen the move from 0.6 s to at least 0.75 s \(rigid drive"),
     # gravity alone takes 60/100 N m
     (TRAIN, {"limits": sw.MotorLimits(torque=0.3)},
-     r"above its limit of 0.3 N\*m \(loads and friction alone require 0.6 N\*m\); .*it still asks too much"),
+      r"above its limit of 0.3 N\*m \(loads and friction alone require 0.6 N\*m\); .*large even without acceleration"),
     # (J_m N + J_l/N) 4.5 QUARTER/TIME^2 = 0.3475 N m, and TIME sqrt(0.3475/0.3) = 0.6458 s
     (LEVEL, {"limits": sw.MotorLimits(torque=0.3)},
-     r"limit of 0.3 N\*m; the move is computed as if the motor had it; stretch it from 0.6 s to at least 0.6458 s"),
+     r"limit of 0.3 N\*m; the move is computed with unlimited .*; lengthen the move from 0.6 s to at least 0.6458 s"),
     # the vibration alone is beyond
     (LEVEL, {"limits": sw.MotorLimits(torque=0.35)},
-     r"above its limit of 0.35 N\*m; .* had it; take a longer time, a smoother profile or a stronger motor"),
+     r"above its limit of 0.35 N\*m; .* had it; use a longer time, a smoother profile or a stronger motor"),
     (TRAIN, {"payload": sw.Payload(100.0, 0.5), "gear": GEAR}, r"above the momentary torque of SHG-25-100, 369 N\*m"),
 ]  # fmt: skip
 
@@ -451,7 +451,7 @@ def test_a_move_of_too_many_steps_takes_less_than_a_gigabyte():
 
 def test_a_law_that_cannot_carry_the_load_is_told():
     soft = LINEAR._replace(law=Saturating(2000.0, 0.01))  # carries 20 N m
-    with pytest.raises(ValueError, match=r"the load pulls with 60 N\*m at 90 deg, which the gear does not hold"):
+    with pytest.raises(ValueError, match=r"the load torque is 60 N\*m at 90 deg, too large for the gear"):
         sw.move(soft, sw.Trapezoid(QUARTER, TIME), start=QUARTER, method=ROUGH)
 
 

@@ -81,8 +81,8 @@ def test_speeds_are_crossed_and_bands_are_spent_time_in_as_by_hand():
 
 REFUSED = [
     ([], ValueError, "the profile is empty"),
-    (sw.study.Dwell(1.0), ValueError, "waits for 1 s and moves nothing"),
-    (sw.AngleProfile((0.0, 1.0), (2.0, 2.0)), ValueError, "moves nothing"),
+    (sw.study.Dwell(1.0), ValueError, "only waits for 1 s; give an angle"),
+    (sw.AngleProfile((0.0, 1.0), (2.0, 2.0)), ValueError, "only waits for"),
     (sw.Trapezoid(1.0), ValueError, "neither a time nor limits"),
     (sw.Trapezoid(0.0, 1.0), ValueError, "angle is 0"),
     (sw.Trapezoid(0.3, 1e-300), ValueError, "time is 1e-300 s for 0.3 rad; give a longer time"),

@@ -125,13 +125,13 @@ def test_a_rate_that_is_none_is_told(rates):
         (STRONG, {"rates": 1e-9}, r"takes 3e\+08 turns, more than 100,000; give rates from 3e-06 rad/s\^2 on"),
         (STRONG, {"speeds": (2.0, 1.0)}, r"speeds \[rad/s\] is \(2.0, 1.0\); it must be two finite numbers"),
         (STRONG, {"speeds": (0.0, 1.0)}, r"speeds \[rad/s\] is 0 .. 1; it must be 0 < low < high"),
-        (STRONG._replace(B=0.0), {}, "loses no energy, so that it never settles at the first speed; give it damping"),
+        (STRONG._replace(B=0.0), {}, "has no damping and never settles at the first speed; add damping"),
         (
             STRONG._replace(law=sw.Backlash(1.0, 0.1)),
             {},
-            "this Oscillator tells no resonance to run through; give",
+            "this Oscillator has no known resonance to run through; give",
         ),
-        (sw.HDC_40_050.train(), {"speeds": (1.0, 2.0)}, "a free motor follows its torque, not a speed; give the"),
+        (sw.HDC_40_050.train(), {"speeds": (1.0, 2.0)}, "a free motor follows a torque, not a speed; add a"),
     ],
 )
 def test_what_cannot_be_run_through_is_told(system, given, said):

@@ -94,7 +94,7 @@ def test_postures_without_gravity_and_a_short_motor_are_named():
     rows = (sw.Posture(1.0), sw.Posture(2.5, -70.0, None, "stretched"))
     sheet = ", peak_torque: [[0 rpm, 1.3 N*m], [2400 rpm, 1.3 N*m]], brake: 1 N*m"
     found = sw.speed_map(arm(sheet), postures=rows, search=False)
-    assert "1 of 2 postures give no torque of gravity: they have the mean, 0 N*m" in found.remarks
+    assert "1 of 2 postures have no gravity torque: they use the mean, 0 N*m" in found.remarks
     assert any("N*m short" in said and "under posture 2 (stretched)" in said for said in found.failures)
     assert any("takes 1.4 N*m of the brake" in said for said in found.failures)
     with pytest.raises(ValueError, match="loads and postures are both given"):

@@ -390,7 +390,7 @@ def test_a_range_in_which_only_the_smaller_motion_meets_the_limit_is_forbidden_b
     assert len(found.windows) == 0
     assert np.min(found.oscillation) == pytest.approx(large, rel=3e-3)
     (said,) = found.failures
-    least = re.search(r"at least ([\d.]+) arcsec, the least at ([\d.]+) rpm with 0 N·m", said)
+    least = re.search(r"at least ([\d.]+) arcsec, its minimum at ([\d.]+) rpm with 0 N·m", said)
     assert [float(text) for text in least.groups()] == pytest.approx([large / ARCSEC, both[0] / RPM], rel=3e-3)
 
 
@@ -398,14 +398,14 @@ def test_a_limit_that_no_speed_meets_forbids_all_and_names_both_numbers(tmp_path
     found = sw.speed_map(project(tmp_path), limit=1e-3 * ARCSEC, search=False)
     assert len(found.windows) == 0
     (said,) = found.failures
-    assert said.startswith("The limit of 0.001 arcsec is met at no speed: the largest motion at each speed of the map")
+    assert said.startswith("The limit of 0.001 arcsec cannot be met at any speed: the largest oscillation at ")
     assert "FAIL: The limit" in str(found)
 
 
 def test_remarks_tell_of_orders_that_meet_nothing_and_of_a_limit_below_the_static_error(tmp_path):
     found = sw.speed_map(project(tmp_path), limit=0.5 * A, orders=(40,), search=False)
-    assert any("orders that meet no resonance in this range: 40" in remark for remark in found.remarks)
-    assert any("below the error of quasi-static rotation" in remark for remark in found.remarks)
+    assert any("orders without a resonance in this speed range: 40" in remark for remark in found.remarks)
+    assert any("below the gear error at very low speed" in remark for remark in found.remarks)
     (band,) = found.forbidden[0]
     assert band[0] == 40.0
 
@@ -460,12 +460,12 @@ def test_the_command_writes_the_units_that_scatter(tmp_path):
     ("options", "code", "said"),
     [
         (["--limit", "3 kg"], 2, "--limit"),
-        (["--loads", "-60 N*m:0 N*m"], 2, "has no number of values"),
-        (["--speeds", "300 rpm:300 rpm"], 2, "--speeds: '300 rpm' to '300 rpm' is no range"),
-        (["--speeds", "300 rpm:400 rpm:500 rpm"], 2, "is no range; write a smaller and a larger value"),
-        (["--speeds", "300 rpm"], 2, "is no range"),
-        (["--loads", "-60 N*m:0 N*m:\u00b2"], 2, "has no number of values, 1 to 1000"),
-        (["--loads", "-60 N*m:0 N*m:1000000000"], 2, "has no number of values, 1 to 1000"),
+        (["--loads", "-60 N*m:0 N*m"], 2, "does not end in a number of values"),
+        (["--speeds", "300 rpm:300 rpm"], 2, "--speeds: '300 rpm' to '300 rpm' is not a range"),
+        (["--speeds", "300 rpm:400 rpm:500 rpm"], 2, "is not a range; write a smaller and a larger value"),
+        (["--speeds", "300 rpm"], 2, "is not a range"),
+        (["--loads", "-60 N*m:0 N*m:\u00b2"], 2, "does not end in a number of values from 1 to 1000"),
+        (["--loads", "-60 N*m:0 N*m:1000000000"], 2, "does not end in a number of values from 1 to 1000"),
         (["--units", "8"], 1, "has no scatter"),
     ],
 )
@@ -709,7 +709,7 @@ def test_the_map_of_a_forcing_speaks_of_the_forcing_and_judges_no_rule_of_a_moto
     project = Path(__file__).parents[3] / "examples/projects/article.yaml"
     asked = ["speed-map", str(project), "-o", str(tmp_path)]
     text = CliRunner().invoke(command.cli, asked).stdout
-    assert "speeds of the forcing, forbidden: oscillation above 2 times" in text
+    assert "speeds of the forcing are forbidden if: oscillation above 2 times" in text
     assert re.search(r"forbidden speeds +jumps of the error\n +0 N·m +272\.62 to 472\.23 rad/s", text)
     assert "rpm" not in text
     assert "vendors" not in text
@@ -739,5 +739,5 @@ def test_a_drive_too_stiff_to_search_says_so_and_has_its_curve(tmp_path):
         "limit: {oscillation: 100 arcsec}\nexcitation: {kinematic_error: [{order: 2, amplitude: 23 arcsec}]}\n"
     )
     found = sw.speed_map(sw.read_project(tmp_path / "heavy.yaml"))
-    assert any("starts do not settle in the steps" in text for text in found.remarks)
+    assert any("simulations do not settle in the allowed steps" in text for text in found.remarks)
     assert found.forbidden[0].size == 0

@@ -40,7 +40,7 @@ def test_five_percent_of_a_gain_cost_settling_of_the_move_where_no_goal_is_one_o
     assert found.recommended.settlings == pytest.approx((0.2813, 0.2614), rel=0.02)
     assert found.cost[:3] == ("K_v", -0.05, "settling of the move")
     assert (found.cost.before, found.cost.after) == pytest.approx((0.2813, 0.3542), rel=0.02)
-    assert "5 % less K_v costs most: settling of the move" in " ".join(str(found).split())
+    assert "5 % less K_v makes settling of the move" in " ".join(str(found).split())
 
 
 @pytest.mark.slow

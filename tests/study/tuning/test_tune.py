@@ -110,7 +110,7 @@ def test_the_proof_takes_every_step_of_one_and_two_gains():
         ("mode: held", {}, "has no loop to tune"),
         (f"loop: {SPEED}", {"gains": ("K_v",)}, "no gain 'K_v' to tune in this loop; it has K_p, K_i"),
         (f"loop: {SPEED}", {"goals": ("speed",)}, "goal is 'speed'; it must be 'pointing', 'compliance'"),
-        (f"loop: {SPEED}", {"goals": ("settling",)}, "one of a move, and the project has none"),
+        (f"loop: {SPEED}", {"goals": ("settling",)}, "needs a move, and the project has none"),
         (f"loop: {SPEED}", {"goals": ()}, "goals is empty"),
         (f"loop: {SPEED}", {"peak_sensitivity": 0.0}, "peak_sensitivity is 0"),
         (f"loop: {SPEED}", {"gain_margin": math.nan}, "gain_margin is nan"),
@@ -121,7 +121,7 @@ def test_the_proof_takes_every_step_of_one_and_two_gains():
         (
             f"loop: {SPEED}",
             {"peak_sensitivity": 0.5},
-            r"keep the peak sensitivity of 0.5: the nearest, K_p .* % above it",
+            r"meet the peak sensitivity of 0.5: with the nearest, K_p .* % above the",
         ),
     ],
 )
@@ -181,12 +181,12 @@ def test_without_goals_nothing_becomes_worse(loop):
     for row, change in product(np.eye(2), (0.95, 1.05)):
         beside = of_a_torque(np.where(row, change, 1.0) * found.recommended.gains)
         assert np.all(np.array(beside) < 1.2 * np.array(after))
-    assert "No goal is given: compliance and settling stay within 2 %" in str(found)
+    assert "No goal is given: compliance and settling time are limited to 102 % of " in str(found)
 
 
 def test_a_gain_that_costs_much_is_told():
     cost = GainCost("K_p", 0.05, "settling of the move", 0.0165, 0.0409, "s")
-    assert str(cost) == "5 % more K_p costs most: settling of the move 148 % more"
+    assert str(cost) == "5 % more K_p makes settling of the move 148 % larger"
 
 
 @pytest.mark.slow
@@ -261,7 +261,9 @@ def test_limits_bind_and_a_notch_is_offered_only_where_it_helps():
     if stiff.notch is not None:
         assert stiff.notch.point.goals[0] < 0.99 * stiff.recommended.goals[0]
     limited = from_text(TEXT.format(motor=f"max_torque: 0.01 N*m, loop: {SPEED}"), Path("axis.yaml"))
-    with pytest.raises(ValueError, match=r"keep the motor's torque at every speed: the nearest, K_p .* % above it"):
+    with pytest.raises(
+        ValueError, match=r"and the motor's torque limit at every speed: the nearest, K_p .* % above the"
+    ):
         sw.tune(limited, goals=("pointing",))
 
 
@@ -333,7 +335,7 @@ def test_of_many_drives_the_worst_counts_and_no_step_is_better():
 
 
 def test_margins_that_no_gains_keep_beside_todays_settling_are_one_sentence():
-    said = r"keep the peak sensitivity of 1.02 with .* than today, when it is 1.\d+; loosen peak_sensitivity,"
+    said = r"meet the peak sensitivity of 1.02 with .* present peak sensitivity is 1.\d+; loosen peak_sensitivity,"
     with pytest.raises(ValueError, match=said):
         sw.tune(project(), peak_sensitivity=1.02)
 

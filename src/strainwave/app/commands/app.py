@@ -7,7 +7,7 @@ import click
 
 
 @click.command()
-@click.option("--port", type=click.IntRange(0, 65535), default=8765, help="Port; if taken, the next.")
+@click.option("--port", type=click.IntRange(0, 65535), default=8765, help="Port; if in use, the next free one.")
 @click.option("--browser/--no-browser", default=True, help="Whether to open the page in a browser.")
 def app(port: int, browser: bool) -> None:
     """Serve the page with sliders, on this machine alone."""
@@ -20,8 +20,8 @@ def app(port: int, browser: bool) -> None:
 
     def opened(address: str, actual: int) -> None:
         if actual != port and port:
-            click.echo(f"port {port} is taken; the app is at {actual}", err=True)
-        click.echo(f"strainwave app: {address} (Ctrl-C ends it)")
+            click.echo(f"port {port} is in use; the app uses port {actual}", err=True)
+        click.echo(f"strainwave app: {address} (Ctrl-C stops the app)")
         if browser:
             threading.Thread(target=_open, args=(address,), daemon=True).start()
 

@@ -23,7 +23,7 @@ from .options import file_type, json_option, output_option
 def derive(project: Path | None, latex: bool, output: Path | None, as_json: bool) -> None:
     """Derive the error equation and its four cases of multiple scales.
 
-    With a project also its own error equation in numbers, and what that leaves out of its drive.
+    With a project file, also its error equation in numbers, and the effects of the drive that it neglects.
     """
     drive = None if project is None else read_project(project)
     with Progress("derive") as progress:
@@ -47,7 +47,7 @@ def derive(project: Path | None, latex: bool, output: Path | None, as_json: bool
 
 @click.command()
 @output_option("Folder for article.html, its figures as SVG, and CSV files. Default: nothing is written.")
-@click.option("--second-order", is_flag=True, help="Show multiple scales of second order, which the article has not.")
+@click.option("--second-order", is_flag=True, help="Also derive multiple scales of second order (not in the article).")
 @json_option
 def reproduce(output: Path | None, second_order: bool, as_json: bool) -> None:
     """Compute the article's tables again and compare them."""

@@ -23,7 +23,7 @@ from .options import file_type, json_option, names_as_typed, quantity
 @click.option("--torque", help='Smallest rated torque, for example "100 N*m".')
 @click.option("--stiffness", help='Smallest stiffness K1, for example "1e5 N*m/rad".')
 @click.option("--speed", help='Smallest limit of the input speed, for example "3000 rpm".')
-@click.option("--file", type=file_type, help="Gears of your own in YAML or CSV, in place of the catalogue.")
+@click.option("--file", type=file_type, help="YAML or CSV file with your own gears, instead of the catalogue.")
 @json_option
 def catalogue(
     name: str | None, series: str | None, size: int | None, ratio: int | None, file: Path | None, as_json: bool,
@@ -43,7 +43,7 @@ def catalogue(
     if not chosen:
         listed = ", ".join(sorted({g.series for g in gears} - {""})) or "none"
         where = "the catalogue" if file is None else str(file)
-        raise ValueError(f"no gear of {where} meets all conditions; it has {len(gears)} gears of the series {listed}")
+        raise ValueError(f"no gear of {where} meets all conditions; searched: {len(gears)} gears, series {listed}")
     if as_json:
         click.echo(to_json({"units": NUMBERS, "gears": [asdict(g) for g in chosen]}))
         return
@@ -51,8 +51,8 @@ def catalogue(
     fields = ("K1", "K2", "K3", "T1", "T2", "rated_torque", "max_rpm")
     rows = [(_marked(g), *(getattr(g, field) for field in fields)) for g in chosen]
     caption = (
-        "K in N·m/rad, T and rated torque in N·m; largest speed with grease; – is not tabulated; * a doubtful number; "
-        "`strainwave catalogue NAME` shows the rest"
+        "stiffness K in N·m/rad; torque T and rated torque in N·m; largest speed with grease; –: not tabulated; "
+        "*: doubtful number; `strainwave catalogue NAME` shows all numbers of a gear"
     )
     print_table("1 gear" if len(chosen) == 1 else f"{len(chosen)} gears", columns, rows, caption)
 
@@ -76,7 +76,7 @@ def _one(gear: Gear, as_json: bool) -> None:
     for arrangement, how in arrangements:
         ratio = int(arrangement.ratio(gear.ratio))
         sense = "with" if ratio > 0 else "against"
-        click.echo(f"{'arrangement':<22}{arrangement}: ratio {abs(ratio)}, {sense} the motor ({how})")
+        click.echo(f"{'arrangement':<22}{arrangement}: ratio {abs(ratio)}, output turns {sense} the motor ({how})")
     if (fit := _fit(gear)) is not None:
         click.echo(f"{'cubic fit':<22}K {number(fit['K'], 4)} N*m/rad, alpha {number(fit['alpha'], 4)} 1/rad**2, "
                    f"rms error {100.0 * fit['relative_rms']:.2g} % up to {number(fit['reach'], 4)} rad")  # fmt: skip

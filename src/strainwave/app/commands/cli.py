@@ -92,7 +92,7 @@ class Sentences(click.Group):
             raise
         except KeyboardInterrupt as stop:
             kept = ", ".join(map(str, written(ctx)))
-            default = f"interrupted; written: {kept}" if kept else "interrupted; nothing was written: run it again"
+            default = f"interrupted; written: {kept}" if kept else "interrupted; nothing was written; run it again"
             click.echo(f"strainwave: {str(stop) or default}", err=True)
             ctx.exit(INTERRUPTED)
         except Exception as error:  # whatever it is, a user gets one sentence; --debug shows the rest
@@ -137,11 +137,11 @@ def _sentence(error: Exception) -> str:
         from ..console.output_files import sentence
 
         if error.filename is None and error.errno in (errno.ENOSPC, errno.EIO) and _stdout_fails():
-            return f"standard output: {error.strerror.lower()}; files that the command has written are whole"
+            return f"standard output: {error.strerror.lower()}; files already written are complete"
         return sentence(error)
     text = " ".join(str(error).split()) or type(error).__name__
     name = type(error).__name__
-    return text if name in EXPECTED else f"{name}: {text} (this is unexpected; --debug shows where)"
+    return text if name in EXPECTED else f"{name}: {text} (unexpected error; --debug shows the traceback)"
 
 
 def _stdout_fails() -> bool:

@@ -29,7 +29,7 @@ MOST_FILES = 10  # project files of the front
     "Folder for designs.csv, rejected.csv, designs.svg, design.json and the best designs as project files.",
     required=True,
 )
-@click.option("--gears", type=file_type, help="Gears of your own in YAML or CSV, beside the catalogue.")
+@click.option("--gears", type=file_type, help="YAML or CSV file with your own gears, in addition to the catalogue.")
 @retune_option
 @json_option
 def design(specification: Path, output: Path, gears: Path | None, retune: bool, as_json: bool) -> None:
@@ -44,7 +44,7 @@ def design(specification: Path, output: Path, gears: Path | None, retune: bool, 
     motor: {rotor_inertias: [0.5 kg*cm^2, 2 kg*cm^2]}
     damping: {ratio: 3 %}
 
-    Further groups: title, duty or torque, life, largest, ratios, series, excitation. Exit code 1 where no gear serves.
+    Further groups: title, duty or torque, life, largest, ratios, series, excitation. Exit code 1 if no gear meets it.
     """
     request = replace(read_specification(specification), retune=retune)
     added = {} if gears is None else read_gears(gears)

@@ -13,13 +13,13 @@ from .options import json_option, limit_option, project_argument, quantity, retu
 
 @click.command()
 @project_argument
-@click.option("--count", type=click.IntRange(32, 5000), default=200, help="Drives, each a curve.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="The same seed gives the same drives.")
+@click.option("--count", type=click.IntRange(32, 5000), default=200, help="Number of random drives.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="Seed of the random drives.")
 @limit_option
 @retune_option
 @json_option
 def exceedance(project: Path, count: int, seed: int, limit: str | None, retune: bool, as_json: bool) -> None:
-    """Say how probable it is that a drive exceeds its limit. The scatter of its numbers is that of the file."""
+    """Compute the probability that a drive exceeds its limit. The scatter is that of the project file."""
     from ...files.variants.scatter import exceedance as exceeded
 
     drive = read_project(project)

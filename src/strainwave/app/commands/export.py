@@ -17,13 +17,13 @@ from .options import json_option, output_option, project_argument, written_type
 @project_argument
 @click.option(
     "--to", "form", type=click.Choice(("c", "fmu2", "fmu3", "mjcf")), required=True,
-    help="C99; FMU of FMI 2.0 or 3.0; a joint for MuJoCo.",
+    help="C99 code; an FMU of FMI 2.0 or 3.0; a joint for MuJoCo.",
 )  # fmt: skip
 @output_option("File: .c (and .h beside it), .fmu or .xml.", type=written_type, required=True)
-@click.option("--step", help='Length of a step of C and FMU, as "250 us". Default: 16 in the shortest time scale.')
+@click.option("--step", help='Step size of C code and FMU, as "250 us". Default: 1/16 of the shortest time scale.')
 @json_option
 def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:
-    """Take the drive to Simulink (FMU), a controller (C) or MuJoCo."""
+    """Export a drive to Simulink (FMU), a controller (C) or MuJoCo."""
     drive = read_project(project)
     notes = exported(drive, output, to=form, step=None if step is None else parse(step, "s")).notes
     summary = {"title": drive.title, "format": form, "file": str(output), "notes": list(notes)}

@@ -27,16 +27,16 @@ CSV, SVG, JSON = "move.csv", "move.svg", "move.json"
 @project_argument
 @click.argument("profile", nargs=-1)
 @output_option("Folder for move.csv, move.svg and move.json.", required=True)
-@click.option("--start", help='Angle of the load at the begin, as "-45 deg".')
-@click.option("--payload", help='What the load carries, as "mass: 5 kg, radius: 0.4 m, phase: 90 deg".')
-@click.option("--window", help='Largest distance of a settled load from rest, as "30 arcsec".')
+@click.option("--start", help='Angle of the load at the start, for example "-45 deg".')
+@click.option("--payload", help='Payload, for example "mass: 5 kg, radius: 0.4 m, phase: 90 deg".')
+@click.option("--window", help='Settling window about the final angle, for example "30 arcsec".')
 @click.option(
     "--band", "bands", nargs=2, multiple=True, metavar="LOW HIGH",
     help='Motor speeds to avoid, as "1200 rpm" "1500 rpm"; repeatable.',
 )  # fmt: skip
-@click.option("--limited", is_flag=True, help="Keep torque and speed command of the motor within their limits.")
-@click.option("--avoid", is_flag=True, help="Take the speeds to avoid of the analysis too, which takes its time.")
-@click.option("--postures", is_flag=True, help="Move in every posture of the file; only move.json is written.")
+@click.option("--limited", is_flag=True, help="Limit the motor torque and the commanded speed in the simulation.")
+@click.option("--avoid", is_flag=True, help="Also avoid the speeds that `analyze` forbids (longer computation).")
+@click.option("--postures", is_flag=True, help="Simulate every posture of the project file; writes move.json only.")
 @dialect_options
 @json_option
 def move(
@@ -44,12 +44,12 @@ def move(
     bands: tuple[tuple[str, str], ...], limited: bool, avoid: bool, postures: bool, as_json: bool,
     **dialect: str | None,
 ) -> None:  # fmt: skip
-    """Move the load along PROFILE: error, settling, torques.
+    """Simulate a move along PROFILE: error, settling, torques.
 
-    Computes bearing life and energy too.
+    Bearing life and energy are computed too.
     PROFILE is one part or several, one after the other: a CSV file with the columns time [s] and angle [deg], or fields
     as in the group `move` of a project file: "trapezoid, angle: 90 deg, time: 0.6 s", "s_curve, angle: -90 deg, time:
-    0.6 s", "dwell, time: 0.4 s". Without it the profile of the project file is taken.
+    0.6 s", "dwell, time: 0.4 s". Without PROFILE, that of the project file is used.
     """
     drive = read_project(project)
     try:
@@ -84,6 +84,6 @@ def move(
 
 def _write(project: Project, result: Move, facts: tuple[Fact, ...], output: Path) -> None:
     panels = named(move_panels(result, project.gear, project.motor_limits or MotorLimits()), project.title)
-    drawn = stacked(panels, 215.0, "a move over the time")
+    drawn = stacked(panels, 215.0, "a move over time")
     table = columns(result.coordinates(), result.variables())
     write_all(output, {CSV: table, SVG: drawn, JSON: reported(project.title, facts, True)})

@@ -61,35 +61,35 @@ class Question(NamedTuple):
 
 
 QUESTIONS = (
-    Question("title", "Title", "", NONE, "One line above the report; none takes the name of the file."),
-    Question("gear", "Gear", "", "", "Name of a gear of the catalogue; a part of a name lists those that hold it."),
-    Question("load_inertia", "Inertia of the load", "kg*m^2", "", "On the output side, without the gear."),
+    Question("title", "Title", "", NONE, "Title of the report, one line; none uses the file name."),
+    Question("gear", "Gear", "", "", "Name of a gear in the catalogue; part of a name lists the gears with it."),
+    Question("load_inertia", "Inertia of the load", "kg*m^2", "", "Inertia on the output side, without the gear."),
     Question(
         "motor_inertia", "Inertia of the motor", "kg*cm^2", "catalogue",
-        "Motor and wave generator, on the motor side; catalogue takes that of the wave generator alone.",
+        "Inertia of motor and wave generator, motor side; catalogue uses the wave generator alone.",
     ),
     Question(
         "loop", "Loop of the motor", "Hz", "30 Hz",
-        "Bandwidth of the cascade that holds the motor; none is a motor that keeps its speed ideally.",
+        "Bandwidth of the cascaded position loop; none assumes a motor with exactly constant speed.",
     ),
-    Question("gravity", "Gravity", "N*m", NONE, "Torque of the load's weight on a level arm, on the output side."),
+    Question("gravity", "Gravity", "N*m", NONE, "Gravity torque with the arm horizontal, on the output side."),
     Question(
         "accuracy", "Accuracy of the gear", "arcsec", "catalogue",
-        "Accuracy class of the gear, peak-to-peak; special: a selected gear; "
-        f"without one in the catalogue {UNPRINTED} are assumed."),
+        "Accuracy class of the gear, peak-to-peak; special is that of a selected gear; "
+        f"if the catalogue has none, {UNPRINTED} are assumed."),
     Question(
         "kinematic_error", "Kinematic error", "arcsec", "catalogue",
-        "Amplitude of order 2 of the motor, 0-to-peak; catalogue shares the gear's accuracy by the usual orders.",
+        "Amplitude at order 2 of the motor, 0-to-peak; catalogue divides the accuracy class among the usual orders.",
     ),
-    Question("damping", "Damping ratio", "%", "3 %", "Share of the critical damping; 1 to 5 % are usual."),
+    Question("damping", "Damping ratio", "%", "3 %", "Fraction of critical damping; 1 to 5 % are usual."),
     Question(
-        "budget", "Budget of the oscillation", "arcsec", "catalogue",
-        "Largest distance of the pointing error from its mean; catalogue takes the accuracy class, peak-to-peak, which "
-        "is 1.54 times the error in slow rotation; none takes no limit.",
+        "budget", "Limit of the oscillation", "arcsec", "catalogue",
+        "Limit of the pointing error about its mean, 0-to-peak; catalogue uses the accuracy class (peak-to-peak), "
+        "1.54 times the error at very low speed; none sets no limit.",
     ),
-    Question("speed_from", "Lowest speed", "rpm", "500 rpm", "Of the motor."),
+    Question("speed_from", "Lowest speed", "rpm", "500 rpm", "Lowest speed of the motor."),
     Question("speed_to", "Highest speed", "rpm", "catalogue",
-        "Of the motor; catalogue takes the gear's largest average, at most 3000 rpm."),
+        "Highest speed of the motor; catalogue uses the gear's largest average speed, at most 3000 rpm."),
 )  # fmt: skip
 
 
@@ -107,19 +107,19 @@ def _option(question: Question) -> Callable[[Any], Any]:
 @click.command()
 @together(*map(_option, QUESTIONS))
 @output_option("Project file to write.", type=written_type, default=Path("drive.yaml"))
-@click.option("--force", is_flag=True, help="Replace a file that exists.")
+@click.option("--force", is_flag=True, help="Overwrite an existing file.")
 def new(output: Path, force: bool, **options: str | None) -> None:
     """Write a commented project file.
 
-    On a terminal every number that no option gives is a question; Enter takes its default.
+    On a terminal the command asks for each number without an option; Enter accepts the default.
     """
     if output.exists() and not force:
-        raise click.UsageError(f"{output} exists; take --force to replace it, or another name with -o")
+        raise click.UsageError(f"{output} exists; use --force to replace it, or choose another name with -o")
     if output.exists() and not output.is_file():
-        raise click.UsageError(f"{output} is no ordinary file and is not replaced; take another name with -o")
+        raise click.UsageError(f"{output} is not an ordinary file and is not replaced; choose another name with -o")
     output = output.resolve() if output.is_symlink() else output
     if not output.parent.is_dir():
-        raise click.UsageError(f"there is no folder {output.parent}; make it, or take another name with -o")
+        raise click.UsageError(f"there is no folder {output.parent}; create it, or choose another name with -o")
     answers = _answers(options)
     fields = _fields(answers) | {"sources": _assumed(options, answers)}
     text = template(fields, NAME if (output.parent / NAME).is_file() else "")
@@ -142,7 +142,7 @@ def _answers(options: Mapping[str, str | None]) -> dict[str, str]:
     asking = sys.stdin.isatty()
     missing = [q.option for q in QUESTIONS if options.get(q.name) is None and not q.default]
     if missing and not asking:
-        raise click.UsageError(f"{' and '.join(missing)} must be given, where no terminal can be asked")
+        raise click.UsageError(f"{' and '.join(missing)} must be given when the command does not run on a terminal")
     answers: dict[str, str] = {}
     for question in QUESTIONS:
         value = options.get(question.name)
@@ -194,7 +194,7 @@ def _read(question: Question, text: str, answers: dict[str, str]) -> str:
 def _check(name: str, text: str, answers: dict[str, str]) -> None:
     """Check an answer by its kind, the gear and the answers before it (ValueError with one sentence)."""
     if name == "kinematic_error" and answers["accuracy"]:
-        raise ValueError(f"{text!r} and --accuracy both give the size of the error; give one of them")
+        raise ValueError(f"{text!r} and --accuracy both set the size of the kinematic error; use one of them")
     if name in KINDS:
         KINDS[name].read(text, Entry((), []))
         if text == SPECIAL and gear(answers["gear"]).special_accuracy is None:
@@ -204,7 +204,7 @@ def _check(name: str, text: str, answers: dict[str, str]) -> None:
     least = gear(answers["gear"]).input_inertia if name == "motor_inertia" else None
     if least is not None and value < (1.0 - 1e-6) * least:
         of = f"the wave generator of {answers['gear']} alone, {1e4 * least:g} kg*cm^2"
-        raise ValueError(f"{text!r} is less than that of {of}; write that of motor and wave generator together")
+        raise ValueError(f"{text!r} is less than the inertia of {of}; write the sum for motor and wave generator")
     if name == "speed_to" and value <= number_in(answers["speed_from"], "rad/s"):
         raise ValueError(f"{text!r} is not above the lowest speed, {answers['speed_from']}; write a larger speed")
 

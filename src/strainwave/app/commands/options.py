@@ -15,10 +15,10 @@ project_argument = click.argument("project", type=file_type)
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 retune_option = click.option(
     "--retune", is_flag=True,
-    help="Compute gains of a bandwidth and damping of a ratio anew for every drive. Default: once, for the file's.",
+    help="Recompute the gains from the bandwidth, and the damping from its ratio, for every drive. Default: once.",
 )  # fmt: skip
 limit_option = click.option(
-    "--limit", help='Largest oscillation, for example "60 arcsec". Default: limit.oscillation of the file.'
+    "--limit", help='Largest oscillation, for example "60 arcsec". Default: limit.oscillation in the project file.'
 )
 
 
@@ -78,31 +78,31 @@ def _columns(context: click.Context, option: click.Parameter, texts: tuple[str, 
     """All columns in their order, or some by their names or places; None where no option says."""
     some = pairs(context, option, texts)
     if some and context.meta["columns"]:
-        raise click.UsageError("--columns names all columns and --column some of them; give one of the two")
+        raise click.UsageError("--columns names all columns and --column some of them; use only one of the two")
     return context.meta["columns"] or some or None
 
 
 dialect_options = together(
-    click.option("--delimiter", help='Column separator; " " for any number of blanks. Default: found.'),
-    click.option("--decimal", help="Decimal separator. Default: found."),
+    click.option("--delimiter", help='Column separator; " " for any number of blanks. Default: detected.'),
+    click.option("--decimal", help="Decimal separator. Default: detected."),
 )
 reading_options = together(  # of logs
     click.option(
         "--columns", "names", callback=_listed, is_eager=True, expose_value=False,
-        help='All columns in their order, as "time,load_angle,-,torque"; - leaves one out.',
+        help='Names of all columns in order, for example "time,load_angle,-,torque"; - omits a column.',
     ),
     click.option(
         "--column", "columns", multiple=True, callback=_columns, metavar="CHANNEL=COLUMN",
-        help="Name or place (0 is the first) of the column of a channel: load_angle=pos, torque=3; repeatable.",
+        help="Name or index (from 0) of the column of a channel: load_angle=pos, torque=3; repeatable.",
     ),
-    click.option("--joint", help="What marks the columns of one joint among several: elbow, axis0, 1."),
+    click.option("--joint", help="Text in the column names of one joint of several: elbow, axis0, 1."),
     pairs_option(
         "--unit", "units", "CHANNEL=UNIT",
-        'Unit of a channel, as load_angle=deg, or the size of 1: "load_angle=0.088 deg"; repeatable.',
+        'Unit of a channel, as load_angle=deg, or the size of one count: "load_angle=0.088 deg"; repeatable.',
     ),
-    click.option("--rate", type=float, help="Samples per second of a file without a time."),
-    click.option("--ratio", type=float, help="Ratio of the gear: the log of another one is refused."),
-    click.option("--trim", type=float, help="Seconds left out at the begin; 0 keeps all. Default: a transient."),
+    click.option("--rate", type=float, help="Samples per second of a file without a time column."),
+    click.option("--ratio", type=float, help="Ratio of the gear; a log with another ratio is refused."),
+    click.option("--trim", type=float, help="Seconds removed at the start; 0 keeps all. Default: the transient."),
     dialect_options,
 )  # fmt: skip
 
@@ -127,5 +127,5 @@ def span(
     values = [quantity(option, end, unit, sign) for end in ends]
     if len(values) != 2 or not values[0] < values[1]:
         text = " to ".join(repr(end) for end in ends)
-        raise click.BadParameter(f"{option}: {text} is no range; write a smaller and a larger value, {example}")
+        raise click.BadParameter(f"{option}: {text} is not a range; write a smaller and a larger value, {example}")
     return values[0], values[1]

@@ -27,13 +27,13 @@ NAMES = {  # of columns of cells.csv, where they are not those of the map
 @project_argument
 @output_option("Folder for cells.csv, bands.csv, campbell.csv and speed-map.svg. Default: nothing is written.")
 @click.option("--loads", help='Mean torques on the load, "LOW:HIGH:COUNT" or "V1,V2": "-60 N*m:0 N*m:9".')
-@click.option("--load-inertias", "inertias", help='Inertias of the load in place of torques: "1 kg*m^2:3 kg*m^2:9".')
-@click.option("--speeds", help='Range of the motor speed, "LOW:HIGH": "500 rpm:4000 rpm". Default: that of the file.')
+@click.option("--load-inertias", "inertias", help='Inertias of the load instead of torques: "1 kg*m^2:3 kg*m^2:9".')
+@click.option("--speeds", help='Range of the motor speed, "LOW:HIGH": "500 rpm:4000 rpm". Default: the project\'s.')
 @limit_option
-@click.option("--amplification", type=float, help="Largest oscillation relative to that of quasi-static rotation.")
-@click.option("--margin", type=float, help="Separation margin from every resonance, 0.1 for 10 %.")
-@click.option("--units", type=click.IntRange(0, 5000), default=0, help="Drives drawn by the scatter of the file.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Seed of these drives.")
+@click.option("--amplification", type=float, help="Limit of the oscillation, as a multiple of that at very low speed.")
+@click.option("--margin", type=float, help="Smallest relative distance of a speed from every resonance: 0.1 for 10 %.")
+@click.option("--units", type=click.IntRange(0, 5000), default=0, help="Number of drives drawn from the scatter.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="Seed of the random drives.")
 @json_option
 def speed_map(
     project: Path, output: Path | None, loads: str | None, inertias: str | None, speeds: str | None, limit: str | None,
@@ -109,6 +109,6 @@ def _range(option: str, text: str | None, unit: str, sign: str = "any") -> Any:
     low, _, after = text.partition(":")
     high, _, count = after.partition(":")
     if not count.strip().isdecimal() or not 1 <= int(count) <= MOST_LOADS:
-        reason = f"{text!r} has no number of values, 1 to {MOST_LOADS}"
+        reason = f"{text!r} does not end in a number of values from 1 to {MOST_LOADS}"
         raise click.BadParameter(f'{option}: {reason}; write for example "-60 N*m:0 N*m:9"')
     return np.linspace(quantity(option, low, unit, sign), quantity(option, high, unit, sign), int(count))

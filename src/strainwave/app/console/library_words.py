@@ -29,7 +29,7 @@ CALLS = {
     r"\bunits= says": "--unit says",
     r"\bloosen (peak|gain|phase)_(sensitivity|margin)\b": r"loosen --\1-\2",
     r"(?<![\w./-])trim=0(?![\w.])": "--trim 0",
-    r"`load_angles` of sw\.compensate, --load-angle of the command": "--load-angle",
+    r"`load_angles` of sw\.compensate, --load-angle of the command,": "--load-angle",
     r"\bgive one, such as Trapezoid\(angle, time\), or a `move` in the project file": (
         "write 'trapezoid, angle: 90 deg, time: 0.6 s' after the project file, or a group move into it"
     ),

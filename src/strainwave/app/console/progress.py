@@ -110,7 +110,7 @@ def finished(verb: Callable[[], T]) -> tuple[T, KeyboardInterrupt | None]:
     try:
         return verb(), None
     except Interrupted as stop:
-        return stop.found, KeyboardInterrupt(f"{stop}; the same command again computes all")
+        return stop.found, KeyboardInterrupt(f"{stop}; the same command computes all again")
 
 
 def duration(seconds: float) -> str:

@@ -120,7 +120,7 @@ class Jobs:
     def begin(self, kind: str, work: Callable[..., Any], *args: Any) -> str:
         """Start a job, `work(*args, progress=...)`, and return its name (Full)."""
         if len(self._jobs) >= MOST_JOBS:
-            raise Full(f"{MOST_JOBS} jobs are held already; cancel one, or wait until one has finished and expired")
+            raise Full(f"{MOST_JOBS} jobs exist already; cancel one, or wait until one has finished and expired")
         name, job = secrets.token_hex(8), Job(kind)
         self._jobs[name] = job
         job.task = asyncio.create_task(self._run(job, work, args))
@@ -186,7 +186,7 @@ def guarded(handler: Handler) -> Handler:
         except Full as error:
             return refusal(429, str(error))
         except Abandoned:
-            return refusal(409, "the visitor has gone on")
+            return refusal(409, "the request was replaced by a newer one")
 
     return answered
 

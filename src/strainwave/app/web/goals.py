@@ -29,8 +29,8 @@ from .state import yaml_of
 from .views import sentences, solved
 
 AT_RESONANCE = (
-    "The speed is that at which the largest order meets the resonance of the load on the gear, the motor held, under "
-    "the mean torque of the load and within the speeds of the project."
+    "Simulated at the speed where the strongest order excites the resonance of the load on the gear (motor held), "
+    "under the mean load torque."
 )
 SHOWN_TURNS = 4  # of the motor, under a controller
 STEPS = 5  # to each end of a slider
@@ -44,7 +44,7 @@ def goal(project: Project, name: str) -> dict[str, Any]:
     """
     row = next((one for one in parameters(project) if one["name"] == name), None)
     if row is None or not row["log"]:
-        raise Refused(f"{name!r} is no number of this project above zero")
+        raise Refused(f"{name!r} is not a positive number of this project")
     if project.limit is None:
         raise Refused("the project has no limit of the oscillation; add one")
     excess = cache(partial(_excess, project, name, row["unit"]))
@@ -96,7 +96,7 @@ def tuned(project: Project, progress: Progress) -> dict[str, Any]:
     size = [number(point.pointing / ARCSEC, project.digits()) for point in (result.before, result.recommended)]
     binds = [f"limit reached: {', '.join(result.binding)}"] if result.binding else []
     return {
-        "said": sentences([f"largest oscillation of the recommended gains {' → '.join(size)} arcsec", *binds]),
+        "said": sentences([f"largest oscillation {' → '.join(size)} arcsec with the recommended gains", *binds]),
         "gains": {name: unit_text(gain_unit(result.control, name)) for name in result.gains},
         "points": [
             {
@@ -135,8 +135,8 @@ def compensated(project: Project, progress: Progress) -> dict[str, Any]:
     controllers, duration = (bench.loop, result.controller), settle + SHOWN_TURNS * turn
     runs = [bench.run(controller, result.speed, duration) for controller in controllers]
     last = runs[0].time >= settle
-    torque = f"the motor gives up to {number(result.torque.peak, 3)} N·m"
-    not_counted = [f"this does not count: {result.excluded}"] if result.excluded else []
+    torque = f"motor torque up to {number(result.torque.peak, 3)} N·m"
+    not_counted = [f"this result is excluded: {result.excluded}"] if result.excluded else []
     grows = [] if result.stable or result.excluded else ["the error grows"]
     at = f"{result.title}, at {result.axis.said(result.speed)}: {result.rms_text}"
     return {

@@ -110,7 +110,7 @@ def _filed(name: str, content: bytes) -> Iterator[Path]:
         path = Path(folder) / f"log{suffix}"
         path.write_bytes(content)
         if unpacked(path) > MOST_UNPACKED:
-            raise Refused(f"the log unpacks to more than {MOST_UNPACKED >> 20} MiB; cut it first")
+            raise Refused(f"the log unpacks to more than {MOST_UNPACKED >> 20} MiB; shorten it first")
         try:
             yield path
         except (ValueError, RuntimeError) as error:
@@ -171,5 +171,5 @@ def _orders(log: Log) -> dict[str, Any]:
         "lines": [
             {"order": ln.order, "amplitude": ln.amplitude, "error": ln.amplitude_error, "kind": ln.kind} for ln in lines
         ],
-        "why": "" if lines else "no line stands out of the noise",
+        "why": "" if lines else "no order exceeds the noise",
     }

@@ -159,7 +159,7 @@ def listening(port: int) -> tuple[socket.socket, int]:
     for candidate in range(port, min(port + TRIES, 65536)):
         if (listener := taken(candidate)) is not None:
             return listener, int(listener.getsockname()[1])
-    raise RuntimeError(f"the ports {port} to {port + TRIES - 1} are all taken; give a free one with --port")
+    raise RuntimeError(f"the ports {port} to {port + TRIES - 1} are all in use; choose a free one with --port")
 
 
 def serve(port: int, opened: Callable[[str, int], None]) -> None:

@@ -27,7 +27,7 @@ def project_of(state: State) -> Project:
         raise Refused(f"a changed value is longer than {LONGEST} characters: {long[:LONGEST]!r}")
     file = next((name for name in state.values if not {*FROM_FILES}.isdisjoint(name.split("."))), None)
     if file is not None:
-        raise Refused(f"{file!r} names a file; the app reads none: write its numbers into the project")
+        raise Refused(f"{file!r} is a file; the app reads no files: write the numbers into the project")
     if (state.gear is None) == (state.project is None):
         raise Refused("the state needs either a gear of the catalogue or the text of a project file")
     text = first_text(state.gear) if state.gear is not None else str(state.project)
@@ -56,7 +56,7 @@ def _refuse_files(content: object) -> None:
     listed = enumerate(content) if isinstance(content, list) else ()
     for key, value in content.items() if isinstance(content, dict) else listed:
         if key in FROM_FILES:
-            fault = f"the project names a file in {key!r}; the app reads none: write its numbers into the project"
+            fault = f"the project refers to a file in {key!r}; the app reads no files: write the numbers into it"
             raise Refused(fault)
         _refuse_files(value)
 

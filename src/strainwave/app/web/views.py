@@ -28,12 +28,12 @@ from ..view import AngleUnit, angle_unit, writer
 POINTS = 40  # about, of the curve that follows a slider
 MOST_SHOWN = 4000  # samples of a run
 HELD = (
-    "This is an ideal motor, held at its speed. A real loop can change the answer tenfold; gravity and hysteresis "
-    "change it too. The page adds a loop and gravity, a project file hysteresis."
+    "The motor is ideal, with constant speed. A real loop can change the oscillation tenfold; gravity and hysteresis "
+    "also change the result. Add a loop and gravity on the page, hysteresis in a project file."
 )
 FIXED_LOAD = (
-    "The torque on the load is constant here: one that follows the load's angle, gravity for one, changes N times more "
-    "slowly than the motor turns."
+    "Here the torque on the load is constant. A torque that depends on the load's angle, such as gravity, varies N "
+    "times more slowly than the motor turns."
 )
 USUAL_MOVE = SCurve(np.pi / 2.0, 0.6)
 MOVED = "duration_s", "window_rad", "pointing_error_rad"  # of a move: what its view is asked for
@@ -64,7 +64,7 @@ def response(project: Project, separate: bool = False) -> dict[str, Any]:
         "passes": judged.passes, "assumed": bool(project.assumed), "failures": told(list(judged.failures), write),
         "message": without_calls(told(motions.message, write)),
         "remarks": [
-            f"Everything here is {curve_remark(separate and motions.curve.beat is None)}.",
+            f"Results are {curve_remark(separate and motions.curve.beat is None)}.",
             *([HELD] if project.train is None and project.motor == "held" else []),
             *judged.remarks, *unsaid(project.notes, judged.remarks), *move_note(project), *load_remark(project),
         ],
@@ -180,9 +180,8 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
         "load_torque": run.load_torque,
         "load_torques": [low, high],
         "remarks": [
-            f"integrated from rest, where the mean torques hold the drive; shown are the turns after the first "
-            f"{run.turns}, with a point once in each turn; from another start a drive that jumps may settle on "
-            "another motion of its response",
+            f"integrated from rest under the mean torques; shown after the first {run.turns} turns, with one point per "
+            "turn; a drive with jumps may settle on another motion from another start",
             *([run.remark] if run.remark else []),
             *([FIXED_LOAD] if low < high else []),
             *([HELD] if project.train is None and project.motor == "held" else []),
@@ -193,13 +192,13 @@ def motion(project: Project, rpm: float) -> dict[str, Any]:
 def moved(project: Project) -> dict[str, Any]:
     """The project's move, or a quarter turn in 0.6 s."""
     run = move(project, None if project.move is not None else USUAL_MOVE)
-    usual = [] if project.move is not None else ["the project has no move: a quarter turn in 0.6 s along an S-curve"]
+    usual = [] if project.move is not None else ["the project has no move; shown: S-curve, 90 deg in 0.6 s"]
     curves = {
         "time": run.time, "reference_deg": np.degrees(run.reference), "error_arcsec": run.pointing_error / ARCSEC,
         "motor_torque": run.motor_torque, "gear_torque": run.gear_torque, "motor_speed": run.motor_speed / RPM,
     }  # fmt: skip
     above = project.limit is not None and run.peak_error > project.limit
-    against = [f"above the limit of {IN_ARCSEC.text(project.limit or 0.0)} in the move"] if above else []
+    against = [f"the error in the move exceeds the limit of {IN_ARCSEC.text(project.limit or 0.0)}"] if above else []
     answers = [fact for fact in run.facts() if fact.key.partition(".")[0] in MOVED]
     return {name: values[:: max(1, len(run.time) // MOST_SHOWN)] for name, values in curves.items()} | {
         "said": sentences([*lines(answers), *against]),

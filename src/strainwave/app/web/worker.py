@@ -140,7 +140,7 @@ def done(work: Callable[..., Any], args: tuple[Any, ...], options: dict[str, Any
     except (ValueError, TypeError, SolveError, RuntimeError, ModuleNotFoundError) as error:
         return "refused", without_calls(" ".join(str(error).split()))
     except MemoryError:
-        return "refused", "this takes more memory than there is; take fewer points"
+        return "refused", "the computation needs more memory than is available; use fewer points"
     except Exception as error:  # whatever it is, a visitor gets one sentence
         return "failed", type(error).__name__
 

@@ -94,15 +94,15 @@ class Workers:
                     return text, took
                 except TimeoutError:
                     raise Refused(
-                        f"the answer takes longer than {self._longest:g} s of computing, or than "
-                        f"{SHARED * self._longest:g} s beside other work; narrow the speeds, take fewer or lower "
-                        "orders or a softer law, or use the command line, which has no such limit"
+                        f"the computation takes longer than {self._longest:g} s of computing, or than "
+                        f"{SHARED * self._longest:g} s beside other work; narrow the speed range, use fewer or lower "
+                        "orders or a softer law, or the command line, which has no time limit"
                     ) from None
                 except Died:
                     if not worker.interpreted:  # else `warm` has ended it, as another one has machine code now
                         raise Refused(
-                            "the process that computed this has ended unexpectedly, perhaps for want of memory; try "
-                            "again, or ask for less at once"
+                            "the process that computed this has ended unexpectedly, perhaps because memory ran "
+                            "out; try again, or compute less at once"
                         ) from None
                 finally:
                     self._give_back(worker)

@@ -26,9 +26,9 @@ from .plant_code import plant_code
 Target = Literal["c", "fmu2", "fmu3", "mjcf"]
 ENDINGS = {"c": ".c", "fmu2": ".fmu", "fmu3": ".fmu", "mjcf": ".xml"}
 SAMPLE = Measurement(*[0.0] * len(Measurement._fields))
-STIFFER = "where a state is stiffer, as with friction under load, it takes a step in parts"
-FORWARD = "its kinematic error is that of forward motion under the mean torque of the file, whatever it is given"
-SOURCES_ALONE = "there is no compiler cc here: the unit holds the sources alone, build them where it runs"
+STIFFER = "stiffer states, as with friction under load, use smaller steps"
+FORWARD = "its kinematic error is always that of forward motion under the mean torque of the project file"
+SOURCES_ALONE = "no compiler cc was found: the FMU contains the sources only; compile them on the target"
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def export(
     plant = plant_of(train, step, method, start)
     remarks = _left_out(train)
     if step is None:
-        remarks += [f"it takes steps of {plant.step:.6g} s, chosen for the fastest motion of this train", STIFFER]
+        remarks += [f"step size {plant.step:.6g} s, chosen for the fastest motion of this train", STIFFER]
     if getattr(source, "loaded_error", None) is not None:
         remarks.append(FORWARD)
     remarks += creep_of(plant.train)
@@ -128,10 +128,10 @@ def export(
 
 def _left_out(train: DriveTrain) -> list[str]:
     """Parts that a plant in C or an FMU leaves to its surroundings, a sentence each."""
-    held = "the motor, which the file holds, is free" if train.motor.held else "the motor's control loop is left out"
+    held = "the motor (held in the file) is free" if train.motor.held else "the motor's control loop is omitted"
     terms = [term for shaft in (train.motor, train.load.end()) for term in terms_of(shaft.excitation)]
     driven = any(getattr(term, size, 1.0) for term in terms for size in ("mean", "amplitude"))
-    torques = "torques of the file on the shafts are left out: give them as motor_torque and load_torque"
+    torques = "shaft torques of the project file are omitted; apply them as motor_torque and load_torque"
     return [f"{held}: its torque is the input motor_torque"] * (not train.motor.free) + [torques] * driven
 
 

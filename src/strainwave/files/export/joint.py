@@ -126,7 +126,7 @@ def mjcf(train: DriveTrain, name: str, torque: float = 0.0) -> tuple[str, tuple[
         "A flexible gear takes two joints. For a rigid one put armature, damping and frictionloss on the load's joint.",
         "Masses are placeholders, and so is the shape of the load: its inertia about the axis counts.",
         *remarks,
-        "Left out, as the format does not have it:",
+        "Omitted, because the format does not support it:",
         *([f"- {what}" for what in lost] or ["- nothing"]),
     ]))  # fmt: skip
-    return text, (*remarks, f"left out, as the format does not have it: {'; '.join(lost) or 'nothing'}")
+    return text, (*remarks, f"omitted, because the format does not support it: {'; '.join(lost) or 'nothing'}")

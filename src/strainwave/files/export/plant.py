@@ -121,8 +121,8 @@ def plant_of(train: Any, step: Any = None, method: Any = None, start: Any = None
     step = number("step [s]", step, positive=True)
     if step > longest:
         raise ValueError(
-            f"the step is {step:g} s and the fastest motion of the train takes steps up to {longest:.3g} s; give a "
-            "shorter one"
+            f"the step is {step:g} s but the fastest motion of the train allows {longest:.3g} s at most; use a "
+            "shorter step"
         )
     return Plant(unloaded, step, method, begun, fastest)
 

@@ -96,7 +96,7 @@ def read_postures(path: str | os.PathLike[str]) -> tuple[Posture, ...]:
     file, _, lines = read_table(path, None, None, kind="table of postures")
     present = {named(column.name).name for column in file} | {"inertia"}
     if other := sorted(present - POSTURE_UNITS.keys()):
-        raise refuse(path, f"has the column {shown(other[0])}, which no posture has; {POSTURE_FORM}")
+        raise refuse(path, f"has the column {shown(other[0])}, unknown for postures; {POSTURE_FORM}")
     fields = {name: (name, unit) for name, unit in POSTURE_UNITS.items() if name in present}
     columns, indices = columns_in_si(path, file, lines, fields, POSTURE_FORM)
     for name, values, index in zip(fields, columns, indices, strict=True):

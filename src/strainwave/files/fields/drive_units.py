@@ -12,7 +12,7 @@ UNITS = {"K_v": "1/s", "K_p": "N*m*s/rad", "K_i": "N*m/rad", "T_n": "s", "T_p": 
 def _one(gain: str, size: str, what: str) -> Any:
     """Row of a gain: its size for 1 of the drive's parameter."""
     unit, check = UNITS[gain], no_frequency if gain == "K_v" else None
-    meaning = f"{what} that 1 of the drive's parameter is."
+    meaning = f"{what} equal to 1 unit of the drive's parameter."
     return field(Quantity(unit, "positive", check=check), f"{size} {unit}", meaning)
 
 
@@ -22,8 +22,8 @@ class DriveUnitsSpec(Group):
     K_v: float | None = _one("K_v", "0.1", "Gain of the position loop")
     K_p: float | None = _one("K_p", "3e-4", "Gain of the speed loop")
     K_i: float | None = _one("K_i", "0.01", "Integral gain of the speed loop")
-    T_n: float | None = _one("T_n", "1e-5", "Time of the speed loop's integral")
-    T_p: float | None = _one("T_p", "1e-3", "Time of the position loop's integral")
+    T_n: float | None = _one("T_n", "1e-5", "Integral time of the speed loop")
+    T_p: float | None = _one("T_p", "1e-3", "Integral time of the position loop")
 
     @property
     def sizes(self) -> tuple[DriveUnit, ...]:

@@ -44,7 +44,7 @@ def _parts(law: Any, keys: Keys = ()) -> Iterator[tuple[Keys, Any]]:
 def _not_of_a_shaft(law: Law) -> Iterator[Wrong]:
     for keys, part in _parts(law):
         if not getattr(part, "width", 1.0):
-            yield Wrong((*keys, "width"), "is missing: across the gear the sign of friction is smoothed over a speed")
+            yield Wrong((*keys, "width"), "is missing: friction in the gear needs a speed to smooth the sign")
         if isinstance(part, AngleTorque):
             yield Wrong(keys, "AngleTorque follows the angle of a shaft; write it as drag under motor or load")
 
@@ -53,7 +53,7 @@ def _drag(law: Law) -> Iterator[Wrong]:
     """Parts of a drag that do not oppose a shaft: a spring, and dry friction that creeps."""
     for keys, part in _parts(law):
         if getattr(part, "width", 0.0):
-            yield Wrong((*keys, "width"), "is no field here: dry friction of a shaft sticks; leave it out")
+            yield Wrong((*keys, "width"), "is not a field here: dry friction of a shaft can stick; remove it")
         if depends(part) == 1 and not isinstance(part, AngleTorque):
             remedy = "write friction, or angle_torque for gravity"
             yield Wrong(keys, f"{type(part).__name__} is a spring, which ties a shaft to the ground; {remedy}")
@@ -142,20 +142,20 @@ class LoopSpec(Group):
 
     type: Any = field(LoopKind(words=KINDS), "position", TYPE, USUAL.kind)
     bandwidth: float = needed(BANDWIDTH, "30 Hz",
-        "Frequency of the closed loop on a rigid gear, in Hz or rad/s, in place of gains.")  # fmt: skip
+        "Bandwidth of the closed loop with a rigid gear, in Hz or rad/s, instead of gains.")  # fmt: skip
     damping: float = field(Quantity("", "positive"), "0.7",
-        "Damping ratio of the closed loop on a rigid gear.", USUAL.damping)  # fmt: skip
-    lag: float = field(Quantity("s", "positive"), "0.5 ms", "First-order lag of the torque, of the current loop.")
+        "Damping ratio of the closed loop with a rigid gear.", USUAL.damping)  # fmt: skip
+    lag: float = field(Quantity("s", "positive"), "0.5 ms", "First-order lag of the torque (current loop).")
     filters: tuple[Any, ...] = field(FILTERED, EXAMPLE_FILTERS, "Filters of the torque, in series.")
-    T_p: float = field(Quantity("s", "positive"), "100 ms", "Integral time of a cascade's position loop; without it P.")
+    T_p: float = field(Quantity("s", "positive"), "100 ms", "Integral time of a cascade's position loop; P without it.")
     encoder: Any = field(
         Word(ENCODERS),
         "load",
-        "Encoder on which a cascade's position loop is closed; the speed loop has the motor's.",
+        "Encoder for the position loop of a cascade; the speed loop uses the motor encoder.",
         ENCODERS[0],
     )
     mixing_frequency: float = field(BANDWIDTH, "8 Hz",
-        "With both encoders: below it the position is that of the load, above it that of the motor.")  # fmt: skip
+        "With both encoders: load encoder below this frequency, motor encoder above it.")  # fmt: skip
 
     @property
     def tuning(self) -> Tuning:
@@ -230,7 +230,7 @@ class Loop(Kind):
             return group_text(LoopSpec(type=value.kind, bandwidth=value.bandwidth, damping=value.damping, **given))
         core, fields = apart(value)
         if around(core, **fields) != value:
-            raise ValueError("a project file has one lag of the torque, behind its filters; use this loop in Python")
+            raise ValueError("a project file supports one torque lag, after its filters; use this loop in Python")
         more = group_text(LoopSpec(**fields))
         return ", ".join(filter(None, [LOOPS.text(core)[:-1], more[1:-1]])) + "}"
 

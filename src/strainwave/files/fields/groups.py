@@ -46,32 +46,32 @@ class OrderPair(Group):
     """
 
     wave_generator: int = field(Whole(0, 1000, beyond="is not between 0 and 1000"), "2",
-        "Repeats per turn of the wave generator.", 0)  # fmt: skip
+        "Periods per turn of the wave generator.", 0)  # fmt: skip
     output: int = needed(Whole(-10_000, 10_000, beyond="is not between -10000 and 10000"), "2",
-        "Repeats per turn of the output, along its motion: 2 of an oval spline that turns with it where the circular "
-        "spline is fixed, -2 where the flexspline is.")  # fmt: skip
+        "Periods per turn of the output, in its direction of motion: for an oval spline that turns with it, 2 with "
+        "fixed circular spline, -2 with fixed flexspline.")  # fmt: skip
 
 
 class LineAmplitude(Group):
     """Amplitude of a line that grows with the mean torque in the gear, or is another one in backward motion."""
 
-    at_rest: float = needed(Quantity("rad", "not negative"), "20 arcsec", "Amplitude without a torque, 0-to-peak.")
+    at_rest: float = needed(Quantity("rad", "not negative"), "20 arcsec", "Amplitude at zero torque, 0-to-peak.")
     per_torque: float = field(Quantity("rad/(N*m)"), "0.1 arcsec/(N*m)",
-        "Its growth with the mean torque in the gear: that of the load with its sign turned round.", 0.0)  # fmt: skip
+        "Increase of the amplitude per mean gear torque (load torque with opposite sign).", 0.0)  # fmt: skip
     backward: float | None = field(Quantity("rad", "not negative"), "17 arcsec",
-        "Amplitude without a torque in backward motion. Default: as in forward motion.", None)  # fmt: skip
+        "Amplitude at zero torque in backward motion. Default: as in forward motion.", None)  # fmt: skip
 
 
 class ErrorLine(Group):
     """One line of the kinematic error."""
 
     order: int | OrderPair = needed(Either(ORDER, Fields(OrderPair)), "2",
-        "Repeats per turn of the base angle; of two turns {wave_generator: 2, output: 2}.")  # fmt: skip
+        "Periods per turn of the base angle; for both turns {wave_generator: 2, output: 2}.")  # fmt: skip
     amplitude: float | LineAmplitude = needed(
         Either(Quantity("rad", "not negative"), Fields(LineAmplitude)), "23 arcsec",
-        "Amplitude, 0-to-peak; one that grows with the torque is {at_rest: 20 arcsec, per_torque: 0.1 arcsec/(N*m)}."
+        "Amplitude, 0-to-peak; for one that grows with torque: {at_rest: 20 arcsec, per_torque: 0.1 arcsec/(N*m)}."
     )  # fmt: skip
-    phase: float = field(kinds.PHASE, "90 deg", "Phase of its cosine.", 0.0)
+    phase: float = field(kinds.PHASE, "90 deg", "Phase of the cosine of this order.", 0.0)
 
     def line(self, ratio: float = math.nan, *, backward: bool = False) -> Line:
         """The line as an object of the model, in a gear of that ratio without a torque; of either direction."""
@@ -111,7 +111,7 @@ class ErrorLine(Group):
 class TorqueLine(ErrorLine):
     """One line of a torque."""
 
-    order: int = needed(ORDER, "1", "How often the line repeats per turn of the base angle.")
+    order: int = needed(ORDER, "1", "Periods of the line per turn of the base angle.")
     amplitude: float = needed(Quantity("N*m", "not negative"), "0.1 N*m", "Amplitude of the line, 0-to-peak.")
 
 
@@ -143,7 +143,7 @@ class LoadTorqueSpec(TorqueSpec):
     """Torque on the load, on the output side; a resisting torque is negative."""
 
     mean: float | TorqueRange = field(Either(TORQUE, Fields(TorqueRange)), "{from: -60 N*m, to: 60 N*m}",
-        "Mean of the torque, or the range in which it lies, as for gravity on an arm.", 0.0)  # fmt: skip
+        "Mean of the torque, or its range (for example gravity on an arm).", 0.0)  # fmt: skip
 
 
 def _accuracy(angle: float, text: str) -> None:
@@ -158,7 +158,7 @@ class ExcitationSpec(Group):
     """Excitation of the error; something periodic must be there."""
 
     accuracy: float | str | None = field(ACCURACY, "1 arcmin",
-        "Accuracy of the gear, peak-to-peak, in place of lines; at most 1 deg, or catalogue or special of its record."
+        "Accuracy of the gear, peak-to-peak, instead of lines; at most 1 deg, or catalogue or special of the catalogue."
     )  # fmt: skip
     kinematic_error: tuple[ErrorLine, ...] = field(Items(Fields(ErrorLine), high=MOST_LINES), f"[{LINE}]",
         "Lines of the kinematic error, on the output side.", ())  # fmt: skip
@@ -262,8 +262,8 @@ STEPS = Whole(
 class EncoderSpec(Group):
     """Steps a turn, and noise."""
 
-    steps: int | None = field(STEPS, "65536", "Steps of a turn.")
-    noise: float = field(Quantity("rad", "not negative"), "2 arcsec", "Standard deviation of the noise.")
+    steps: int | None = field(STEPS, "65536", "Steps per turn.")
+    noise: float = field(Quantity("rad", "not negative"), "2 arcsec", "Standard deviation of the encoder noise.")
 
     conditions: ClassVar[Schema] = {"minProperties": 1}
 
@@ -326,14 +326,14 @@ class TorqueCurve(Points):
 class ControllerSpec(Group):
     """Samples and encoders of the drive's own controller."""
 
-    period: float = field(Quantity("s", "positive"), "250 us", "Time from sample to sample.", "250 us")
+    period: float = field(Quantity("s", "positive"), "250 us", "Sampling period of the controller.", "250 us")
     delay: float | None = field(Quantity("s", "not negative"), "250 us",
-        "Time from a sample to the torque that it gives; without it one period.")  # fmt: skip
+        "Time from a sample to its torque output. Default: one period.")  # fmt: skip
     motor_encoder: EncoderSpec = field(Either(BITS, Fields(EncoderSpec)), "16 bit",
-        "Encoder on the motor's shaft, by its bits or by the steps of a turn and its noise.", "16 bit")  # fmt: skip
+        "Encoder on the motor shaft: bits, or steps per turn and noise.", "16 bit")  # fmt: skip
     load_encoder: EncoderSpec | Literal["none"] = field(Either(BITS, Fields(EncoderSpec), word="none"),
         "24 bit", "Encoder on the load's shaft, or none.", "none")  # fmt: skip
-    loss: float = field(Quantity("", "not negative"), "0.1 %", "Share of the motor's samples that are lost.", 0)
+    loss: float = field(Quantity("", "not negative"), "0.1 %", "Fraction of lost samples of the motor encoder.", 0)
 
     def sampling(self, limits: MotorLimits | None = None) -> Sampling:
         """The samples, with the largest torque of the motor where that is known."""

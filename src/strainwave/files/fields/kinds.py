@@ -137,7 +137,7 @@ def number(value: object, unit: str, sign: str = "any") -> float:
         raise ValueError(f"{value!r} is negative; write zero or more")
     largest = 1e30 if "rad**" in unit else 1e15  # of a polynomial's coefficients, and of everything else
     if result and not 1.0 / largest <= abs(result) <= largest:
-        raise ValueError(f"{value!r} is beyond any drive; check the number and its unit")
+        raise ValueError(f"{value!r} is outside any realistic range; check the number and its unit")
     return result
 
 

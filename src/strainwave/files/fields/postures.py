@@ -24,9 +24,9 @@ class PostureSpec(Group):
     inertia: float = needed(Quantity("kg*m**2", "positive"), "2 kg*m^2",
         "Inertia of the load behind all couplings, on the output side.")  # fmt: skip
     torque: float | None = field(Quantity("N*m"), "-40 N*m",
-        "Torque of gravity on the load; a resisting one is negative. Without it that of the excitation.")  # fmt: skip
+        "Gravity torque on the load; a resisting torque is negative. Default: that of the excitation.")  # fmt: skip
     coupling: float | None = field(Quantity("N*m/rad", "positive"), "2e5 N*m/rad",
-        "Stiffness K of the coupling next to the gear; without it that of the load.")  # fmt: skip
+        "Stiffness K of the coupling next to the gear. Default: that of the load.")  # fmt: skip
 
     def posture(self) -> Posture:
         """The posture as an object of the drive."""
@@ -38,9 +38,9 @@ class LinkSpec(Group):
 
     mass: float = needed(MASS, "12 kg", "Mass.")
     length: float = needed(LENGTH, "0.5 m", "Distance from joint to joint, or to the payload.")
-    centre: float | None = field(LENGTH, "0.2 m", "Distance of the centre of mass from the joint; without it the half.")
+    centre: float | None = field(LENGTH, "0.2 m", "Distance of the centre of mass from the joint. Default: half.")
     inertia: float | None = field(Quantity("kg*m**2", "not negative"), "0.3 kg*m^2",
-        "Inertia about the centre of mass; without it that of a uniform rod.")  # fmt: skip
+        "Inertia about the centre of mass. Default: that of a uniform rod.")  # fmt: skip
 
     def link(self) -> Link:
         """The link as an object of the drive."""
@@ -51,9 +51,9 @@ class LinkSpec(Group):
 class TwoLinkSpec(Group):
     """Arm of two links in a vertical plane, of which the drive turns one joint and the other is held."""
 
-    links: tuple[LinkSpec, ...] = needed(Items(Fields(LinkSpec), 2, 2), EXAMPLE_LINKS, "Links, from the base on.")
-    joint: int = field(Whole(1, 2, "write 1 or 2", "is no joint of two links; write 1 or 2"), "1",
-        "Joint that the drive turns.", 1)  # fmt: skip
+    links: tuple[LinkSpec, ...] = needed(Items(Fields(LinkSpec), 2, 2), EXAMPLE_LINKS, "Links, starting at the base.")
+    joint: int = field(Whole(1, 2, "write 1 or 2", "is not a joint of two links; write 1 or 2"), "1",
+        "Number of the joint that the drive turns.", 1)  # fmt: skip
     payload: float = field(Quantity("kg", "not negative"), "3 kg", "Point mass at the end of the second link.", 0.0)
     angles: Any = needed(Points(("rad", "rad"), "angles; write [0 deg, 90 deg]"), "[[0 deg, 0 deg], [0 deg, 90 deg]]",
         "Angles of the first link above the horizontal, and of the second relative to it, by posture.")  # fmt: skip

@@ -335,7 +335,7 @@ def _unknown(key: str, fields: list[str], rows: dict[str, Row], entry: Entry) ->
     if close and spelt[close[0]] in fields:
         return f"unknown field; did you mean {spelt[close[0]]!r}?"
     if close:
-        return f"unknown field; did you mean {close[0]!r}? It stands at the top level, not in {name(entry.keys)!r}"
+        return f"unknown field; did you mean {close[0]!r}? It belongs to the top level, not to {name(entry.keys)!r}"
     for field, row in rows.items():
         if len(key) > 3 and row.example and re.search(rf"\b{re.escape(key)}\b", row.description, re.IGNORECASE):
             return f"unknown field; see {field!r} ({row.description.removesuffix('.')}), as {field}: {row.example}"

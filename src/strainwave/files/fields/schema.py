@@ -43,8 +43,8 @@ def _ratio(ratio: float, text: str) -> None:
         raise ValueError(f"{text!r} is less than 1; write motor turns per output turn, for example 50")
     if 1.0 < ratio < 1.0 + 1.0 / LARGEST_RATIO:
         raise ValueError(
-            f"{text!r} is so near 1 that motor and output turn alike; write 1, or what the teeth give, as 1.01 with "
-            "the wave generator fixed"
+            f"{text!r} is too close to 1; write 1, or the ratio of the teeth, for example 1.01 with a fixed wave "
+            "generator"
         )
 
 
@@ -67,7 +67,7 @@ class ExplicitGear(Group):
     law: Any = needed(GEAR_LAW, "{type: cubic, K: 7160 N*m/rad, alpha: 0.1 1/rad^2}",
         "Torsion law of the gear: its type and its fields.")  # fmt: skip
     rated_torque: float | None = field(Quantity("N*m", "positive"), "178 N*m",
-        "Full load of the hysteresis loop, for a law with memory.")  # fmt: skip
+        "Rated torque: full load of the hysteresis loop, for a law with memory.")  # fmt: skip
     fixed: str | None = field(Word(tuple(BY_FIXED)), "flexspline",
         "Member that is fixed to the housing: `circular_spline` (flexspline out, ratio N, against the motor), "
         "`flexspline` (circular spline out, N + 1, with the motor), `wave_generator` (circular spline out, "
@@ -146,12 +146,12 @@ class MotorSpec(Group):
     """Motor: its inertia, its drive and its limits."""
 
     inertia: float | None = field(INERTIA, "4.5 kg*cm^2",
-        "Inertia of motor and wave generator, on the motor side; without it that of the catalogue's gear.")  # fmt: skip
+        "Inertia of motor and wave generator, on the motor side. Default: that of the catalogue's gear.")  # fmt: skip
     mode: Literal["free", "held"] = field(Word(("free", "held")), "held",
-        "Whether the motor keeps its speed (held) or follows its torque (free).", "held")  # fmt: skip
+        "Motor with constant speed (held) or with given torque (free).", "held")  # fmt: skip
     loop: Any = field(Loop(), EXAMPLE_LOOP,
-        "Loop that keeps the speed of the motor, by bandwidth or by gains; without it an ideal one.")  # fmt: skip
-    drag: Any = field(DRAG, EXAMPLE_DRAG, "Friction or cogging that opposes the motor shaft.")
+        "Loop of the motor, by bandwidth or by gains. Default: ideal (constant speed).")  # fmt: skip
+    drag: Any = field(DRAG, EXAMPLE_DRAG, "Friction or cogging torque on the motor shaft.")
     max_torque: float | None = field(Quantity("N*m", "positive"), "3 N*m", "Largest torque of the motor.")
     max_speed: float | None = field(SPEED, "6000 rpm", "Largest speed of the motor.")
     peak_torque: Any = field(groups.TorqueCurve(), EXAMPLE_PEAK,
@@ -159,10 +159,10 @@ class MotorSpec(Group):
     continuous_torque: Any = field(groups.TorqueCurve(), EXAMPLE_CONTINUOUS,
         "Continuous torque over the speed (S1): points, or a CSV file with columns speed, continuous.")  # fmt: skip
     rms_torque: float | None = field(Quantity("N*m", "positive"), "1.3 N*m",
-        "Largest rms torque that the winding stands, at any speed.")  # fmt: skip
+        "Largest rms torque of the winding, at any speed.")  # fmt: skip
     rated_speed: float | None = field(SPEED, "3000 rpm", "Largest mean speed of the motor.")
-    brake: float | None = field(Quantity("N*m", "positive"), "2 N*m", "Torque that the brake of the motor holds.")
-    K_t: float | None = field(Quantity("N*m/A", "positive"), "0.12 N*m/A", "Torque of the motor per current.")
+    brake: float | None = field(Quantity("N*m", "positive"), "2 N*m", "Holding torque of the motor brake.")
+    K_t: float | None = field(Quantity("N*m/A", "positive"), "0.12 N*m/A", "Torque constant of the motor.")
     drive_units: DriveUnitsSpec | None = field(DriveUnitsSpec, "{K_v: 0.1 1/s, K_p: 3e-4 N*m*s/rad, T_n: 0.01 ms}")
 
     def limits(self, folder: Path) -> MotorLimits | None:
@@ -199,16 +199,16 @@ class LoadSpec(Group):
 
     inertia: float = needed(INERTIA, "1.3 kg*m^2", "Inertia of the load, on the output side.")
     drag: Any = field(DRAG, "{type: angle_torque, amplitude: 40 N*m}",
-        "Friction, gravity or imbalance that opposes the load.")  # fmt: skip
+        "Friction, gravity or imbalance torque on the load.")  # fmt: skip
     coupling: CouplingSpec | None = field(CouplingSpec, COUPLING, "Coupling or structure between gear and load.")
     couplings: tuple[CouplingSpec, ...] | None = field(Items(Fields(CouplingSpec), 1, MOST_COUPLINGS),
-        f"[{COUPLING}]", "Couplings in series, from the gear on.")  # fmt: skip
+        f"[{COUPLING}]", "Couplings in series, starting at the gear.")  # fmt: skip
 
     conditions: ClassVar[Schema] = {"not": {"required": ["coupling", "couplings"]}}
 
     @property
     def chain(self) -> tuple[CouplingSpec, ...]:
-        """Couplings in series, from the gear on."""
+        """Couplings in series, starting at the gear."""
         return self.couplings or (() if self.coupling is None else (self.coupling,))
 
     def check(self) -> Iterator[Wrong]:
@@ -227,14 +227,14 @@ class DampingSpec(Group):
 
     B: float | None = field(DAMPING, "10 N*m*s/rad", "Damping coefficient.")
     ratio: float | None = field(Quantity("", "not negative"), "0.02",
-        "Share of the critical damping, with the stiffness at zero torque.")  # fmt: skip
+        "Damping ratio (fraction of critical damping), with the stiffness at zero torque.")  # fmt: skip
     quality: float | None = field(Quantity("", "positive"), "25", "Quality factor, 1/(2 ratio).")
     ripples: Variation | None = field(RIPPLES, EXAMPLE_RIPPLES, "Lines of the damping over the base angle.")
-    warming: float = field(Quantity("K"), "20 K", "Temperature above the one at which the damping holds.", 0.0)
+    warming: float = field(Quantity("K"), "20 K", "Temperature rise above the temperature of the given damping.", 0.0)
     per_kelvin: float = field(Quantity("1/K"), "0.035 1/K",
-        "Relative fall of the damping per kelvin.", GearDamping._field_defaults["per_kelvin"])  # fmt: skip
+        "Relative decrease of the damping per kelvin.", GearDamping._field_defaults["per_kelvin"])  # fmt: skip
     fast: float = field(Quantity("", "not negative"), "0.5",
-        "Factor of the damping well above the speed v_fast of the torsion.", 1.0)  # fmt: skip
+        "Damping factor far above the torsion speed v_fast.", 1.0)  # fmt: skip
     v_fast: float = field(SPEED, "1 rad/s", "Speed of the torsion about which the damping changes.", 1.0)
 
     conditions: ClassVar[Schema] = one_of(("B",), ("ratio",), ("quality",))
@@ -269,12 +269,12 @@ class SpeedSpec(Group):
     """Speeds of one shaft: a range from and to, or a list at."""
 
     from_: float | None = field(Quantity("rad/s", "not negative"), "100 rpm",
-        "Lower end of the range; 0 begins at 1 % of its end.")  # fmt: skip
+        "Lower end of the range; for 0, 1 % of the upper end is used.")  # fmt: skip
     to: float | None = field(SPEED, "3000 rpm", "Upper end of the range.")
     at: tuple[float, ...] | None = field(Items(SPEED, 1, 100), "[1000 rpm, 2000 rpm]",
-        "Single speeds in place of a range.")  # fmt: skip
+        "Single speeds instead of a range.")  # fmt: skip
     shaft: Literal["motor", "load", "forcing"] = needed(Word(("motor", "load", "forcing")), "motor",
-        "Shaft whose speed that is; forcing is the phase of the forcing itself.")  # fmt: skip
+        "Shaft of these speeds; forcing means the frequency of the excitation itself.")  # fmt: skip
 
     conditions: ClassVar[Schema] = one_of(("from", "to", "shaft"), ("at", "shaft"))
 
@@ -291,7 +291,7 @@ class SpeedSpec(Group):
 class LimitSpec(Group):
     """Limits of the error of the drive."""
 
-    oscillation: float = needed(ANGLE, "60 arcsec", "Largest distance of the error from its mean, in a steady motion.")
+    oscillation: float = needed(ANGLE, "60 arcsec", "Limit of the error about its mean, in a steady motion.")
 
 
 PARTS = {"trapezoid": Trapezoid, "s_curve": SCurve, "dwell": Dwell, "angle_profile": ProfileFile}
@@ -304,12 +304,12 @@ class MoveSpec(Group):
 
     profile: tuple[Any, ...] = needed(Items(PART, 1, 1000), "[{type: trapezoid, angle: 90 deg, time: 0.6 s}]",
         "Parts of the profile, one after the other.")  # fmt: skip
-    start: float | None = field(Quantity("rad"), "-45 deg", "Angle of the load at the begin.")
-    payload: Payload | None = field(PAYLOAD, "{mass: 2 kg, radius: 0.4 m}", "What the load carries.")
-    window: float | None = field(ANGLE, "30 arcsec", "Largest distance of a settled load from rest.")
+    start: float | None = field(Quantity("rad"), "-45 deg", "Angle of the load at the start.")
+    payload: Payload | None = field(PAYLOAD, "{mass: 2 kg, radius: 0.4 m}", "Payload of the load.")
+    window: float | None = field(ANGLE, "30 arcsec", "Settling window about the final angle of the load.")
     feedforward: Feedforward | None = field(
         Feedforward, "{acceleration: 100 %, gravity: 90 %}",
-        "What the motor is given before a deviation asks for it, as shares of what its model needs.")  # fmt: skip
+        "Feedforward of the motor torque, as fractions of the torque that the model requires.")  # fmt: skip
 
     def task(self, folder: Path) -> Task:
         """Task of the move, its files read from a folder (FileError)."""
@@ -331,17 +331,17 @@ class MoveSpec(Group):
 class ProjectSpec(Group):
     """The whole project file."""
 
-    title: str = field(TITLE, "Azimuth axis", "Title of the report, one line; without it the name of the file.", "")
-    revision: str = field(TITLE, "B, 2026-11-26, A. Meier", "Revision, date and author, one line; reports have it.", "")
+    title: str = field(TITLE, "Azimuth axis", "Title of the report, one line. Default: the name of the file.", "")
+    revision: str = field(TITLE, "B, 2026-11-26, A. Meier", "Revision, date and author, one line, for reports.", "")
     gear: str | ExplicitGear | NamedGear = needed(GearKind(), "CSG-40-50",
         "Name of a gear of the catalogue, or a group that describes a gear.")  # fmt: skip
     hysteresis: Any = field(HYSTERESIS, EXAMPLE_HYSTERESIS,
-        "Hysteresis or friction of the gear, in parallel with its law; catalogue has the record's loss.")  # fmt: skip
+        "Hysteresis or friction of the gear, parallel to its law; catalogue uses its hysteresis loss.")  # fmt: skip
     backlash: BacklashSpec | None = field(BacklashSpec, "{half_gap: 10 arcsec}")
     load_friction: float | str | None = field(
         Quantity("", "not negative", CATALOGUE, lambda mu, _: checked(LoadFriction(mu))),
         "5 %",
-        "Friction of the meshing as a share of the torque, or that of the catalogue's efficiency.",
+        "Friction of the meshing as a fraction of the torque, or catalogue (from the catalogue's efficiency).",
     )
     motor: MotorSpec = field(MotorSpec, f"{{inertia: 4.5 kg*cm^2, loop: {EXAMPLE_LOOP}}}", default=MotorSpec())
     controller: groups.ControllerSpec | None = field(groups.ControllerSpec,
@@ -358,13 +358,13 @@ class ProjectSpec(Group):
     scatter: dict[str, float] | None = field(
         groups.Named(groups.Deviation()),
         "{load.inertia: 5 %}",
-        "Standard deviations by the names of numbers of this file: relative to these, of a phase an angle.",
+        "Standard deviations by field name of this file: relative values; for phases, angles.",
     )
     scatter_correlation: tuple[tuple[float, ...], ...] | None = field(groups.Correlation(), "[[1, -0.5], [-0.5, 1]]",
         "Correlation matrix of the numbers of scatter, in their order.")  # fmt: skip
     sources: dict[str, str] | None = field(
         groups.Named(Word((YOURS, ASSUMED, MEASURED, CATALOGUE)), MOST_SOURCES), "{damping: assumed}",
-        "Where numbers or groups of this file come from; what is not named is yours.")  # fmt: skip
+        "Sources of numbers or groups of this file; a number without a source is yours.")  # fmt: skip
 
     def ratio(self, gear: Gear | None) -> float:
         """Motor turns per output turn: of an explicit gear, or of a record with the member that is fixed."""

@@ -44,7 +44,7 @@ def chosen(path: Path, file: list[Column], columns: Columns | None, notes: list[
             raise refuse(path, fault, what=column.name)
     unnamed = [i for i, column in enumerate(file) if i not in indices.values() and column.name and not column.text]
     if words := [column.name for i, column in enumerate(file) if column.text and i not in indices.values()]:
-        notes.append(f"columns of text were left out: {', '.join(filter(None, words))}")
+        notes.append(f"columns of text were omitted: {', '.join(filter(None, words))}")
     plain = {i: named(file[i].name).name for i in unnamed}
     guesses = {i: canonical(plain[i]) for i in unnamed}
     longer = {i: suffixed(plain[i]) for i in unnamed if guesses[i] is None}
@@ -122,8 +122,8 @@ def in_si(path: Path, columns: Roles, units: Units, notes: list[str]) -> tuple[R
             assumed += [f"{channel} in {kind}"] if kind else []
         elif isinstance(unit, str) and not (kind := kind or si_unit(unit) or ""):
             if channel in units:
-                raise ValueError(f"units has {unit!r} for {channel!r}, which is no unit of a channel; leave it out")
-            notes.append(f"{channel} is in {unit!r}, which is left as it is")
+                raise ValueError(f"units has {unit!r} for {channel!r}, which is not a unit of a channel; remove it")
+            notes.append(f"{channel} is in {unit!r}, which is not converted")
             kind = unit
         else:
             try:
@@ -164,8 +164,8 @@ def keep_choice(log: Path, choice: Mapping[str, Any], names: list[str]) -> str:
     try:
         path.write_text(json.dumps({**choice, "names": names}, indent=1) + "\n", encoding="utf-8")
     except OSError as error:
-        return f"the choice of columns is not kept: {path.name}: {error.strerror}"
-    return f"the choice of columns is kept in {path.name}"
+        return f"the choice of columns is not saved: {path.name}: {error.strerror}"
+    return f"the choice of columns is saved in {path.name}"
 
 
 def _kept_choice(path: Path) -> dict[str, Any]:

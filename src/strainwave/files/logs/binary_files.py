@@ -36,7 +36,7 @@ def read_mcap(path: Path) -> tuple[list[Column], list[str]]:
                     series.setdefault((channel.topic, name), []).append((time, value))
     except Exception as error:  # whatever a damaged file makes its reader raise
         reason = " ".join(str(error).split())[:120] or type(error).__name__
-        raise refuse(path, f"is no whole MCAP file ({reason}); `mcap recover` saves what is whole") from None
+        raise refuse(path, f"is not a complete MCAP file ({reason}); `mcap recover` saves the intact part") from None
     series = {key: values for key, values in series.items() if len(values) > 1}
     if not series:
         raise refuse(path, "has no numbers in messages of ROS 2 or JSON; record the topics of the joints")
@@ -46,7 +46,7 @@ def read_mcap(path: Path) -> tuple[list[Column], list[str]]:
     for (topic, name), values in series.items():
         times, numbers = np.array([time - first for time, _ in values]), np.array([value for _, value in values], float)
         columns.append(Column(name if len(topics) == 1 else f"{topic}/{name}", "", numbers, 1e-9 * times))
-    return columns, [f"topics in other encodings were left out: {', '.join(sorted(unread))}"] * bool(unread)
+    return columns, [f"topics in other encodings were omitted: {', '.join(sorted(unread))}"] * bool(unread)
 
 
 class _Others:
@@ -154,7 +154,7 @@ def _columns(path: Path, arrays: dict[str, Any]) -> Read:
     channels = {name: values for name, values in plain.items() if name not in times}
     columns = [Column(name, "", values, seconds.get(str(time_names[name]))) for name, values in channels.items()]
     left_out = [name for name, a in arrays.items() if name not in plain and a.size > 1]
-    return columns, [f"{', '.join(left_out)} are no vectors of real numbers and were left out"] if left_out else []
+    return columns, [f"{', '.join(left_out)} are not vectors of real numbers and were omitted"] if left_out else []
 
 
 def _is_vector(values: Any) -> bool:
@@ -235,7 +235,7 @@ def _mdf_column(signal: Any) -> Column:
 
 def _unreadable(path: Path, error: Exception, kind: str) -> ValueError:
     reason = " ".join(str(error).split())[:120]
-    return refuse(path, f"is no whole {kind} file ({reason}); save it again")
+    return refuse(path, f"is not a complete {kind} file ({reason}); save it again")
 
 
 BINARY: dict[str, Callable[[Path], Read]] = {

@@ -37,7 +37,7 @@ def aligned(path: Path, columns: Roles, rate: float | None, notes: list[str]) ->
     for name, column in columns.items():
         finite = np.isfinite(column.values)
         if not np.any(finite):
-            notes.append(f"{name} has no finite value and was left out")
+            notes.append(f"{name} has no finite value and was omitted")
         elif column.time is not None:
             apart[name] = _ordered(path, name, column.time, column.values, notes)
         elif len(base) != len(finite):
@@ -61,7 +61,7 @@ def _time(path: Path, columns: Roles, rate: float | None) -> Floats:
     column = columns.pop("time", None)
     if rate is not None:
         if column is not None:
-            raise ValueError("the file has a time and rate is given; leave out rate, or the column of the time")
+            raise ValueError("the file has a time column and rate is given; remove one of them")
         if not (np.isfinite(rate) and rate > 0.0):
             raise ValueError(f"rate is {rate}; give the samples per second, as 1000.0")
         lengths = [len(c.values) for c in columns.values() if c.time is None]
@@ -78,7 +78,7 @@ def _finite(time: Floats, channels: Channels, notes: list[str]) -> tuple[Floats,
     good = np.all(np.isfinite([time, *channels.values()]), axis=0)
     bad = len(good) - np.count_nonzero(good)
     if bad:
-        notes.append(f"{bad} of {len(good)} rows hold inf or NaN and were left out")
+        notes.append(f"{bad} of {len(good)} rows contain inf or NaN and were omitted")
     return time[good], {name: values[good] for name, values in channels.items()}
 
 
@@ -86,7 +86,7 @@ def _ordered(path: Path, name: str, time: Floats, values: Floats, notes: list[st
     """Times and values of one channel that has times of its own: finite, and of equal times the first sample alone."""
     timed, finite = np.isfinite(time), np.isfinite(values)
     if lost := int(np.sum(timed != finite)):  # where neither is finite, the channel has ended
-        notes.append(f"{counted(lost, 'sample')} of {name} with inf or NaN left out")
+        notes.append(f"{counted(lost, 'sample')} of {name} with inf or NaN omitted")
     time, values = time[timed & finite], values[timed & finite]
     _ascends(path, name, time)
     keep = np.append(True, np.diff(time) > 0.0)
@@ -123,8 +123,8 @@ def _interpolated(
         if len(t) == len(time) and np.array_equal(t, time):
             del apart[name]
     if apart:
-        own = f"{', '.join(apart)} had times of their own, at which runs take them"
-        notes.append(f"{own}; here they are interpolated linearly to those of the log")
+        own = f"{', '.join(apart)} had times of their own; runs use those times"
+        notes.append(f"{own}; here they are interpolated linearly to the times of the log")
     return time, channels
 
 
@@ -175,7 +175,7 @@ def trimmed(log: Log, trim: float | tuple[float, float] | None, notes: list[str]
     if main is parts[0] or main.start - log.time[0] > TRANSIENT * (log.time[-1] - log.time[0]):
         return log
     notes.append(
-        f"the first {main.start - log.time[0]:.3g} s, before the constant speed, are a transient and were left out; "
+        f"the first {main.start - log.time[0]:.3g} s, before the constant speed, are a transient and were removed; "
         "trim=0 keeps them"
     )
     return log.cut(start=main.start)

@@ -77,7 +77,7 @@ def _growth(log: Log, shaft: str, angle: Floats, speed: Floats) -> list[str]:
         return [f"{fact}: their directions differ"]
     large = max(abs(factor), 1.0 / abs(factor)) if factor else 0.0
     if 20.0 < large < 400.0 and abs(large - round(large)) < 0.02 * large:
-        return [f"{fact}: they may be on the two sides of a gear of ratio {round(large)}"]
+        return [f"{fact}: they may be on both sides of a gear of ratio {round(large)}"]
     return [f"{fact}: check their units and columns"]
 
 

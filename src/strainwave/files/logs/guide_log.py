@@ -40,12 +40,12 @@ def guide_table(text: str) -> tuple[list[tuple[str, str, Any]], list[str], list[
     raw, guided = frame["RARawDistance"].to_numpy(float)[seen], frame["RAGuideDistance"].fillna(0.0).to_numpy(float)
     error, time = raw + (np.cumsum(guided) - guided)[seen], frame["Time"].to_numpy(float)[seen]
     notes = [
-        f"{counted(len(seen), 'frame')} of the longest guided stretch were read; the angle is that of sidereal speed, "
-        "86164.09 s a turn"
+        f"{counted(len(seen), 'frame')} of the longest guided stretch were read; the angle assumes sidereal speed, "
+        "86164.09 s per turn"
     ]
     if scale is None:
         notes.append("the log has no pixel scale: its errors are in pixels, and 1 px counts as 1 arcsec")
     if np.any(guided):
-        notes.append("what the pulses of the guider took out was put back; pulses that it did not send are not known")
+        notes.append("the corrections by guider pulses were reversed; corrections without pulses are unknown")
     columns = [("time", "s", time), ("angle", "rad", SIDEREAL * time), ("error", "arcsec", (scale or 1.0) * error)]
     return columns, notes, [frames[i] + 1 for i in seen]

@@ -95,8 +95,8 @@ def read_log(
     file, notes = columns_of(path, delimiter, decimal, count)
     names = [column.name for column in file]
     if chosen_for is not None and chosen_for != names:
-        raise refuse(choice_file(path), f"is for other columns than {path.name} has; delete it, or give them anew")
-    notes += [] if chosen_for is None else [f"columns and units are those chosen in {choice_file(path).name}"]
+        raise refuse(choice_file(path), f"does not match the columns of {path.name}; delete it, or name the columns")
+    notes += [] if chosen_for is None else [f"columns and units were read from {choice_file(path).name}"]
     joint = only_joint(file) if joint is None and columns is None else joint
     if joint is not None:
         file = of_joint(path, file, joint)
@@ -144,7 +144,7 @@ def _log(
 def _check_ratio(path: Path, log: Log, ratio: float, notes: list[str]) -> None:
     log_ratio = log.ratio
     if log_ratio is None:
-        notes.append(f"the ratio {ratio:g} cannot be checked: that takes the motion of both shafts")
+        notes.append(f"the ratio {ratio:g} cannot be checked: the check needs the motion of both shafts")
     elif abs(log_ratio / ratio - 1.0) > WRONG_GEAR:
         fact = f"its motor turns {log_ratio:.5g} times as far as its load, and the ratio is {ratio:g}"
         raise refuse(path, f"is the log of another gear: {fact}; give its own ratio or its own file", what="ratio")

@@ -186,11 +186,11 @@ def columns_in_si(
         if not (unit or file_unit):
             raise refuse(path, f"column {shown(name)} has no unit; {hint}", 1, index + 1, field)
         if unit and file_unit and unit != file_unit:
-            fault = f"column {shown(name)} is in {file_unit} and was requested in {joined([unit])}; leave one out"
+            fault = f"column {shown(name)} is in {file_unit} and was requested in {joined([unit])}; remove one unit"
             raise refuse(path, fault, 1, index + 1, field)
         if not np.all(np.isfinite(values)):
             i = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise refuse(path, "is no finite number; correct it or remove the line", lines[i], index + 1, field)
+            raise refuse(path, "is not a finite number; correct it or remove the line", lines[i], index + 1, field)
         try:
             columns.append(np.asarray(converted(values, unit or file_unit, kind)))
         except ValueError as error:
@@ -280,5 +280,5 @@ def _numbers(
             raise refuse(path, f"{text} decimal", lines.numbers[start + wrong[0]], i + 1)
         values[:, i] = [number(cell, dialect) for cell in cells]
     if cut:
-        notes.append(f"the last line ({lines.numbers[-1]}) is cut off and was left out")
+        notes.append(f"the last line ({lines.numbers[-1]}) is incomplete and was omitted")
     return values, texts

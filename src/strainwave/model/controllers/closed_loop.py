@@ -294,7 +294,7 @@ class ClosedLoop(NamedTuple):
         need("ClosedLoop.train", self.train, "pointing_error")
         if not isinstance(core_of(self.train.motor.control), Commanded | TorqueDriven):
             raise ValueError(
-                "ClosedLoop.train has a motor that is not commanded; give the train with "
+                "ClosedLoop.train has a motor without commanded torque; use the train with "
                 "motor._replace(control=Commanded())"
             )
         need("ClosedLoop.controller", self.controller, "start", "update(state, measurement)")
@@ -302,7 +302,7 @@ class ClosedLoop(NamedTuple):
             if name == "period" and abs(number - self.sampling.period) > DELAY_ROUNDING * self.sampling.period:
                 raise ValueError(
                     f"ClosedLoop.controller.{path} of {type(owner).__name__} is {number:g} s and Sampling.period is "
-                    f"{self.sampling.period:g} s; give both the same"
+                    f"{self.sampling.period:g} s; set both to the same value"
                 )
 
     def finest(self) -> float:

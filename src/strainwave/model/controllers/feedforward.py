@@ -113,8 +113,8 @@ class InverseDynamics(NamedTuple):
         end = self.train.load.end()
         if end is not self.train.load or any(states_of(law) for law in (self.train.law, end.drag)):
             raise ValueError(
-                "the train has couplings or laws with memory, of which there is no inverse in closed form; give the "
-                "inverse a train without them, what is left is the loop's"
+                "the train has couplings or laws with memory, which have no inverse in closed form; use a train "
+                "without them; the loop corrects the difference"
             )
         if not (k := float(self.train.law.stiffness(0.0))) > 0.0:
             raise ValueError(f"the train has the stiffness {k:g} N*m/rad at rest, and no inverse; give a positive one")
@@ -180,4 +180,4 @@ class SpeedTable(NamedTuple):
                 f"to {MOST_POINTS} of each, equally many"
             )
         if not all(a < b for a, b in pairwise(self.speeds)):
-            raise ValueError("SpeedTable.speeds do not increase; sort them")
+            raise ValueError("SpeedTable.speeds must increase; sort them")

@@ -125,9 +125,9 @@ def not_negative(controller: Any) -> None:
     name = type(controller).__name__
     for field, value in zip(controller._fields, controller, strict=True):
         if not isinstance(value, tuple) and not number(f"{name}.{field}", value) >= 0.0:
-            raise ValueError(f"{name}.{field} is {value:g}; give its size, the loop has the minus sign")
+            raise ValueError(f"{name}.{field} is {value:g}; give a positive value, the loop contains the minus sign")
     if not controller.period > 0.0:
-        raise ValueError(f"{name}.period is {controller.period:g} s; a sample takes a positive time")
+        raise ValueError(f"{name}.period is {controller.period:g} s; the period must be positive")
 
 
 class DisturbanceObserver(NamedTuple):

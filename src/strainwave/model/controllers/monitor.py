@@ -162,7 +162,7 @@ class Tracker(NamedTuple):
     def check(self) -> None:
         """Refuse a range without width, and samples too slow for it (ValueError)."""
         if not 0.0 < self.low < self.high:
-            raise ValueError(f"Tracker goes from {self.low:g} to {self.high:g} rad/s; give low below high, above 0")
+            raise ValueError(f"Tracker goes from {self.low:g} to {self.high:g} rad/s; 0 < low < high is required")
         if not self.high * self.period < 1.0:
             raise ValueError(
                 f"Tracker.high is {self.high:g} rad/s; samples every {self.period:g} s follow up to "

@@ -242,7 +242,7 @@ def _train(project: Any) -> tuple[str, DriveTrain]:
         return train_of(project, "a compensation")
     if project.motor == "held":
         raise ValueError(
-            "the motor of this error equation is held, so that no torque of it moves the error; write 'mode: free' in "
+            "the motor of this error equation is held: motor torque does not change the error; write 'mode: free' in "
             "its group motor, or give the speeds of the motor and a loop"
         )
     return "torque", project.subject.with_motor(control=TORQUE_DRIVEN)
@@ -265,14 +265,14 @@ def bench_of(
     backward = loaded and loaded.backward and loaded.under(-getattr(project, "mean_load_torque", 0.0), backward=True)
     if not lines_in(train):
         raise ValueError(
-            "this drive has neither a kinematic error nor a line of torque, so that there is nothing to cancel; give "
+            "this drive has neither a kinematic error nor a periodic torque: there is nothing to cancel; add "
             "excitation: {kinematic_error: ...} in the project file"
         )
     if broken := [line.order for line in lines_of(train.error) if line.amplitude and line.order % 1]:
         if train.N % 1 or train.N < 2:
             raise ValueError(
-                f"order {broken[0]:.6g} is a line of both turns, which repeat together with the output's turn at a "
-                f"whole ratio from 2 on alone, and not at {train.N:.6g}; leave it out"
+                f"order {broken[0]:.6g} depends on both turns; this needs a whole ratio of at least 2, not "
+                f"{train.N:.6g}; remove the order"
             )
         for order in broken:
             order_pair(order, train.N)
@@ -312,14 +312,14 @@ def steady_bench_of(
     bench = bench_of(project, sampling, loop, plant)
     if not (follows_its_angle(bench.model) or follows_its_angle(bench.plant)):
         if load_angle:
-            raise ValueError("no torque on this load follows its angle; leave load_angles out")
+            raise ValueError("no torque on this load depends on its angle; remove load_angles")
         return bench
     angle = load_angle or 0.0
     plain, torque = _at_rest(bench.plant, angle)
-    more = " Others: `load_angles` of sw.compensate, --load-angle of the command." if load_angle is None else ""
+    more = " `load_angles` of sw.compensate, --load-angle of the command, sets others." if load_angle is None else ""
     remark = (
-        f"Gravity changes {bench.plant.N:g} times more slowly than the motor turns: it is held at its torque at the "
-        f"load's angle {np.degrees(angle):.4g} deg, {torque:.4g} N*m.{more}"
+        f"Gravity varies {bench.plant.N:g} times more slowly than the motor turns. Assumed: constant gravity torque "
+        f"of {torque:.4g} N*m, at a load angle of {np.degrees(angle):.4g} deg.{more}"
     )
     return replace(bench, model=_at_rest(bench.model, angle)[0], plant=plain, remarks=(*bench.remarks, remark))
 
@@ -342,8 +342,8 @@ def _sampling(project: Project | DriveTrain, sampling: Sampling | None, remarks:
     limit = getattr(getattr(project, "motor_limits", None), "most", np.inf)
     limit_text = f"the motor's limit of {limit:.4g} N*m" if limit < np.inf else "no limit of the motor's torque"
     remarks.append(
-        "Samples are assumed every 250 us, one period of delay, a motor's encoder of 16 bits and a load's of 24 bits, "
-        f"and {limit_text}."
+        "Assumed: samples every 250 us, one period of delay, encoders of 16 bits (motor) and 24 bits (load), "
+        f"{limit_text}."
     )
     turn = 2.0 * np.pi
     return Sampling(limit=min(limit, 1e9), motor_quantum=turn / 2**16, load_quantum=turn / 2**24)
@@ -360,7 +360,7 @@ def _sampled(control: Control, inertia: float, sampling: Sampling, remarks: list
         return SampledPD(control.K_p, control.K_d, period)
     if isinstance(control, SpeedLoop):
         if control.K_d:
-            remarks.append("The gain K_d of the speed loop, which acts as inertia, is left out of the sampled loop.")
+            remarks.append("The sampled loop omits the gain K_d of the speed loop, which acts as inertia.")
         return SampledPD(control.K_i, control.K_p, period)
     if isinstance(control, PositionIntegral):
         return _sampled(control.loop, inertia, sampling, remarks)._replace(K_x=1.0 / control.T_p)
@@ -369,7 +369,7 @@ def _sampled(control: Control, inertia: float, sampling: Sampling, remarks: list
     if isinstance(control, Filtered):
         return sampled_filter(_sampled(control.loop, inertia, sampling, remarks), control.filter.shape(), period)
     if depends(control) == 1 and not lacking(control, "torque"):
-        remarks.append(f"The drive's own motor is {type(control).__name__}; a loop is needed to sample.")
+        remarks.append(f"The drive's own motor is {type(control).__name__}; a sampled controller needs a loop.")
     loop = from_bandwidth(USUAL.bandwidth, inertia)
-    remarks.append("The project names no loop of its motor; a position loop of 30 Hz with damping 0.7 is taken.")
+    remarks.append("The project has no loop of the motor; a position loop of 30 Hz with damping 0.7 is assumed.")
     return SampledPD(loop.K_p, loop.K_d, period)

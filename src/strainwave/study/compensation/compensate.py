@@ -140,7 +140,7 @@ def compensation_bench(
     grid = numbers("speeds [rad/s]", speeds)
     designs = [compensator_of(controller) for controller in controllers]
     if not len(grid) or not designs:
-        raise ValueError("there is nothing to run; give at least one controller and one speed")
+        raise ValueError("nothing to simulate; give at least one controller and one speed")
     for speed in grid:
         _refuse_slow(next(iter(benches.values())), float(speed))
     results, finished = [], 0
@@ -185,8 +185,8 @@ def _at_worst_angle(
     if robust or units:
         result = _compensation(benches[angle], design, speed, robust, units, seed, progress)
     remark = (
-        f"Of {len(by_angle)} load angles that of {np.degrees(angle):.4g} deg is the worst: {design.name} leaves "
-        f"{max(sizes):.3g} arcsec there, {min(sizes):.3g} at the best."
+        f"Of {len(by_angle)} load angles that of {np.degrees(angle):.4g} deg is the worst: residual error "
+        f"with {design.name}: {max(sizes):.3g} arcsec there, {min(sizes):.3g} arcsec at the best angle."
     )
     return replace(result, load_angle=angle, remarks=(*result.remarks, remark))
 
@@ -230,21 +230,21 @@ def resonance_speed(bench: Bench) -> float:
 def _refuse_slow(bench: Bench, signed: float) -> None:
     speed = abs(signed)
     if not speed:
-        raise ValueError("speed [rad/s] is 0, and a drive at rest has no orders; give the speed of the motor")
+        raise ValueError("speed [rad/s] is 0, and a drive at rest has no orders; give a motor speed above 0")
     highest = max(bench.orders)
     fastest = 2.0 * np.pi / (FEWEST_SAMPLES * bench.sampling.period * highest)
     if speed > fastest:
         raise ValueError(
             f"samples every {1e3 * bench.sampling.period:.4g} ms are too slow for order "
-            f"{in_turns(highest, bench.model)} at {bench.speeds.said(speed)}, as a period of it needs "
-            f"{FEWEST_SAMPLES:g} of them: sample at least every {1e3 * bench.sampling.period * fastest / speed:.3g} "
+            f"{in_turns(highest, bench.model)} at {bench.speeds.said(speed)}, as one period needs "
+            f"{FEWEST_SAMPLES:g} samples: sample at least every {1e3 * bench.sampling.period * fastest / speed:.3g} "
             f"ms, or stay below {bench.speeds.said(fastest)}"
         )
     turns = turns_of(bench)
     least = turns * 2.0 * np.pi / (MOST_SAMPLES * bench.sampling.period)
     if speed < least:
         raise ValueError(
-            f"{turns:.6g} turns at {bench.speeds.said(speed)} are more than the {MOST_SAMPLES:g} samples that are run "
+            f"{turns:.6g} turns at {bench.speeds.said(speed)} take more than {MOST_SAMPLES:g} samples, one "
             f"every {1e3 * bench.sampling.period:.4g} ms; stay above {bench.speeds.said(least, 3)}, or sample more "
             "slowly"
         )
@@ -329,19 +329,19 @@ def _excluded(bench: Bench, after: LoopEnsemble) -> str:
     """Reason for which a speed does not count; empty where it does."""
     if after.limited[0] > 0.0 and after.torque_peak[0] >= bench.sampling.limit:  # not while it settled alone
         limit, share = bench.sampling.limit, 100.0 * after.limited[0]
-        return f"the motor's limit of {limit:.4g} N*m is met in {share:.3g} % of samples"
+        return f"the motor torque is at its limit of {limit:.4g} N*m in {share:.3g} % of samples"
     peak = getattr(bench.gear, "repeated_peak_torque", None)
     carried = after.gear_torque[0]
     if peak and carried > peak:
-        return f"the gear carries {carried:.4g} N*m, above its limit for repeated peak torque, {peak:.4g} N*m"
+        return f"the gear torque of {carried:.4g} N*m exceeds the repeated peak torque of {peak:.4g} N*m"
     return ""
 
 
 def _given_up(bench: Bench, speed: float) -> str:
     """Sentence on a controller that takes little away and whose guard has dropped its torque."""
     return (
-        f"its guard has switched its torque off at {bench.speeds.said(speed)}, as that grew beyond what the error "
-        "of the model needs; compare the sign and the phase of the model with the drive."
+        f"the guard switched the correction torque off at {bench.speeds.said(speed)}, as it exceeded what the error "
+        "of the model requires; compare the sign and the phase of the model with the drive."
     )
 
 
@@ -356,7 +356,7 @@ def _bandwidth_warning(bench: Bench, design: Compensator, speed: float) -> Itera
         yield (
             f"order {in_turns(order, train)} at {bench.speeds.said(speed)} is "
             f"{order * abs(speed) / HERTZ:.3g} Hz, beyond the loop's bandwidth of {bandwidth / HERTZ:.3g} Hz, "
-            "so that the motor follows the correction only in part; 'inverse' adds the torque that it lacks."
+            "so the motor follows the correction only in part; 'inverse' adds the missing torque."
         )
 
 
@@ -366,20 +366,20 @@ def _warnings(design: Compensator, result: Compensation, growth: float) -> Itera
     if growth >= 0.0:
         yield (
             f"small motions of the sampled loop grow {where}, by a factor e every "
-            f"{1.0 / max(growth, 1e-9):.3g} s; the controller is unstable on this drive, and what a run leaves is no "
-            "steady error."
+            f"{1.0 / max(growth, 1e-9):.3g} s; the controller is unstable on this drive, and the residual error is not "
+            "steady."
         )
     elif not result.stable:
         yield f"the error grows {where}; the controller is unstable on this drive."
     elif grows(result.before.rms, result.after.rms):
-        yield f"the error is {share:.3g} times that of the plain loop {where}; do not use it there."
+        yield f"the error is {share:.3g} times that of the plain loop {where}; do not use the controller there."
     elif not result.gains and design.name != PLAIN:
-        left = f"{100.0 * share:.3g} % of the error is left, and two runs differ by up to {100.0 * DIFFER:.0f} %"
-        yield f"no gain {where}: {left}; compare the model with the drive, or let the controller adapt."
+        left = f"the residual error is {100.0 * share:.3g} %; two runs differ by up to {100.0 * DIFFER:.0f} %"
+        yield f"no benefit {where}: {left}; compare the model with the drive, or let the controller adapt."
     for one in result.robustness if design.name != PLAIN else ():
         gear = f"on a gear {abs(100.0 * one.stiffness):.0f} % {'softer' if one.stiffness < 0.0 else 'stiffer'}"
         change = f"{one.before / ARCSEC:.3g} to {one.after / ARCSEC:.3g} arcsec"
         if grows(one.before, one.after):
-            yield f"{gear} than the model the error grows from {change} {where}; measure it, or adapt to it."
+            yield f"{gear} than the model the error grows from {change} {where}; measure it, or use 'adaptive'."
         elif not gains(one.before, one.after) and result.gains:
-            yield f"no gain {gear} than the model, from {change} {where}."
+            yield f"no benefit {gear} than the model, from {change} {where}."

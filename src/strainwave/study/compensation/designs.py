@@ -64,13 +64,13 @@ class Compensator:
         """The controller for a bench and a motor speed [rad/s]; refused where it is blind or unstable (ValueError)."""
         if bench.equation and self.name in FOLLOWING:
             raise ValueError(
-                f"{self.name} acts on a motor that follows a reference, and in the error equation none does; take "
+                f"{self.name} needs a motor that follows a reference, which the error equation lacks; use "
                 "'inverse' or 'adaptive', or give the speeds of the motor and a loop"
             )
         if self.load_encoder and not bench.sampling.load_encoder:
             raise ValueError(
-                f"{self.name} measures the load's angle and load_encoder of the sampling is 0; set it to 1, or take a "
-                "controller without one, such as 'inverse'"
+                f"{self.name} needs an encoder on the load, but Sampling.load_encoder is 0; set it to 1, or use a "
+                "controller without load encoder, such as 'inverse'"
             )
         built = self.build(bench, speed)
         return _stabilised(self.name, bench, built, speed) if self.feedback else built
@@ -91,7 +91,7 @@ def _stabilised(name: str, bench: Bench, controller: Any, speed: float) -> Any:
     still = f", and with {GAIN_SHARES[-1]:g} of its gains they still do" if has_gains else ""
     raise ValueError(
         f"{name} is unstable on its own model at {bench.speeds.said(speed)}: small motions of the sampled loop grow by "
-        f"a factor e every {1.0 / max(first, 1e-9):.3g} s{still}; take another controller, or change the plain loop"
+        f"a factor e every {1.0 / max(first, 1e-9):.3g} s{still}; use another controller, or change the plain loop"
     )
 
 
@@ -111,7 +111,7 @@ def _linear_inverse(bench: Bench, speed: float, share: float = 1.0) -> Any:
         loop = AngleFeedforward(loop, error, model.N, lead, J)
     elif not torques:
         raise ValueError(
-            "no angle of the motor cancels what is known of this drive, a torque alone does; take 'inverse', "
+            "no motor angle cancels the error of this drive; only a torque does; use 'inverse', "
             "'predicted-table' or 'adaptive'"
         )
     return TorqueTable(loop, Harmonics(torques), lead) if torques else loop
@@ -187,17 +187,17 @@ def _notch(bench: Bench, speed: float) -> Any:
 
 
 POLES = "All poles of the sampled loop lie inside the unit circle."
-POSITIVE = "It is stable where the plain loop is: a torque that does not depend on what is measured moves no pole."
-MEASURED = POSITIVE + " It lowers the error where the model's response is right within 60 degrees."
-ADAPTED = "It converges for a small gain where the model's phase is right within 90 degrees at every order."
-HELD = ADAPTED + " The load keeps the error of a held motor."
+POSITIVE = "The controller is stable if the plain loop is: a torque independent of measurements moves no pole."
+MEASURED = POSITIVE + " The error decreases if the phase error of the model is below 60 degrees."
+ADAPTED = "The adaptation converges for a small gain if the model's phase error is below 90 degrees at every order."
+HELD = ADAPTED + " The load retains the error of a held motor."
 REPEATED = (
-    "It converges for a small gain where the plant's phase and the lead are within 90 degrees at every order that the "
-    "smoothing leaves."
+    "Learning converges for a small gain if the plant's phase and the phase lead differ by less than 90 degrees at "
+    "every order within the smoothing bandwidth."
 )
-OBSERVED = "Its bandwidth is below a fifth of the inverse of delay and period."
-NOTCHED = "Its phase lag is within the loop's margin."
-BY_INVERSE = "torque table of the measured error, by the inverse of the model"
+OBSERVED = "The observer bandwidth is below a fifth of the inverse of delay and period."
+NOTCHED = "The phase lag of the filter is within the phase margin of the loop."
+BY_INVERSE = "torque table from the measured error and the inverse model"
 DESIGNS = (
     Compensator("loop", "the plain loop", lambda bench, _: bench.loop, False, POLES, False),
     Compensator("angle", "angle feedforward N (theta_ref + e)", _angle, False, POSITIVE, False),
@@ -206,13 +206,11 @@ DESIGNS = (
     ),
     Compensator("nonlinear-inverse", "nonlinear inverse of the model", _nonlinear_inverse, False, POSITIVE, False),
     Compensator(
-        "predicted-table", "torque table of the error that the model predicts", _predicted_table, False, POSITIVE, False
+        "predicted-table", "torque table from the error of the model", _predicted_table, False, POSITIVE, False
     ),
     Compensator("measured-table", BY_INVERSE, _measured_table, True, MEASURED, False),
     Compensator("adaptive", "adaptive cancellation of the load's error", adaptive_cancellation, True, ADAPTED),
-    Compensator(
-        "adaptive-inverse", "linear inverse, its rest adapted to the load's error", _adaptive_inverse, True, ADAPTED
-    ),
+    Compensator("adaptive-inverse", "linear inverse, adapted to the residual error", _adaptive_inverse, True, ADAPTED),
     Compensator("adaptive-motor", "adaptive cancellation of the motor's deviation", _adaptive_motor, False, HELD),
     Compensator("repetitive", "repetitive control over the motor's turn", _repetitive, True, REPEATED),
     Compensator("observer", "disturbance observer on the motor", _observer, False, OBSERVED),
@@ -224,7 +222,7 @@ COMPENSATORS = {design.name: design for design in DESIGNS}
 def given_compensator(controller: Any) -> Compensator:
     """A design that gives a controller as it is."""
     name = type(controller).__name__
-    condition = "Its small motions are those of the sampled loop, which are computed."
+    condition = "Stability is that of the sampled loop, which is computed."
     return Compensator(name, name, lambda _bench, _speed: controller, sees_load(controller), condition, False)
 
 

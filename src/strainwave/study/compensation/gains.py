@@ -199,7 +199,7 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     if bench.repeat > 1.0:
         other = next(order for order in bench.orders if order % 1)
         raise ValueError(
-            f"repetitive control learns over the motor's turn, and order {in_turns(other, bench.model)} is a line of "
+            f"repetitive control learns over the motor's turn, and order {in_turns(other, bench.model)} belongs to "
             "the output's turn; use 'adaptive'"
         )
     period, orders = bench.sampling.period, np.array(bench.orders)
@@ -217,8 +217,8 @@ def repetitive_gains(bench: Bench, speed: float) -> tuple[float, float, float]:
     kept, lead, s = best
     if kept == 1.0:
         raise ValueError(
-            "no lead lets repetitive control lower the mean and every order of the error (an integral in the plain "
-            "loop is a usual cause); use 'adaptive'"
+            "no phase lead makes repetitive control reduce every order of the error (often caused by an integral "
+            "in the plain loop); use 'adaptive'"
         )
     largest = float(np.max(np.abs(G) + s * c))
     rate = min(rate_of(bench, speed) / largest, 0.5 / (turn * largest), 0.5 / (s * period * CELLS))

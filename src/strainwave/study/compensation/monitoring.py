@@ -78,7 +78,7 @@ class Monitored(Result):
             remedy = "raise the bandwidth, or take a longer record"
             lines.append(f"  the record ends before the estimate has settled: {remedy}")
         if self.lost:
-            lines.append(f"  {self.lost} samples are NaN; the estimate stays as it is over them")
+            lines.append(f"  {self.lost} samples are NaN; the estimate is constant during these samples")
         return on_screen("\n".join(lines))
 
 
@@ -133,7 +133,7 @@ def monitor(
     if not period > 0.0 or np.any(np.abs(steps - period) > EVEN * period):
         raise ValueError("the samples are not even in time; put them on an even grid, NaN where there is none")
     if np.all(np.isnan(y)):
-        raise ValueError("signal has no number that is not NaN; there is nothing to follow")
+        raise ValueError("signal contains only NaN; give measured numbers")
     if angle is None:
         return _tracked(t, y, period, frequencies, bandwidth)
     return _demodulated(t, y, period, samples_of("angle", angle), tuple(orders), bandwidth)

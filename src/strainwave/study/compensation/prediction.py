@@ -80,14 +80,14 @@ def closed_form(system: System, motions: ResponseMotions, axis: Speeds = BASES["
     shape = motions.amplitudes.shape
     forms = ClosedForm(np.full(shape, np.nan + 0.0j), np.zeros(shape[1], bool), ())
     if not isinstance(system, Oscillator):
-        reason = "There is no closed form, as the damping or the stiffness varies with the angle."
+        reason = "No closed form exists: damping or stiffness varies with the angle."
         return forms._replace(remarks=(reason,))
     try:
         natural, lines = operating_point(system).omega_0, np.array(active_orders(system))
     except (ValueError, SolveError) as error:
         return forms._replace(remarks=(f"There is no closed form: {error}.",))
     if not len(lines) or not natural:
-        return forms._replace(remarks=("There is no closed form without an excitation and a stiffness at rest.",))
+        return forms._replace(remarks=("A closed form needs an excitation and a stiffness at rest.",))
     nearest = lines[np.argmin(np.abs(np.log(np.outer(motions.omega, lines) / natural)), axis=1)]
     remarks = []
     for k in np.unique(nearest).tolist():

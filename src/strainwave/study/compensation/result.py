@@ -58,7 +58,8 @@ class Robustness(NamedTuple):
 
     def __str__(self) -> str:
         gear = f"{abs(100.0 * self.stiffness):.0f} % {'softer' if self.stiffness < 0.0 else 'stiffer'} than the model"
-        return f"on a gear {gear}: {number(self.before / ARCSEC, 3)} → {number(self.after / ARCSEC, 3)} arcsec"
+        rms = " → ".join(number(value / ARCSEC, 3) for value in (self.before, self.after))
+        return f"rms error before → after, gear {gear}: {rms} arcsec"
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,9 +187,9 @@ class Compensation(Result):
         """Sentence on the rate of a controller that adapts; empty of the others."""
         if not self.rate:
             return ""
-        left = f"less than a tenth of the error is left from {number(self.converged, 3)} s on"
-        left = left if self.converged < float("inf") else "more than a tenth of the error stays"
-        return f"{left}; the time constant of its slowest part is {1.0 / self.rate:.3g} s"
+        left = f"the error is below a tenth of its first value after {number(self.converged, 3)} s"
+        left = left if self.converged < float("inf") else "the error stays above a tenth of its first value"
+        return f"{left}; slowest time constant of the adaptation {1.0 / self.rate:.3g} s"
 
     @property
     def gains(self) -> bool:
@@ -210,7 +211,7 @@ class Compensation(Result):
     def rms_text(self) -> str:
         """Words on the rms of the error, before and after."""
         rms = [number(one.rms / ARCSEC, 3) for one in (self.before, self.after)]
-        return f"rms of the pointing error {' → '.join(rms)} arcsec"
+        return f"rms pointing error {' → '.join(rms)} arcsec (before → after)"
 
     def on_others(self) -> tuple[str, ...]:
         """Sentences on its rate, and on its error on gears and units that differ from the model."""
@@ -250,7 +251,7 @@ class Compensation(Result):
         ]
         lines += [f"  {sentence}" for sentence in (self.condition, *self.on_others())]
         if self.excluded:
-            lines.append(f"  This speed does not count: {self.excluded}")
+            lines.append(f"  This speed is excluded: {self.excluded}")
         lines += [f"  Warning: {text}" for text in self.warnings] + [f"  {text}" for text in self.remarks]
         return on_screen("\n".join(lines))
 
@@ -306,7 +307,7 @@ class CompensationBench(Result):
                 cells = (f"{number(one.after.rms / ARCSEC, 3) + one.mark:>{CELL}}" for one in row[part])
                 yield f"  {row[0].name:{name}}" + "".join(cells)
         if any(one.mark for row in self.results for one in row):
-            yield "  x: a limit of motor or gear was met; !: the error grew"
+            yield "  x: motor or gear at its limit; !: the error grows"
 
     def coordinates(self) -> Labelled:
         """Speeds and names of the controllers."""

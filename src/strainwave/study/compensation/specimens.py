@@ -63,7 +63,7 @@ def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limit
     unit = Bench(plant, plant, bench.loop, bench.sampling)
     response = unit.response(speed, bench.orders)
     if not response.stable:
-        return "the plain loop itself is unstable on it"
+        return "the plain loop itself is unstable on this unit"
     inner = controller
     while isinstance(inner, AdaptiveCancellation):
         off = np.degrees(np.angle(np.exp(1j * inner.phase) / response.error_of_torque[bench.orders.index(inner.order)]))
@@ -71,8 +71,8 @@ def _cause(bench: Bench, controller: Any, speed: float, plant: DriveTrain, limit
             return f"the plant's phase at order {inner.order:.6g} is {off:.0f} degrees off the model's, beyond 90"
         inner = inner.loop
     if limited > 0.0:
-        return f"the torque meets its limit of {bench.sampling.limit:.4g} N*m in {100.0 * limited:.3g} % of the samples"
+        return f"the torque is at its limit of {bench.sampling.limit:.4g} N*m in {100.0 * limited:.3g} % of the samples"
     adapts = inner is not controller
     if adapts and (margin := distance(bench, speed, rate_of(bench, speed), unit)) < LEAST_DISTANCE / 2.0:
-        return f"the adaptation is only {margin:.2g} away from instability on it, as its resonance lies elsewhere"
-    return "the controller takes nothing away on it, although its phases are within 90 degrees of the model's"
+        return f"the adaptation is only {margin:.2g} away from instability, as the resonance differs from the model's"
+    return "the controller does not reduce the error, although the phase error of the model is below 90 degrees"

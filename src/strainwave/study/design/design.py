@@ -271,7 +271,7 @@ class _Search:
         gear, key = option.gear, (option.gear.name, option.rotor)
         if key in self.between:
             return True
-        self.progress(f"motions apart from the curve, {gear.name}", 0.95)
+        self.progress(f"other periodic motions, {gear.name}", 0.95)
         drive = f"{gear.name} with a rotor of {option.rotor:.3g} kg*m^2"
         try:
             train = self._train(option, option.cases[0]._replace(load=option.worst.load))
@@ -280,9 +280,9 @@ class _Search:
             self.stopped = True
             return True
         if under:
-            check = Check(OSCILLATION, size / self.spec.limit, f"{drive} does not serve: {under}.")
+            check = Check(OSCILLATION, size / self.spec.limit, f"{drive} does not meet the specification: {under}.")
             self.misses.setdefault(gear.name, check)
-        sentence = f"{drive} serves under the torques of the duty; between them, {between}."
+        sentence = f"{drive} meets the specification at the torques of the duty cycle, but not between them: {between}."
         self.between[key] = (sentence,) if between else ()
         return not under
 
@@ -350,8 +350,8 @@ class _Search:
         if best is None:
             loops = [check.sentence for check in self.misses.values() if check.name == LOOP]
             names = [check.name for some in self.lacking.values() for check in some]
-            return f"No gear serves. {loops[0]}" if loops else _lacking(names)
-        return f"No gear serves. The nearest is {best[0]}: {miss_of(best[1])}"
+            return f"No gear meets the specification. {loops[0]}" if loops else _lacking(names)
+        return f"No gear meets the specification. The nearest is {best[0]}: {miss_of(best[1])}"
 
     def _remarks(self) -> Iterator[str]:
         yield from self.spec.remarks
@@ -359,16 +359,16 @@ class _Search:
         yield from (text for o in self.options if heavy and o.gear is heavy.gear for text in rotor_doubts(o))
         if self.spec.accuracy is None and self.spec.kinematic_error is None:
             yield (
-                "The kinematic error is each gear's accuracy class, shared by the orders 1, 2, 4 as 1 : 4 : 1 by "
-                "assumption; units of one type differ by a factor of about 3."
+                "Assumed kinematic error: each gear's accuracy class, divided among the orders 1, 2, 4 as 1 : 4 : 1; "
+                "units of one type differ by a factor of about 3."
             )
         if any(option.gear.hysteresis_loss is not None for option in self.good):
             yield (
-                "The hysteresis loss of the records is in no oscillation: after a reversal a load stays behind by up "
-                "to half of it, and it damps; 'hysteresis: catalogue' in a design's project file counts it."
+                "The hysteresis loss of the gears is neglected: its damping, and a lag of the load of up to half the "
+                "loss after a reversal. 'hysteresis: catalogue' in a project file includes it."
             )
         if self.stopped:
-            yield f"Interrupted: {len(self.balances)} designs are by harmonic balance, the others by averaging."
+            yield f"Interrupted: {len(self.balances)} designs computed by harmonic balance, the others by averaging."
         if len(self.balances) >= MOST_BALANCED:
             yield f"Only {MOST_BALANCED} designs were computed by harmonic balance; the others are by averaging."
 
@@ -376,10 +376,8 @@ class _Search:
 def _lacking(names: list[str]) -> str:
     """Sentence on numbers that no source gives, where no gear that could be judged is left."""
     if not names:
-        return "No gear serves: none is of what the specification chooses from."
+        return "No gear meets the specification: no gear has the required series and ratio."
     counts = Counter(WORDS.get(name, name.replace("_", " ")) for name in names)
     numbers = listed(f"the {name} of {count} gear{'s' if count > 1 else ''}" for name, count in counts.most_common())
     assumed = " or give excitation.accuracy, or excitation.assumed for these gears" if "accuracy" in names else ""
-    return (
-        f"No gear serves: no source gives {numbers}, which the specification needs; leave out what needs it{assumed}."
-    )
+    return f"No gear can be judged: no source gives {numbers}; remove the requirements that need them{assumed}."

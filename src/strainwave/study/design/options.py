@@ -104,7 +104,7 @@ def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float
         if not len(bands.forbidden):
             continue
         speed, size = motions.largest
-        what = f"it oscillates by {size / ARCSEC:.4g} arcsec"
+        what = f"the error oscillates by {size / ARCSEC:.4g} arcsec"
         if size <= limit:
             what, speed = "the motion jumps" if motions.jumping else "no motion is stable", float(bands.forbidden[0, 0])
         sentence = f"at {torque:.4g} N*m {what} at {speed / RPM:.4g} rpm of the motor"
@@ -116,5 +116,5 @@ def forbidden(train: DriveTrain, gear: Gear, spec: Specification) -> tuple[float
 def rotor_doubts(option: Option) -> tuple[str, ...]:
     """Sentence on a rotor that is far heavier than the wave generator of its gear."""
     times = option.rotor / (option.gear.input_inertia or math.inf)
-    fact = f"A rotor of {option.rotor:.3g} kg*m^2 is {times:.3g} times the wave generator of {option.gear.name}"
+    fact = f"A rotor of {option.rotor:.3g} kg*m^2 is {times:.3g} times that of the wave generator of {option.gear.name}"
     return (f"{fact}; check its unit.",) if times > HEAVY else ()

@@ -15,7 +15,7 @@ from ..pareto import unbeaten
 from .specification import Specification
 
 SHOWN = 8  # of the best designs
-BEST = "the best designs, by harmonic balance; no other is better in oscillation, size and inertia at once:"
+BEST = "Pareto-optimal designs in oscillation, size and inertia, by harmonic balance:"
 UNITS = {
     "ratio": "1", "size": "", "mass": "kg", "motor_inertia": "kg*m**2", "reflected_inertia": "kg*m**2",
     "load_inertia": "kg*m**2", "B": "N*m*s/rad", "oscillation": "rad", "speed": "rad/s", "error": "1", "life": "h",
@@ -185,15 +185,15 @@ class Design(Result):
         gears, unlisted = len({c.gear for c in self.feasible}), len(self.pareto) - SHOWN
         low, high = [number(speed / RPM) for speed in self.specification.speeds]
         others = counted(len(self.rejected), "gear")
-        serve = f"{len(self.feasible)} designs of {counted(gears, 'gear')} serve, {others} do not"
+        serve = f"{len(self.feasible)} designs with {counted(gears, 'gear')} meet the specification; {others} do not"
         if self.not_judged:
-            serve += f", {len(self.not_judged)} are not judged, as a number is missing"
+            serve += f"; {len(self.not_judged)} are not judged because a number is missing"
         first = (s for s in self.sensitivities if s[:2] == self.sensitivities[0][:2])
         doubts = dict.fromkeys(text for c in self.pareto[:SHOWN] for text in c.doubts if text not in self.remarks)
         return (
             Fact("", serve, "{}"),
             Fact(
-                "limit_rad", self.specification.limit, f"oscillation of at most {{}} at {low} to {high} rpm of the load"
+                "limit_rad", self.specification.limit, f"limit of oscillation: {{}} at {low} to {high} rpm of the load"
             ),
             Fact("nearest", self.nearest or None, "{}" if self.nearest else ""),
             Fact("feasible", tuple((*c.facts(), Fact("pareto", c in self.pareto)) for c in self.feasible)),

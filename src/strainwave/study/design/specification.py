@@ -140,13 +140,13 @@ class Specification:
             number("one of ratios", ratio, positive=True)
         self._check_duty()
         if self.accuracy is not None and self.kinematic_error is not None:
-            raise ValueError("the specification has an accuracy and the lines of a kinematic error; give one of them")
+            raise ValueError("the specification has both an accuracy and a kinematic error; remove one of them")
         if getattr(self.loop, "encoder", "motor") != "motor" or hasattr(self.loop, "at_load"):
-            raise ValueError("loop has an encoder of the load, and a design has that of the motor; leave encoder out")
+            raise ValueError("loop uses a load encoder, but a design has a motor encoder only; remove encoder")
         error = None if self.kinematic_error is None else checked(self.kinematic_error)
         if error is not None and any(order % 1 for order in error.orders()):
             raise ValueError(
-                "kinematic_error has a line of the output's turn, and gears of a design differ in ratio; leave it out"
+                "kinematic_error has an order of the output shaft, but the gears differ in ratio; remove this order"
             )
 
     def _check_duty(self) -> None:
@@ -273,7 +273,7 @@ def miss_of(check: Check) -> str:
     text = check.sentence
     if math.isfinite(check.use) and check.use > 1.0:
         use = f"{check.use:.{digits_apart(check.use)}g} times"
-        text = f"{text[:-1]}: {use} {'too short' if check.name == 'life' else 'the allowance'}."
+        text = f"{text[:-1]}: {use} {'too short' if check.name == 'life' else 'the allowed value'}."
     return " ".join((text, *check.doubts))
 
 
@@ -325,10 +325,10 @@ def _choice(gear: Gear, spec: Specification) -> Iterator[Check]:
         allowed = ", ".join(map(str, spec.ratios))
         nearest = min(spec.ratios, key=lambda ratio: abs(math.log(ratio / gear.ratio)))
         use = max(gear.ratio / nearest, nearest / gear.ratio)
-        yield Check("ratio", use, f"The ratio of {gear.name} is {gear.ratio}, and the specification allows {allowed}.")
+        yield Check("ratio", use, f"The ratio of {gear.name} is {gear.ratio}; the specification requires {allowed}.")
     if spec.series and gear.series not in spec.series:
         allowed = ", ".join(spec.series)
-        sentence = f"The series of {gear.name} is {gear.series}, and the specification allows {allowed}."
+        sentence = f"The series of {gear.name} is {gear.series}; the specification requires {allowed}."
         yield Check("series", math.inf, sentence)
 
 
@@ -342,7 +342,7 @@ def _room(gear: Gear, spec: Specification) -> Iterator[Check]:
             yield Check(name, math.inf, f"No source gives the {name} of {gear.name}.", gear.doubts_about(name), False)
             continue
         relation = "above" if value > bound * SURE else "within"
-        sentence = f"The {name} of {gear.name} is {value:g}{unit}, {relation} the largest allowed, {bound:g}{unit}."
+        sentence = f"The {name} of {gear.name} is {value:g}{unit}, {relation} the limit of {bound:g}{unit}."
         yield Check(name, value / bound, sentence)
 
 
@@ -351,7 +351,7 @@ def _life(gear: Gear, spec: Specification) -> Iterator[Check]:
         return
     hours = life(gear, spec)
     if math.isnan(hours):
-        fact = f"No source gives the rated torque of {gear.name}, which its life follows from."
+        fact = f"No source gives the rated torque of {gear.name}, required to compute the life."
         yield Check("life", math.inf, fact, recorded=False)
         return
     use = spec.life / hours

@@ -108,7 +108,7 @@ def energy_balance(
     names = [OWN_DAMPING, *_lossy_parts(system.law)]
     if isinstance(start, Orbit):
         if not start.status:
-            raise ValueError(f"the orbit is none: {start.message}")
+            raise ValueError(f"no orbit was found: {start.message}")
         system = system._replace(omega=start.omega)
         duration = 2.0 * np.pi * start.period / start.omega if duration is None else duration
         start = start.state(0.0)
@@ -214,8 +214,8 @@ class Efficiency:
         rpm = self.speed / RPM
         return (
             f"Efficiency at {self.torque.min():.4g} to {self.torque.max():.4g} N*m and {rpm.min():.4g} to "
-            f"{rpm.max():.4g} rpm of the motor: {100 * low:.1f} to {100 * high:.1f} %; the load turns the motor from "
-            f"{self.back_driving_torque.min():.3g} N*m on"
+            f"{rpm.max():.4g} rpm of the motor: {100 * low:.1f} to {100 * high:.1f} %; back-driving from "
+            f"{self.back_driving_torque.min():.3g} N*m"
         )
 
     __repr__ = __str__
@@ -254,7 +254,7 @@ def efficiency(train: Any, torque: ArrayLike, speed: ArrayLike) -> Efficiency:
     drag = train.motor.drag
     if states_of(drag):
         raise TypeError(
-            f"efficiency takes a drag that is a function of the speed, and the motor has {shown(drag)}; give Coulomb, "
+            f"efficiency needs a drag that depends on speed only, but the motor has {shown(drag)}; give Coulomb, "
             "Stribeck or Viscous"
         )
     T, v = _positive("torque [N*m]", torque), _positive("speed [rad/s]", speed)

@@ -105,7 +105,7 @@ def error_parts(system: Oscillator, orbit: Orbit | None = None) -> ErrorParts:
         total = pure + torsion
     else:
         if not orbit.status.found:
-            raise ValueError(f"the orbit is none: {orbit.message}")
+            raise ValueError(f"no orbit was found: {orbit.message}")
         if not np.isclose(orbit.omega, system.omega, rtol=1e-9, atol=0.0):
             raise ValueError(
                 f"the orbit belongs to omega = {orbit.omega:g} rad/s and the system to {system.omega:g}; "
@@ -132,7 +132,7 @@ def _twist_under(law: Any, torque: float) -> float:
         return operating_point(law, torque)
     except TypeError:
         raise TypeError(
-            f"{type(law).__name__} depends on more than the torsion, so a torque has no one twist; give an orbit"
+            f"{type(law).__name__} depends on more than the torsion, so a torque has no unique twist; give an orbit"
         ) from None
 
 

@@ -213,7 +213,7 @@ class HysteresisFit:
     def __str__(self) -> str:
         parts = ", ".join(f"{name} {100.0 * value:+.2g} %" for name, value in self.misfit.items())
         law = mapped(lambda value: float(f"{value:.6g}"), self.law)
-        return f"{law}\n  off the datasheet by: {parts}"
+        return f"{law}\n  deviation from the datasheet: {parts}"
 
 
 def fit_hysteresis(
@@ -294,7 +294,7 @@ def fit_hysteresis(
         law, misfits, worst = fitted(True)
     if abs(misfits[worst]) > tolerance:
         why = target.why(replace_spring)
-        raise SolveError(f"no such law meets the datasheet: {worst} is off by {100.0 * misfits[worst]:+.3g} %; {why}")
+        raise SolveError(f"no such law fits the datasheet: {worst} differs by {100.0 * misfits[worst]:+.3g} %; {why}")
     motion = hysteresis_loop(law, target.small).span
     return HysteresisFit(law, loss * (1.0 + misfits["hysteresis loss"]), motion, misfits)
 

@@ -71,12 +71,12 @@ def arrangement(motor_counts: ArrayLike, load_counts: ArrayLike, per_turn: int =
     error = abs(slope) * MOST_ERROR_RAD / travel if moves else np.inf
     if not error < RATIO_DOUBT:
         raise ValueError(
-            f"the output turns by {np.degrees(travel):.3g} deg: wind-up may change the ratio {abs(slope):.4g} by "
-            f"{error:.2g}; give counts of a longer motion"
+            f"the output turns by {np.degrees(travel):.3g} deg: torsion may change the ratio {abs(slope):.4g} by "
+            f"{error:.2g}; use counts of a longer motion"
         )
     ratio = round(slope)
     if abs(slope - ratio) > error:
-        raise ValueError(f"the ratio is {slope:.6g} +- {error:.2g}, which the teeth of a strain wave gear cannot have")
+        raise ValueError(f"the ratio is {slope:.6g} +- {error:.2g}, impossible for the teeth of a strain wave gear")
     size = whole_ratio(abs(ratio))
     by_sense = TURNING_SPLINE if ratio > 0 else USUAL
     sense = "the same way" if ratio > 0 else "opposite ways"

@@ -47,10 +47,10 @@ def record_of(setup: Experiment, channels: Mapping[str, Any], index: int | None)
         if len(measured) < FEWEST_SAMPLES:
             raise ValueError(f"{label}: {name} has {len(measured)} values; give {FEWEST_SAMPLES} at least")
         if not np.ptp(measured) > LEAST_SIGNAL:
-            raise ValueError(f"{label}: {name} is {measured[0]:g} throughout; nothing moves: give a record with motion")
+            raise ValueError(f"{label}: {name} is {measured[0]:g} throughout: nothing moves; use a record with motion")
         if f"{state}.delay" in setup.free and len(measured) < len(time):
             gaps = counted(len(time) - len(measured), "gap")
-            raise ValueError(f"{label}: {name} has {gaps}, and a delay of it is free: fill or cut them")
+            raise ValueError(f"{label}: {name} has {gaps}, and its delay is a free parameter: fill or remove the gaps")
     inputs = np.array([rows[name] for name in setup.inputs.values()]).reshape(len(setup.inputs), len(time))
     outputs = np.array([rows[name] for name in setup.outputs.values()])
     outputs[~np.isfinite(outputs)] = np.nan
@@ -96,8 +96,8 @@ def with_torsion(channels: Mapping[str, Any], N: float) -> dict[str, Any]:
     turned, twisted = float(np.ptp(load[finite])), float(np.ptp(torsion[finite]))
     if twisted > max(TWIST_SHARE * turned, TWIST_RAD):
         raise ValueError(
-            f"log: motor_angle turns {np.ptp(motor[finite]):.4g} rad and load_angle {turned:.4g} rad, which is no gear "
-            f"of ratio {N:g}; take the gear of the log, or give both angles on their own shafts"
+            f"log: motor_angle turns {np.ptp(motor[finite]):.4g} rad and load_angle {turned:.4g} rad: the ratio is not "
+            f"{N:g}; use the gear of the log, or give both angles on their own shafts"
         )
     return {**channels, "torsion": torsion}
 

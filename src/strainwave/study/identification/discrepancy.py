@@ -73,12 +73,12 @@ class Discrepancy:
         return tuple(name for name, term in self.missing.items() if term.probability * len(self.missing) < CHANCE)
 
     def __str__(self) -> str:
-        colour = "white" if self.white >= CHANCE else f"coloured: its past predicts {100.0 * self.coloured:.3g} % of it"
+        colour = "white" if self.white >= CHANCE else f"coloured: {100.0 * self.coloured:.3g} % predictable"
         parts = [f"residual {self.rms:.4g} rms, {colour}"]
         if self.line_probability < CHANCE:
             parts.append(f"a line of {self.line_amplitude:.4g} at {self.line:.6g} Hz")
         if self.flagged:
-            terms = [f"{name} (takes {100.0 * self.missing[name].share:.3g} % of it)" for name in self.flagged]
+            terms = [f"{name} (explains {100.0 * self.missing[name].share:.3g} % of the rest)" for name in self.flagged]
             parts.append(f"missing in the model: {listed(terms)}")
         elif self.missing:
             parts.append(f"no sign of {listed(self.missing, ' or ')}")

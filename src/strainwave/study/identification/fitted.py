@@ -54,7 +54,7 @@ def unidentifiable(
     idle = [name for name, size in zip(names, sizes, strict=True) if not size > 0.0]
     if idle:
         is_are = "it changes" if len(idle) == 1 else "they change"
-        return f"the data do not tell {listed(idle)}: {is_are} nothing at these points; fix it or excite it"
+        return f"the data do not determine {listed(idle)}: {is_are} nothing at these points; fix or excite it"
     _, singular, right = np.linalg.svd(table / sizes, full_matrices=False)
     lost = right[singular <= tolerance * singular[0]]
     if not len(lost):
@@ -64,14 +64,11 @@ def unidentifiable(
     involved = [name for name, on in zip(names, part, strict=True) if on]
     sizes_of_change = change[part] * np.sign(change[part][0])
     if values is not None and np.all(np.abs(sizes_of_change / sizes_of_change[0] - 1.0) < EQUAL_CHANGE):
-        return (
-            f"the data tell {listed(involved)} up to a common factor only: their ratios are identifiable; fix one of "
-            "them"
-        )
+        return f"the data determine {listed(involved)} up to a common factor only: fix one of them"
     largest = np.max(np.abs(sizes_of_change))
     unit = " %" if values is not None else ""
     changes = [f"{name} by {value / largest:+.3g}{unit}" for name, value in zip(involved, sizes_of_change, strict=True)]
-    return f"the data do not tell {listed(involved)} apart: changing {listed(changes)} changes nothing; fix one of them"
+    return f"the data do not separate {listed(involved)}: changing {listed(changes)} changes nothing; fix one of them"
 
 
 def _simplest(lost: Floats) -> Floats:

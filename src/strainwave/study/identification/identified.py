@@ -117,8 +117,8 @@ class Identified(Fitted):
         if not np.all(np.isfinite(outputs)):
             i = int(np.flatnonzero(~np.all(np.isfinite(outputs), axis=0))[0])
             raise SolveError(
-                f"the motion leaves every bound before sample {i}, {i * self.step:.4g} s: give inputs as large as "
-                "those of the log, and a start on the motion"
+                f"the simulated motion diverges before sample {i}, {i * self.step:.4g} s: use inputs of the size "
+                "of those of the log, and a start on the motion"
             )
         given = setup.of_outputs(self.values)
         outputs = given["offset"][:, None] + given["gain"][:, None] * outputs

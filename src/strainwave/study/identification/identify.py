@@ -280,7 +280,7 @@ def _result(
         notes=(
             *_notes(system, converged),
             *_late_inputs(setup, point.values, records[0].step),
-            *(f"the system explains next to nothing of {name}: start from other numbers" for name in poor),
+            *(f"the system explains almost nothing of {name}: use other start values" for name in poor),
         ),
         step=records[0].step,
         experiment=setup,
@@ -299,11 +299,11 @@ def _late_inputs(of: Experiment, values: Floats, step: float) -> list[str]:
 
 def _notes(system: System, converged: bool) -> tuple[str, ...]:
     """Sentences on an iteration that has not converged, and on a system that none can be."""
-    notes = [] if converged else ["the iteration has not converged: start from the numbers found, or fix some of them"]
+    notes = [] if converged else ["the iteration has not converged: restart from these numbers, or fix some of them"]
     try:
         checked(system)
     except (TypeError, ValueError) as error:
-        notes.append(f"the system found is none that can be: {error}")
+        notes.append(f"the identified system is impossible: {error}")
     return tuple(notes)
 
 

@@ -70,7 +70,7 @@ class LackOfFit(NamedTuple):
             return f"no lack of fit: {pure} {self.pure:.3g} N*m rms {chance}"
         return (
             f"the law does not fit: {misses.format(f'{self.missed:.3g}')} {self.pure:.3g} N*m {chance}; the intervals "
-            f"are {wider.format(f'{self.ratio**0.5:.3g}')}, and do not hold what the law lacks"
+            f"are {wider.format(f'{self.ratio**0.5:.3g}')}, without the error of the law"
         )
 
 

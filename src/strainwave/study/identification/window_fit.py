@@ -235,7 +235,7 @@ def solve(
             wanted = np.concatenate([-residual, np.zeros(len(size))])
             if not np.all(np.isfinite(stacked)):
                 raise SolveError(
-                    "the motion leaves every bound beside the numbers reached; start from others, or fix some of them"
+                    "the motion diverges close to the present numbers; use other start values, or fix some of them"
                 )
             change = np.linalg.lstsq(stacked, wanted, rcond=None)[0] / size
             if keep_signs:
@@ -309,9 +309,7 @@ def reweighted(problem: LeastSquares, point: Point) -> LeastSquares:
 def finite(point: Point) -> Point:
     """The point, unless its motion left every bound (SolveError)."""
     if not np.isfinite(point.cost()):
-        raise SolveError(
-            "the motion left every bound from the numbers given; start from others, for example with more damping"
-        )
+        raise SolveError("the motion diverged from the start values; use others, for example with more damping")
     return point
 
 

@@ -83,8 +83,8 @@ def refuse_heavy(train: DriveTrain, path: Path) -> None:
         loaded_state(train.law, pull)
     except (ValueError, SolveError) as error:
         raise ValueError(
-            f"the load pulls with {abs(pull):.4g} N*m at {np.degrees(demand.angle[worst]):.4g} deg, which the gear "
-            f"does not hold: {error}; take a lighter payload, a shorter arm or a larger gear"
+            f"the load torque is {abs(pull):.4g} N*m at {np.degrees(demand.angle[worst]):.4g} deg, too large for the "
+            f"gear: {error}; use a lighter payload, a shorter arm or a larger gear"
         ) from error
 
 
@@ -92,10 +92,10 @@ def move_findings(train: DriveTrain, path: Path, limits: MotorLimits, motion: Mo
     """Demand of a move on the motor, its vibration included, against the limits; the remedy goes by the profile."""
     demand = demand_of(train, path)
     over = float(np.max(np.abs(demand.speed))) / limits.fastest
-    smoother = "take a longer time, a smoother profile or a stronger motor"
+    smoother = "use a longer time, a smoother profile or a stronger motor"
     of_torque = _stretch_advice(train, path, limits) if _too_large(demand, limits) else smoother
-    of_speed = _stretch_sentence(path, over, "take a smaller ratio") if over > 1.0 else smoother
-    computed = "the move is computed as if the motor had it; "
+    of_speed = _stretch_sentence(path, over, "use a smaller ratio") if over > 1.0 else smoother
+    computed = "the move is computed with unlimited motor torque; "
     remedies = computed + of_torque, computed + of_speed
     holding = float(np.max(np.abs(demand_of(train, path, math.inf).motor)))
     peak = None if limits.peak_torque else motion.peak_torque
@@ -124,10 +124,10 @@ def _lasting(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion)
         held = float(np.abs(demand_of(train, path, math.inf).motor[-1] / limits.at(RMS, 0.0)))
     heat, relative = float(np.trapezoid(torque * torque, t)), float(np.trapezoid(share * share, t))
     bound = math.sqrt(heat / relative) if relative > 0.0 else float(np.min(allowed))
-    remedy = "take a stronger motor"
+    remedy = "use a stronger motor"
     if held < 1.0 and path.duration < relative < math.inf:
         pause = _rounded_up((relative - path.duration) / (1.0 - held * held))
-        remedy = f"let it rest at the end for {pause} s more in every cycle, or {remedy}"
+        remedy = f"add a rest of {pause} s at the end of every cycle, or {remedy}"
     fact = f"The rms torque of the motor over the profile is {motion.rms_torque:.4g} N*m, its continuous torque {{}}"
     return motor_limits.short_finding(RMS, motion.rms_torque, bound, fact, remedy)
 
@@ -144,20 +144,20 @@ def _stretch_advice(train: DriveTrain, path: Path, limits: MotorLimits) -> str:
         return _too_large(demand._replace(speed=demand.speed / stretch), limits)
 
     if too_large(math.inf):
-        return "without any acceleration it still asks too much: take a stronger motor or a larger ratio"
+        return "the torque is too large even without acceleration; use a stronger motor or a larger ratio"
     low, high = 1.0, 2.0
     while too_large(high):
         low, high = high, 2.0 * high
     for _ in range(50):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if too_large(middle) else (low, middle)
-    return _stretch_sentence(path, high, "take a stronger motor")
+    return _stretch_sentence(path, high, "use a stronger motor")
 
 
 def _stretch_sentence(path: Path, factor: float, other: str) -> str:
     """The advice to take so many times as long; the vibration, which is another one then, is not in it."""
-    need = f"stretch it from {path.duration:.4g} s to at least {_rounded_up(factor * path.duration)} s"
-    return f"{need} (of a rigid drive; vibration may need more), or {other}"
+    need = f"lengthen the move from {path.duration:.4g} s to at least {_rounded_up(factor * path.duration)} s"
+    return f"{need} (rigid drive; vibration may require more), or {other}"
 
 
 def _rounded_up(value: float) -> str:

@@ -146,7 +146,7 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
                 "give a shorter profile or tail, or a method of less accuracy, such as Dopri5(rtol=1e-6)"
             )
         if not run.status:
-            raise SolveError(f"the motion cannot be followed: {run.message}")
+            raise SolveError(f"the motion cannot be computed: {run.message}")
         t.append(run.t)
         values.append(run.y[: -len(MEANS)])
         rates.append(run.rate[:states])

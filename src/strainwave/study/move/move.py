@@ -43,7 +43,7 @@ DECAY = 7.0  # time constants of the slowest vibration after the end: 0.1 % of i
 TAIL_DURATIONS = 20.0  # durations of the profile that the run goes on at most
 RESONANT = math.sqrt(0.5)  # damping ratio from which on a vibration has no resonance
 STANDS = 1e-6  # of the mean speed of a profile: a motor that is never faster does not break away
-STUCK = "The motor does not break away: dry friction holds it through the whole move."
+STUCK = "The motor does not move: dry friction holds the motor during the whole move."
 
 
 def move(
@@ -162,7 +162,7 @@ def _fault(project: Any, payload: Payload | None) -> str:
 def _with_servo(mover: Mover, path: Path, shares: Feedforward, limited: bool) -> Mover:
     """The mover with feedforward, and with the limit of its motor's torque."""
     if limited and not math.isfinite(mover.limits.most):
-        raise ValueError("limited needs the largest torque of the motor; give limits=MotorLimits(torque) or max_torque")
+        raise ValueError("a limited move needs the largest motor torque; give limits=MotorLimits(torque) or max_torque")
     holding = standing_torque(mover.train, path) if limited else 0.0
     train = servo_train(mover.train, mover.limits if limited else MotorLimits(), holding, shares)
     return replace(mover, train=train, limited=limited)
@@ -187,7 +187,7 @@ def _at_rest(train: DriveTrain, t: float, angle: float) -> Floats:
         return waiting(standing, t)
     except SolveError as error:
         reason = str(error).removesuffix("; give the state to begin with, y0")
-        raise SolveError(f"the drive does not hold its load at {math.degrees(angle):.4g} deg: {reason}") from error
+        raise SolveError(f"the drive cannot hold the load at {math.degrees(angle):.4g} deg: {reason}") from error
 
 
 def _without_error(train: DriveTrain) -> DriveTrain:
@@ -212,8 +212,8 @@ def _times_at_limits(run: FollowedPath, torque: Floats, speed: Floats, limits: M
     beyond = limited_time(commanded_speed(run.train, run.t, tuple(run.y)), run.t, limits.fastest)
     if beyond:
         limit = f"{limits.fastest / RPM:.5g} rpm"
-        yield f"The speed that the position loop asks of the motor was at its limit of {limit} for {beyond:.4g} s."
-    yield f"The torque of the motor was at its limit for {limited_time(torque, run.t, limits.at(PEAK, speed)):.4g} s."
+        yield f"The speed commanded by the position loop was at its limit of {limit} for {beyond:.4g} s."
+    yield f"The motor torque was at its limit for {limited_time(torque, run.t, limits.at(PEAK, speed)):.4g} s."
 
 
 def _result(
@@ -301,6 +301,6 @@ def _rests(mover: Mover, path: Path, run: FollowedPath, decay: float, method: Me
             state_there = run.y[:, np.searchsorted(run.t, until)]
             on = uninterrupted(simulate(standing, state_there, (until, until + decay), method=method))
             if not on.status:
-                raise SolveError(f"the motion cannot be followed to its rest: {on.message}")
+                raise SolveError(f"the motion cannot be computed until rest: {on.message}")
             state = tuple(on.y[:, -1])
         yield float(mover.train.pointing_error(state))

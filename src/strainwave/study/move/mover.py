@@ -16,9 +16,7 @@ from ...model.gears.gear import Gear
 from ...model.laws.dry import breakaway
 from ...model.train.drive_train import DriveTrain
 
-LINES_LEFT_OUT = (
-    "The torques have their means; their lines, which follow an angle at constant speed, are left out of a move."
-)
+LINES_LEFT_OUT = "A move uses the mean torques; torque lines, defined for constant speed, are omitted."
 
 
 @dataclass(frozen=True)
@@ -50,13 +48,13 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
     drive, remarks = _train(project)
     if drive.motor.free:
         raise ValueError(
-            "the motor of this drive is free and follows no profile; give it a loop, such as motor: {loop: "
+            "the motor of this drive is free and cannot follow a profile; add a loop, such as motor: {loop: "
             "{bandwidth: 30 Hz}} in the project file"
         )
     if not holds_its_place(drive.motor):
         raise ValueError(
-            f"{drive.motor.control} answers no deviation of the motor's angle, so that the load falls behind or sags; "
-            "give a position loop, or a speed loop with K_i"
+            f"{drive.motor.control} does not correct the motor's angle: the load lags or sags; "
+            "use a position loop, or a speed loop with K_i"
         )
     torques = drive.motor.excitation, drive.load.end().excitation
     if any(term.amplitude for torque in torques if repeats(torque) for term in terms_of(torque)):
@@ -72,7 +70,7 @@ def mover_of(project: Any, gear: Gear | None, limits: MotorLimits | None, payloa
     return Mover(train, gear or getattr(project, "gear", None), limits, remarks)
 
 
-FORWARD = "The kinematic error is another one in backward motion; a move has that of forward motion throughout."
+FORWARD = "The kinematic error differs in backward motion; a move uses the error of forward motion throughout."
 
 
 def _train(project: Any) -> tuple[DriveTrain, tuple[str, ...]]:
@@ -81,12 +79,12 @@ def _train(project: Any) -> tuple[DriveTrain, tuple[str, ...]]:
         return train, ()
     remarks: list[str] = []
     if not project.motor_named:
-        remarks.append(Sentence("The file names no loop of the motor; a {} is assumed.", name))
+        remarks.append(Sentence("The project file has no loop of the motor; a {} is assumed.", name))
     if project.mean_range is not None:
         low, high = project.mean_range
         remarks.append(
-            f"The mean torque of the load is given as a range, {low:g} to {high:g} N*m; the move has its middle. "
-            "Gravity that changes with the angle belongs in load.drag as an angle_torque, or in the payload."
+            f"The mean torque of the load is given as a range, {low:g} to {high:g} N*m; the move uses the middle. "
+            "Write gravity that changes with the angle in load.drag as an angle_torque, or in the payload."
         )
     if project.loaded_error is not None and project.loaded_error.backward is not None:
         remarks.append(FORWARD)

@@ -68,10 +68,10 @@ class Pass:
         """Its row in a table, where it is the worst of so many."""
         return (
             Fact("", self.turns or f"{self.order:.6g}", "order"),
-            Fact("", self.frequency / (2.0 * np.pi), "passes resonance [Hz]"),
-            Fact("speed_rpm", self.speed, "at motor speed"), Fact("", times, "times"),
-            Fact("time_s", self.time, "largest from"), Fact("largest_arcsec", self.largest, "error up to"),
-            Fact("", number(self.amplification, 3), "times that of a slow move"),
+            Fact("", self.frequency / (2.0 * np.pi), "resonance [Hz]"),
+            Fact("speed_rpm", self.speed, "crossed at motor speed"), Fact("", times, "crossings"),
+            Fact("time_s", self.time, "worst crossing at"), Fact("largest_arcsec", self.largest, "largest error"),
+            Fact("", number(self.amplification, 3), "ratio to slow move"),
         )  # fmt: skip
 
 
@@ -105,8 +105,8 @@ def part_of_beat(train: DriveTrain, path: Path) -> Iterator[str]:
     if turned < beat:
         mean = train.N * path.travel() / (2.0 * math.pi * path.duration)
         yield (
-            f"The error {text}, {beat / mean:.3g} s at the mean speed; the profile turns it by {turned:.4g} in "
-            f"{path.duration:.4g} s. The move has part of the beat: from another angle the error may be larger."
+            f"The error {text}, {beat / mean:.3g} s at the mean speed; the motor turns {turned:.4g} times in "
+            f"{path.duration:.4g} s. The move covers part of the beat only: from another angle the error may be larger."
         )
 
 

@@ -40,7 +40,7 @@ class PostureMoves(NamedTuple):
             words = key.removesuffix("_rad").removesuffix("_s").removesuffix("_N_m").replace("_", " ")
             largest += list(lines([Fact(key, self._value(key, i), f"largest {words}: {{}}, {self.title(i)}")]))
         unknown = sum(row.torque is None for row in self.postures)
-        note = f"{unknown} postures give no torque of gravity: they have the mean torque of the file"
+        note = f"{unknown} postures have no gravity torque; the mean torque of the project file is used for them"
         return (
             Fact("failures", failures, "FAIL: {}"),
             Fact("passes", None if self.moves[0].within_limits is None else not failures),
@@ -52,7 +52,7 @@ class PostureMoves(NamedTuple):
 
     def _value(self, key: str, i: int) -> Any:
         value = getattr(self.moves[i], MEASURES[key])
-        return "not within the run" if value is None else value
+        return "not settled" if value is None else value
 
     def _row(self, i: int) -> tuple[Fact, ...]:
         posture = self.postures[i]

@@ -154,9 +154,9 @@ def path_of(profile: Any, start: float | None = None) -> Path:
     first = parts[0].angles[0] if isinstance(parts[0], AngleProfile) else 0.0
     path = Path.joined([part.path() for part in parts], first if start is None else number("start [rad]", start))
     if not np.any(path.moving):
-        raise ValueError(f"the profile waits for {path.duration:g} s and moves nothing; give an angle to move by")
+        raise ValueError(f"the profile only waits for {path.duration:g} s; give an angle to move by")
     if not path.travel() > 0.0:
-        fault = f"the profile begins at {path.angle[0]:g} rad, where no float tells its angles apart; begin nearer to 0"
+        fault = f"the profile begins at {path.angle[0]:g} rad, too large to resolve angles; begin nearer to 0"
         raise ValueError(fault)
     return path
 

@@ -11,7 +11,7 @@ from ...base.results import Floats
 from ...model.gears.limits import Finding, gravest
 from .passes import Pass
 
-LIFE = "L10 life of the bearing {} with the profile repeated"
+LIFE = "bearing life L10 {} (profile repeated without pause)"
 ROUNDING = 1e-6  # of an energy: less is not told
 
 
@@ -148,36 +148,36 @@ class Move(Result):
         """Every fact of a move, once."""
         times = self.settling_times
         suffix = f" after each of {len(times)} motions" if len(times) > 1 else ""
-        settled = ", ".join("not within the run" if time is None else f"{number(time)} s" for time in times)
+        settled = ", ".join("not settled" if time is None else f"{number(time)} s" for time in times)
         return (
             Fact("failures", self.failures, "FAIL: {}"),
             Fact("passes", self.within_limits),
             Fact("duration_s", self.duration, "Move of {}"),
-            Fact("window_rad", self.window, f"settling time{suffix}: {settled}, to within {{}} of the error at rest"),
+            Fact("window_rad", self.window, f"settling time{suffix}: {settled}, to within {{}} of the final error"),
             Fact("settling_time_s", self.settling_time),
             Fact("settling_times_s", times),
-            Fact("pointing_error_rad.peak", self.peak_error, "at most {}"),
+            Fact("pointing_error_rad.peak", self.peak_error, "largest {}"),
             Fact("pointing_error_rad.rms", self.rms_error, "rms {}"),
             Fact("pointing_error_rad.end", self.end_error, "at the end of the motion {}"),
-            Fact("pointing_error_rad.rest", self.rest_error, "at rest {}"),
-            Fact("motor.peak_torque_N_m", self.peak_motor_torque, "at most {}"),
-            Fact("motor.rms_torque_N_m", self.rms_motor_torque, "rms {}"),
+            Fact("pointing_error_rad.rest", self.rest_error, "final {}"),
+            Fact("motor.peak_torque_N_m", self.peak_motor_torque, "peak torque {}"),
+            Fact("motor.rms_torque_N_m", self.rms_motor_torque, "rms torque {}"),
             *self._currents(),
-            Fact("motor.peak_speed_rpm", self.peak_speed, "up to {}"),
-            Fact("motor.average_speed_rpm", self.average_speed, "{} in the mean"),
+            Fact("motor.peak_speed_rpm", self.peak_speed, "peak speed {}"),
+            Fact("motor.average_speed_rpm", self.average_speed, "mean speed {}"),
             Fact("motor.work_J", self.motor_work, "net work {}"),
-            Fact("gear.peak_torque_N_m", self.peak_gear_torque, "at most {}"),
-            Fact("gear.rms_torque_N_m", self.rms_gear_torque, "rms {}"),
-            Fact("gear.cubic_mean_torque_N_m", self.average_gear_torque, "cubic mean {}"),
+            Fact("gear.peak_torque_N_m", self.peak_gear_torque, "peak torque {}"),
+            Fact("gear.rms_torque_N_m", self.rms_gear_torque, "rms torque {}"),
+            Fact("gear.cubic_mean_torque_N_m", self.average_gear_torque, "cubic mean torque {}"),
             Fact("gear.life_L10_h", self.life, "" if self.life is None else LIFE),
             Fact("limits", tuple(finding.data() for finding in self.findings)),
             Fact("speeds_to_avoid", tuple(self._in_bands()), "{}"),
             Fact("resonances_passed", tuple(item.facts() for item in self.passes)),
             Fact("", tuple(self._worst_passes()), "{}"),
             Fact("energy_J.work", self.work),
-            Fact("energy_J.dissipated", self.dissipated, "heat {}"),
+            Fact("energy_J.dissipated", self.dissipated, "dissipated {}"),
             Fact("energy_J.stored", self.stored, "stored {}" * (abs(self.stored) > ROUNDING * self.dissipated)),
-            Fact("energy_J.imbalance", self.imbalance, "balance open by {}" * (self.imbalance > ROUNDING)),
+            Fact("energy_J.imbalance", self.imbalance, "unexplained {}" * (self.imbalance > ROUNDING)),
             Fact("warnings", self.warnings),
             Fact("", tuple(item for item in self.warnings if item not in self.failures), "warning: {}"),
             Fact("remarks", tuple(map(str, self.remarks)), "note: {}"),
@@ -186,15 +186,15 @@ class Move(Result):
     def _currents(self) -> Iterator[Fact]:
         """Largest and rms current of the motor, where they are known."""
         if self.K_t is not None:
-            yield Fact("motor.peak_current_A", self.peak_motor_torque / self.K_t, "current at most {}")
-            yield Fact("motor.rms_current_A", self.rms_motor_torque / self.K_t, "rms {}")
+            yield Fact("motor.peak_current_A", self.peak_motor_torque / self.K_t, "peak current {}")
+            yield Fact("motor.rms_current_A", self.rms_motor_torque / self.K_t, "rms current {}")
 
     def _in_bands(self) -> Iterator[tuple[Fact, ...]]:
         """A row for each band of speeds to avoid: its ends, the time there, and its share of the profile."""
         for (low, high), time in zip(self.bands, self.time_in_bands, strict=True):
             ends = Fact("from_rpm", low, "speeds to avoid: from"), Fact("to_rpm", high, "to")
             share = Fact("", percent(time / self.duration, 3), "share of the move")
-            yield *ends, Fact("time_s", time, "time there"), share
+            yield *ends, Fact("time_s", time, "time in them"), share
 
     def _worst_passes(self) -> Iterator[tuple[Fact, ...]]:
         """A row for each speed at which an order meets a resonance."""

@@ -213,7 +213,7 @@ def _resonance_speeds(system: Any) -> tuple[float, float]:
     stiffness = 0.0 if isinstance(system, DriveTrain) else float(system.law.stiffness(_at_rest(system)[0]))
     if not (stiffness > 0.0 and (orders := system.orders())):
         name = type(system).__name__
-        raise ValueError(f"this {name} tells no resonance to run through; give speeds=(low, high) in rad/s")
+        raise ValueError(f"this {name} has no known resonance to run through; give speeds=(low, high) in rad/s")
     omega_0 = math.sqrt(stiffness / system.J)
     return BELOW * omega_0 / max(orders), ABOVE * omega_0 / min(orders)
 
@@ -241,7 +241,7 @@ def _run(system: Any, first: float, last: float, rate: float, turns: float) -> t
 def _equation_on_ramp(system: Any, ramp: SpeedRamp) -> tuple[Any, Any, float]:
     """An error equation on a ramp, the state in which its run begins, and the decay [1/s] of its slowest motion."""
     if not loses_energy(system):
-        raise ValueError("the system loses no energy, so that it never settles at the first speed; give it damping")
+        raise ValueError("the system has no damping and never settles at the first speed; add damping")
 
     def on(part: Any) -> OnMotion:
         return OnMotion(part, ramp)
@@ -255,7 +255,7 @@ def _equation_on_ramp(system: Any, ramp: SpeedRamp) -> tuple[Any, Any, float]:
 def _train_on_ramp(train: DriveTrain, ramp: SpeedRamp) -> tuple[Any, Any, float]:
     """The same of a train, in coordinates of its load."""
     if train.motor.free:
-        raise ValueError("a free motor follows its torque, not a speed; give the motor a loop, or hold it")
+        raise ValueError("a free motor follows a torque, not a speed; add a motor loop, or hold the motor")
     ends = train.motor.excitation, train.load.end().excitation
     motor, load = [OnMotion(excitation, ramp) for excitation in ends]
     moving = train._replace(omega=1.0, reference=ramp).with_motor(excitation=motor).with_load(excitation=load)

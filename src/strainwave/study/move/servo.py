@@ -203,14 +203,14 @@ def servo_train(train: DriveTrain, limits: MotorLimits, holding: float, shares: 
     motor, end = train.motor, train.load.end()
     if motor.held:
         raise ValueError(
-            "an ideally held motor takes any torque and needs no feedforward; give the motor a loop, or leave limited "
-            "and feedforward out"
+            "an ideally held motor has no torque limit and needs no feedforward; add a motor loop, or remove limited "
+            "and feedforward"
         )
     limit = float(limits.at(PEAK, 0.0))
     if holding >= limit:
         raise ValueError(
-            f"at rest the load takes {holding:.4g} N*m of the motor, whose limit is {limit:.4g} N*m: it does not "
-            "hold its load; take a stronger motor, a larger ratio or less load"
+            f"at rest the load requires {holding:.4g} N*m from the motor, whose limit is {limit:.4g} N*m: the motor "
+            "cannot hold the load; use a stronger motor, a larger ratio or less load"
         )
     core = core_of(motor.control)
     encoder = motor.control if hasattr(motor.control, "at_load") else None

@@ -137,12 +137,12 @@ def out_of_reach(limit: float | None, slow: float, train: DriveTrain | None = No
         return ""
     if sees_load(train):
         return (
-            f"the limit of {limit / ARCSEC:.4g} arcsec is below the error of the gear in slow rotation, "
-            f"{slow / ARCSEC:.4g} arcsec: it can be met where the loop on the load's encoder takes that away"
+            f"the limit of {limit / ARCSEC:.4g} arcsec is below the gear error at very low speed, "
+            f"{slow / ARCSEC:.4g} arcsec: it can be met only where the loop on the load's encoder reduces this error"
         )
     return (
-        f"the limit of {limit / ARCSEC:.4g} arcsec is below the error of quasi-static rotation, {slow / ARCSEC:.4g} "
-        "arcsec: it can be met above the resonances only"
+        f"the limit of {limit / ARCSEC:.4g} arcsec is below the gear error at very low speed, {slow / ARCSEC:.4g} "
+        "arcsec: it can be met only above the resonances"
     )
 
 

@@ -248,7 +248,7 @@ class SpeedMap(Result):
         lost, places = np.nonzero(np.isinf(self.oscillation))
         for j in lost[:1].tolist():
             where = self.axis.said(float(self.speeds[places[0]]), 5)
-            text += f"; {self.load_text(j)}: no motion was found at {where}, which is forbidden"
+            text += f"; {self.load_text(j)}: no steady motion was found at {where}; this speed is forbidden"
         return text
 
     def facts(self) -> tuple[Fact, ...]:
@@ -259,7 +259,7 @@ class SpeedMap(Result):
             Fact("failures", self.failures, "FAIL: {}"),
             Fact("shaft", self.shaft),
             Fact("load_unit", self.load_unit),
-            Fact("rule", self.rule, f"speeds of the {self.shaft}, {{}}"),
+            Fact("rule", self.rule, f"speeds of the {self.shaft} are {{}}"),
             Fact("limit_rad", rules.limit),
             Fact("amplification", rules.amplification),
             Fact("margin", rules.margin),
@@ -273,7 +273,7 @@ class SpeedMap(Result):
             Fact("allowed_under_every_load_rad_per_s", self.windows),
             Fact("", self.allowed_text, "{}"),
             Fact("run_up_adds_rpm", self.run_up),
-            Fact("", listed(passed, self.axis), "a run-up adds: {}" * bool(len(passed))),
+            Fact("", listed(passed, self.axis), "also forbidden in a run-up: {}" * bool(len(passed))),
             Fact("units", None if scatter is None else scatter.units),
             Fact("allowed_for_every_unit_rpm", self.unit_windows),
             Fact("worst_unit_arcsec", None if scatter is None else float(np.max(scatter.worst))),
@@ -317,10 +317,10 @@ class SpeedMap(Result):
         if self.scatter is None:
             return ""
         spans, worst = listed(self.unit_windows, self.axis) or "no speed", float(np.max(self.scatter.worst))
-        size = f"at most {worst / ARCSEC:.4g} arcsec" if np.isfinite(worst) else "unknown at some speeds"
+        size = f"{worst / ARCSEC:.4g} arcsec" if np.isfinite(worst) else "unknown at some speeds"
         return (
-            f"allowed for all {self.scatter.units} units under every load, by their main curves: {spans}; their "
-            f"oscillation is {size}"
+            f"allowed for all {self.scatter.units} units under every load (main curves only): {spans}; largest "
+            f"oscillation {size}"
         )
 
     @property
@@ -329,16 +329,16 @@ class SpeedMap(Result):
         rules = self.rules
         rows = (
             ("oscillation above {:.4g} arcsec", rules.limit, ARCSEC),
-            ("oscillation above {:g} times that of quasi-static rotation", rules.amplification, 1.0),
+            ("oscillation above {:g} times that at very low speed", rules.amplification, 1.0),
             ("nearer than {:g} % to a resonance", rules.margin, 0.01),
             ("faster than {:.5g} rpm", rules.speed, RPM),
             ("motor torque above {:.4g} N*m", rules.motor_torque, 1.0),
-            ("torque in the gear above {:.4g} N*m", rules.gear_torque, 1.0),
-            ("its cubic mean above {:.4g} N*m", rules.mean_torque, 1.0),
+            ("gear torque above {:.4g} N*m", rules.gear_torque, 1.0),
+            ("cubic mean of the gear torque above {:.4g} N*m", rules.mean_torque, 1.0),
         )
         conditions = [text.format(value / unit) for text, value, unit in rows if value is not None]
         if rules.sheet is not None and rules.sheet.peak_torque:
-            conditions.append("motor torque above its peak torque")
+            conditions.append("motor torque above the peak torque of its datasheet")
         if rules.sheet is not None and rules.sheet.lasts:
-            conditions.append("rms torque of the motor above its continuous torque")
-        return "forbidden: " + " or ".join(conditions)
+            conditions.append("rms motor torque above the continuous torque")
+        return "forbidden if: " + " or ".join(conditions)

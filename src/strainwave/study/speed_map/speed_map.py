@@ -177,8 +177,8 @@ def speed_map(
     result = replace(result, failures=(*decided.faults, *(() if decided.faults else _unreachable(result)), *failures))
     finished = 0 if scatter is None else scatter.units
     if len(values) < decided.total or finished < len(drives):
-        some = f"the map is that of {len(values)} of {decided.total} loads and {finished} of {len(drives)} units"
-        raise Interrupted(f"interrupted; {some}, which were finished", result)
+        some = f"the map covers {len(values)} of {decided.total} loads and {finished} of {len(drives)} units"
+        raise Interrupted(f"interrupted; {some}", result)
     return result
 
 
@@ -239,9 +239,9 @@ def _unreachable(result: SpeedMap) -> tuple[str, ...]:
     if limit is None or not limit < least < np.inf or any(map(len, result.allowed)):
         return ()
     return (
-        f"The limit of {limit / ARCSEC:.4g} arcsec is met at no speed: the largest motion at each speed of the map "
-        f"oscillates by at least {least / ARCSEC:.4g} arcsec, the least at {result.axis.said(result.speeds[speed], 5)} "
-        f"with {result.load_text(int(load))}, and by {slow / ARCSEC:.4g} arcsec where the drive turns slowly; "
+        f"The limit of {limit / ARCSEC:.4g} arcsec cannot be met at any speed: the largest oscillation at each speed "
+        f"is at least {least / ARCSEC:.4g} arcsec, its minimum at {result.axis.said(result.speeds[speed], 5)} "
+        f"with {result.load_text(int(load))}, and {slow / ARCSEC:.4g} arcsec at very low speed; "
         "raise the limit, or reduce the excitation.",
     )
 
@@ -278,9 +278,9 @@ def _posture_remarks(cases: Sequence[LoadCase], project: Project) -> tuple[str, 
     """Sentence on postures that have no torque of gravity, or that are left out."""
     rows = [case.posture for case in cases if case.posture is not None]
     if project.postures and not rows:
-        return ("the postures of the project are left out, as loads are given",)
+        return ("the postures of the project are ignored because loads are given",)
     count, mean = sum(row.torque is None for row in rows), f"{project.mean_load_torque:.4g} N*m"
-    return (f"{count} of {len(rows)} postures give no torque of gravity: they have the mean, {mean}",) * bool(count)
+    return (f"{count} of {len(rows)} postures have no gravity torque: they use the mean, {mean}",) * bool(count)
 
 
 def _remarks(decided: Decision, lines: list[CampbellLine], search: bool) -> tuple[str, ...]:
@@ -290,13 +290,13 @@ def _remarks(decided: Decision, lines: list[CampbellLine], search: bool) -> tupl
     if still := ", ".join(f"{loaded.load:g}" for loaded in by_load if not loaded.curves):
         remarks.append(f"no stable steady motion is known with a {name} of {still}")
     if not search or not all(is_searched(case.equation) for case in cases):
-        remarks.append("separate branches (subharmonics) were not searched")
+        remarks.append("other motions at the same speed (subharmonics) were not searched")
     met = {line.order for line in lines if np.any((line.speed >= span[0]) & (line.speed <= span[1]))}
     if idle := sorted({line.order for line in lines} - met):
         listing = ", ".join(in_turns(order, cases[0].full_train) for order in idle)
-        remarks.append(f"orders that meet no resonance in this range: {listing}")
+        remarks.append(f"orders without a resonance in this speed range: {listing}")
     if below := out_of_reach(rules.limit, max(loaded.quasi_static for loaded in by_load), cases[0].train):
         remarks.append(below)
     if any(loaded.loose for loaded in by_load):
-        remarks.append("some trajectories settled on motions not followed; speeds beside them count as they do")
+        remarks.append("some simulations settled on motions without a curve; neighbouring speeds are judged alike")
     return tuple(dict.fromkeys(remarks))

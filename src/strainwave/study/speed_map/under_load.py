@@ -35,12 +35,12 @@ SPEED_STEP = 0.025  # relative distance of the speeds of the search
 LARGE_SHARE = 0.99  # of a motion under another load
 HIGHEST_HARMONIC = 100  # harmonic of an order that may still meet a resonance
 BEAT_TEXT = (
-    "the error {}, {} s at {} and {} s at {}; the oscillation is that of the turn of "
-    f"the motor in which the beat is largest; {A_TURN}"
+    "the error {}, {} s at {} and {} s at {}; the oscillation is that of the "
+    f"motor turn with the largest error; {A_TURN}"
 )
 UNSETTLED = (
-    "starts do not settle in the steps they have, as the damping is very light or a part is very stiff: motions apart "
-    "from the main curve may be missing"
+    "simulations do not settle in the allowed steps (very light damping or a very stiff part); other periodic motions "
+    "at the same speed may be missing"
 )
 
 

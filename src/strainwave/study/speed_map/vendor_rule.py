@@ -88,8 +88,8 @@ def vendor_sentence(rules: Sequence[VendorRule]) -> str:
             bands = merged((float(low), float(high)) for low, high in np.concatenate(some))
             spans = listed(" to ".join(number(end / RPM, DIGITS) for end in band) for band in bands)
             loads = f"under {len(some)} of {len(rules)} loads " if several else ""
-            parts.append(f"{loads}it {verb} {spans} rpm, which the map {other}")
-    text = "; ".join(parts) or "it agrees with the map" + " under every load" * several
+            parts.append(f"{loads}the rule {verb} {spans} rpm, but the map {other} these speeds")
+    text = "; ".join(parts) or "the rule agrees with the map" + " under every load" * several
     return f"The vendors' rule for order 2 (±{100.0 * SEPARATION:g} % around {speed} rpm, f_n = {f_n} Hz): {text}."
 
 

@@ -39,7 +39,7 @@ class Goal(NamedTuple):
 
 GOALS = {
     "pointing": Goal("largest oscillation of the pointing error", "pointing_arcsec", "rad"),
-    "compliance": Goal("largest compliance of the load over all frequencies", "compliance_rad_per_N_m", "rad/(N*m)"),
+    "compliance": Goal("largest compliance at the load over all frequencies", "compliance_rad_per_N_m", "rad/(N*m)"),
     "move": Goal("largest pointing error in the move", "move_arcsec", "rad", True),
     "settling": Goal("settling time of the move", "settling_time_s", "s", True),
     "motor_rms": Goal("rms torque of the motor in the move", "motor_rms_N_m", "N*m", True),

@@ -37,7 +37,7 @@ class Loop:
         self.core, self.about = apart(None if project.whole is None else project.whole.motor.control)
         if not project.motor_named or not isinstance(self.core, CascadeLoop | SpeedLoop | PositionLoop):
             raise ValueError(
-                "the motor of this project has no loop to tune: it is held, free or not named; write for example "
+                "the motor of this project has no loop to tune (motor held, free or not given); write for example "
                 "'motor: {loop: {type: cascade, bandwidth: 30 Hz, lag: 0.5 ms}}'"
             )
         self.inertia, self.lag = project.loop_inertia, self.about.get("lag", 0.0)

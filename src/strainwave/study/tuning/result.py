@@ -18,7 +18,7 @@ from ...model.train.filters import apart
 from .cost import CLIFF, GOALS, TuningLimits, TuningPoint
 from .loop import with_control
 
-LABELS = {"settling": "settling of the move", "move": "error in the move", "motor_rms": "rms of the motor"}
+LABELS = {"settling": "settling of the move", "move": "error in the move", "motor_rms": "rms motor torque"}
 
 
 class GainSensitivity(NamedTuple):
@@ -50,8 +50,8 @@ class GainCost(NamedTuple):
     def __str__(self) -> str:
         word = "more" if self.step > 0.0 else "less"
         ratio = self.after / self.before - 1.0
-        much = f"{number(100.0 * ratio, 2)} % more" if isfinite(ratio) else "without end"
-        return f"{number(100.0 * abs(self.step))} % {word} {self.gain} costs most: {self.measure} {much}"
+        much = f"{number(100.0 * ratio, 2)} % larger" if isfinite(ratio) else "unbounded"
+        return f"{number(100.0 * abs(self.step))} % {word} {self.gain} makes {self.measure} {much}"
 
 
 class NotchAdvice(NamedTuple):
@@ -144,10 +144,10 @@ class TunedLoop(Result):
         stable = isfinite(self.before.figures.peak_sensitivity)
         broken = [name for name, used in self.before.used(self.limits).items() if used > 1.0]
         return (
-            Fact("", " and ".join(GOALS[name].words for name in self.goals), "minimised in the worst case: {}"),
+            Fact("", " and ".join(GOALS[name].words for name in self.goals), "minimised (worst case): {}"),
             Fact("points", tuple((Fact("gains", name, "gains"), *self._row(p)) for name, p in rows), "{}"),
-            Fact("unstable", not stable, "the loop of the file is unstable with the delay that counts" * (not stable)),
-            Fact("broken", tuple(broken), "the gains of the file break the limit of the {}" if stable else ""),
+            Fact("unstable", not stable, "the present loop is unstable with the delay of the margins" * (not stable)),
+            Fact("broken", tuple(broken), "the present gains violate the limit of the {}" if stable else ""),
             *self._in_drive_units(),
             Fact("binding", self.binding, "limit reached: {}"),
             Fact("sensitivities", tuple(change.facts() for change in self.sensitivities)),
@@ -166,8 +166,8 @@ class TunedLoop(Result):
             Fact("peak_sensitivity", p.figures.peak_sensitivity, "peak sensitivity"),
             Fact("gain_margin", p.figures.gain_margin), Fact("phase_margin_rad", p.figures.phase_margin),
             *(Fact(GOALS[n].key, v, LABELS.get(n, n)) for n, v in self._beside(p)),
-            Fact("disturbance_settling_s", p.figures.settling, "settling after a torque"),
-            Fact("motor_torque_N_m", p.motor_torque if isfinite(p.motor_torque) else None, "motor"),
+            Fact("disturbance_settling_s", p.figures.settling, "settling after a torque step"),
+            Fact("motor_torque_N_m", p.motor_torque if isfinite(p.motor_torque) else None, "motor torque"),
         )  # fmt: skip
 
     def _beside(self, p: TuningPoint) -> Iterator[tuple[str, float | None]]:
@@ -203,7 +203,7 @@ class TunedLoop(Result):
         sentence = (
             f"a notch filter at {number(notch.frequency / HERTZ)} Hz with "
             f"{gains_text(self.control, self.gains, notch.point.gains)} changes the goal by {percent(expm1(change), 2)}"
-            f"; a torque on the load settles in {number(after)} s, without it in {number(before)} s"
+            f"; settling after a torque step {number(after)} s, without the filter {number(before)} s"
         )
         numbers = [("frequency_rad_per_s", notch.frequency), ("width_rad_per_s", notch.width * notch.frequency)]
         numbers += [("depth", notch.depth), *((fact.key, fact.value) for fact in self._row(notch.point))]

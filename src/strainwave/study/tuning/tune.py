@@ -33,7 +33,7 @@ NOTCH_WIDTH, NOTCH_DEPTH = 0.5, 0.1  # width over the frequency, and depth
 NOTCH_GAIN = 0.01  # of the measure: a notch that gains less is not offered
 USUAL_SENSITIVITY = 2.0  # largest peak sensitivity where no margin is given
 WHOSE = "the gains of the file", "those of the rule", "the recommended gains"
-NO_NOTCH = "A notch filter at the resonance with the motor free makes the goals no better."
+NO_NOTCH = "A notch filter at the resonance with a free motor does not improve the goals."
 SLACK = 1.015  # times the compliance and settling of the file, where no goal is given
 STABILITY, EVERYTHING = Extras(motor=True), Extras(motor=True, move=True)
 NOTHING = 1e-12  # rad, s, N*m: a goal that rounding makes
@@ -125,11 +125,11 @@ def tune(
     limits = TuningLimits(peak_sensitivity, gain_margin or 0.0, phase_margin or 0.0, motor)
     loop = Loop(project, gains)
     if notch and isinstance(loop.core, SpeedLoop) and loop.core.K_d:
-        raise ValueError("a loop with K_d takes no filter: leave K_d out, or tune without a notch")
+        raise ValueError("a loop with K_d cannot have a filter: remove K_d, or tune without a notch")
     time, remarks = _delay(project, loop.lag, delay)
     drives = _drives(project, units, loop)
     if project.postures:
-        remarks = (*remarks, f"The {len(project.postures)} postures of the project are drives with the same gains.")
+        remarks = (*remarks, f"The same gains are tuned for all {len(project.postures)} postures of the project.")
     named, samples = _goal_names(project, ("pointing",) if goals is None else goals), project.sampling
     setting = TuningTask(loads, named, limits, share, time, samples if delay is None else None)
     progress("linear loops", 0.0)
@@ -184,19 +184,19 @@ def _goal_names(project: Project, goals: Sequence[str]) -> tuple[str, ...]:
     for name in goals:
         choice("goal", name, *GOALS)
         if GOALS[name].of_move and project.move is None:
-            raise ValueError(f"the goal {name!r} is one of a move, and the project has none; write its group 'move'")
+            raise ValueError(f"the goal {name!r} needs a move, and the project has none; add the group 'move'")
     return tuple(dict.fromkeys(goals))
 
 
 def _delay(project: Project, lag: float, given: float | None) -> tuple[float, tuple[str, ...]]:
     """Delay [s] in the margins beside the lag, and the remarks on it."""
     if given is None and project.sampling is not None:
-        fact = "The margins are those of the loop as its controller samples it; responses are not."
+        fact = "Margins are computed for the sampled loop, responses for the continuous loop."
         return project.sampling.lead, (fact,)
     if given is None and not lag:
-        fact = f"a delay of {number(1e3 * ASSUMED_DELAY_S)} ms is assumed in the margins"
+        fact = f"for the margins, a delay of {number(1e3 * ASSUMED_DELAY_S)} ms is assumed"
         return ASSUMED_DELAY_S, (
-            f"The project has neither a lag of the loop nor a controller: {fact}. Without a delay they allow any gain.",
+            f"The project has neither a loop lag nor a controller: {fact}. Without delay the margins limit no gain.",
         )
     if given is not None and given < 0.0:
         raise ValueError(f"delay is {given:g} s; it must be zero or more")
@@ -216,16 +216,16 @@ def _search(trial: Trial, loop: Loop) -> tuple[Search, Floats]:
     box = np.min(both, axis=0) - reach, np.max(both, axis=0) + reach
     goals = trial.point(start).goals
     if nothing := [name for name, goal in zip(trial.setting.goals, goals, strict=True) if goal < NOTHING]:
-        raise ValueError(f"the goal {nothing[0]!r} is 0 with any gains; give the drive an error, or name another goal")
+        raise ValueError(f"the goal {nothing[0]!r} is 0 with any gains; add a kinematic error, or choose another goal")
     return Search(trial, box, np.array(goals)), start
 
 
 def _baseline(trial: Trial, project: Project, of_file: Floats, by_rule: Floats) -> tuple[list[Floats], str]:
     """Gains than which nothing is to become worse, and whose they are."""
     if not isfinite(trial.linear(of_file).figures.peak_sensitivity):
-        return [by_rule], "the symmetric optimum's, as the loop of the file is unstable"
+        return [by_rule], "those of the symmetric optimum (the present loop is unstable)"
     assumed = any(s.word == "assumed" and not s.why and s.name.startswith("motor.loop") for s in project.sources)
-    return [of_file, by_rule] if assumed else [of_file], "today's"
+    return [of_file, by_rule] if assumed else [of_file], "the present values"
 
 
 def _limited_to_given(search: Search, given: Sequence[Floats], whose: str, sturdy: bool = True) -> tuple[Search, str]:
@@ -239,7 +239,7 @@ def _limited_to_given(search: Search, given: Sequence[Floats], whose: str, sturd
         settlings=tuple(SLACK * max(min(some), SETTLED_S) for some in times),
     )
     trial.setting = trial.setting._replace(limits=limits)
-    sentence = f"No goal is given: compliance and settling stay within 2 % of {whose}; with goals they may grow."
+    sentence = f"No goal is given: compliance and settling time are limited to 102 % of {whose}."
     return Search(trial, (search.low, search.high), search.reference, sturdy=sturdy), sentence
 
 
@@ -252,8 +252,8 @@ def _with_margins_of(search: Search, x: Floats, whose: str, asked: bool) -> tupl
     trial.setting = trial.setting._replace(limits=trial.setting.limits._replace(peak_sensitivity=peak))
     anew, sentence = _limited_to_given(search, [x], whose, False)
     return anew, (
-        f"{sentence} No gains keep them and the margins where 5 % more or less of "
-        f"one costs little{'' if asked else f'; a peak sensitivity of {number(peak)} is allowed'}."
+        f"{sentence} Within all margins, no gains are robust to a change of 5 % in "
+        f"one gain{'' if asked else f'; a peak sensitivity of {number(peak)} is accepted'}."
     )
 
 
@@ -265,12 +265,12 @@ def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
     if used[name] == inf:
         for train in filter(None, (case.train for case in chain(*trial.loaded))):
             refuse_overload(train)
-        return "no gains make the loop stable; shorten its lag and delay, or move its filters to higher frequencies"
+        return "no gains make the loop stable; reduce its lag and delay, or move its filters to higher frequencies"
     field, bound, value, ratio = _margin_texts(name, limits, point)
     return (
-        f"no gains keep the {name} of {bound}: the nearest, {gains_text(trial.control(x), names, point.gains)}, have "
-        f"{value}, {number(100.0 * abs(ratio - 1.0), 3)} % {'above' if ratio > 1.0 else 'below'} it; loosen {field}, "
-        "or shorten lag and delay of the loop"
+        f"no gains meet the {name} of {bound}: with the nearest, {gains_text(trial.control(x), names, point.gains)}, "
+        f"it is {value}, {number(100.0 * abs(ratio - 1.0), 3)} % {'above' if ratio > 1.0 else 'below'} the limit; "
+        f"loosen {field}, or reduce lag and delay of the loop"
     )
 
 
@@ -289,8 +289,8 @@ def _goal_sentence(search: Search, names: tuple[str, ...], today: TuningPoint) -
         name = max(MARGINS, key=today.used(limits).__getitem__)
         field, bound, value, _ = _margin_texts(name, limits, today)
         return (
-            f"no gains keep the {name} of {bound} with compliance and settling no worse than today, when it is "
-            f"{value}; loosen {field}, or name goals to give compliance and settling up"
+            f"no gains meet the {name} of {bound} with the present compliance and settling time; the present {name} "
+            f"is {value}; loosen {field}, or choose a goal, which removes the limits of compliance and settling"
         )
     goals, points = search.trial.setting.goals, search.computed.values()
     heavy = [point for point in points if 1.0 < point.motor_share < inf]
@@ -298,16 +298,16 @@ def _goal_sentence(search: Search, names: tuple[str, ...], today: TuningPoint) -
         tried = [point.goals for point in points if np.isfinite(point.figures.peak_sensitivity)]
         missed = next((name for i, name in enumerate(goals) if all(inf == g[i] for g in tried)), "")
         if missed == "settling":
-            return "the move settles with no gains tried; give it a wider window, or a dwell at its end"
+            return "no gains tried make the move settle; use a wider settling window, or a dwell at the end"
         if missed and GOALS[missed].of_move:
-            return "the drive follows the move with no gains tried; give it more time"
-        return "no gains within the limits have a stable steady motion in the range of speeds; take other speeds"
+            return "no gains tried make the drive follow the move; use a longer move"
+        return "no gains within the limits give a stable steady motion in the speed range; use other speeds"
     least = min(heavy, key=lambda point: point.motor_share)
     return (
-        "no gains tried that keep the margins keep the motor's torque at every speed: the nearest, "
-        f"{gains_text(search.trial.control(np.log(least.gains)), names, least.gains)}, need "
-        f"{number(least.motor_torque)} N·m, {number(100.0 * (least.motor_share - 1.0), 3)} % above it; "
-        "take a stronger motor or less load"
+        "no gains tried meet both the margins and the motor's torque limit at every speed: the nearest, "
+        f"{gains_text(search.trial.control(np.log(least.gains)), names, least.gains)}, require "
+        f"{number(least.motor_torque)} N·m, {number(100.0 * (least.motor_share - 1.0), 3)} % above the limit; "
+        "use a stronger motor or less load"
     )
 
 

@@ -32,25 +32,25 @@ SHARES = (0.3, 0.9, 1.0, 1.1, 3.0)  # of the speed at which the largest order me
 
 @click.command()
 @project_argument
-@click.option("--controller", "controllers", multiple=True, help="Name, as inverse; repeatable. Default: all.")
-@click.option("--speed", "speeds", multiple=True, help='Of motor or forcing, as "450 rpm"; repeatable. Default: five.')
+@click.option("--controller", "controllers", multiple=True, help="Controller, as inverse; repeatable. Default: all.")
+@click.option("--speed", "speeds", multiple=True, help='Motor or forcing speed, as "450 rpm"; repeatable.')
 @click.option(
     "--load-angle", "load_angles", multiple=True,
-    help='Of the load, at which gravity is held, as "90 deg"; repeatable: the worst of them counts. Default: 0 deg.',
+    help='Angle of the load at which gravity is evaluated, as "90 deg"; repeatable: the worst counts. Default: 0 deg.',
 )  # fmt: skip
-@click.option("--units", type=click.IntRange(0, 100_000), default=0, help="Units of the type, drawn at random.")
-@click.option("--seed", type=click.IntRange(0), default=1, help="Seed of these units.")
-@click.option("--plant", type=file_type, help="Project file of the drive that is run, if another.")
-@click.option("--softer", help='Run a drive whose gear is softer than the file says, as "20 %".')
+@click.option("--units", type=click.IntRange(0, 100_000), default=0, help="Number of units drawn at random.")
+@click.option("--seed", type=click.IntRange(0), default=1, help="Seed of the random units.")
+@click.option("--plant", type=file_type, help="Project file of the simulated drive, if it differs from the model.")
+@click.option("--softer", help='Simulate a gear that is softer than in the project file, as "20 %".')
 @output_option("Folder for tables, figures and order tables.")
 @json_option
 def compensate(
     project: Path, controllers: tuple[str, ...], speeds: tuple[str, ...], load_angles: tuple[str, ...], units: int,
     seed: int, plant: Path | None, softer: str | None, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Cancel the error with controllers, in closed loop.
+    """Simulate controllers that cancel the error, in closed loop.
 
-    Without --speed, five speeds about the resonance are run, within those of the file. Ctrl-C keeps what is finished.
+    Without --speed, five speeds about the resonance are simulated. Ctrl-C keeps the finished results.
     """
     drive = read_project(project)
     train = plant_of(drive, plant, softer)
@@ -74,7 +74,7 @@ def compensate(
             echo(f"  written: {output}")
     if stop:
         kept = "nothing was finished" if run is None else f"kept: {', '.join(run.results.names)}"
-        raise KeyboardInterrupt(f"interrupted; {kept}; the same command again computes all")
+        raise KeyboardInterrupt(f"interrupted; {kept}; the same command computes all again")
 
 
 def speeds_of(project: Project, texts: Sequence[str] = ()) -> Floats:
@@ -83,7 +83,7 @@ def speeds_of(project: Project, texts: Sequence[str] = ()) -> Floats:
         return np.unique([parse(text, "rad/s") for text in texts])
     resonance = resonance_speed(steady_bench_of(project))
     if not resonance:
-        raise ValueError("this drive has no resonance at rest to take speeds about; give --speed '450 rpm'")
+        raise ValueError("this drive has no resonance from which to choose speeds; add --speed '450 rpm'")
     return np.unique(np.clip(np.multiply(SHARES, resonance), *project.speeds.limits))
 
 
@@ -96,10 +96,10 @@ def names_of(bench: Bench, controllers: Sequence[str]) -> tuple[list[str], tuple
     blind = [name for name in names if COMPENSATORS[name].load_encoder] if not bench.sampling.load_encoder else []
     if blind and ALL not in controllers:
         raise ValueError(
-            f"{', '.join(blind)} measures the angle of the load, and the project has no encoder there; write "
-            "'load_encoder: 24 bit' into its group 'controller'"
+            f"{', '.join(blind)} requires an encoder on the load, and the project has none; write "
+            "'load_encoder: 24 bit' into the group 'controller'"
         )
-    sentences = (f"Left out, as there is no encoder on the load: {', '.join(blind)}.",) if blind else ()
+    sentences = (f"Omitted, because the load has no encoder: {', '.join(blind)}.",) if blind else ()
     return [name for name in names if name not in blind], sentences
 
 
@@ -107,7 +107,7 @@ def plant_of(project: Project, plant: Path | None, softer: str | None) -> DriveT
     """The drive that is run; None for the drive on which the controllers are designed."""
     if plant is not None:
         if softer is not None:
-            raise click.UsageError("--plant and --softer both say which drive is run; give one of them")
+            raise click.UsageError("--plant and --softer both set the simulated drive; use one of them")
         return bench_of(read_project(plant)).plant
     if softer is None:
         return None
@@ -151,7 +151,7 @@ def _of_controllers(
         except ValueError as error:
             if i == 0:
                 raise
-            remarks.append(f"Left out: {name}, as {error}.")
+            remarks.append(f"Omitted: {name}, because {error}.")
 
 
 def _joined(

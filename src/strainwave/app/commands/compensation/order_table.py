@@ -14,15 +14,15 @@ from ..options import file_type, json_option, written_type
 @click.command("order-table")
 @click.argument("source", metavar="IN", type=file_type)
 @click.argument("target", metavar="OUT", type=written_type)
-@click.option("--format", "form", help="Format of OUT: json, csv, c. Default: by its ending .json, .csv or .h.")
-@click.option("--points", type=int, help="Points a turn of csv and c. Default: 32 a period of the highest order.")
-@click.option("--prefix", default="order_table", help="Begin of all names in c.")
-@click.option("--speed", help='Speed of the table\'s shaft at which its delay becomes phase, as "300 rpm".')
+@click.option("--format", "form", help="Format of OUT: json, csv, c. Default: by the extension .json, .csv or .h.")
+@click.option("--points", type=int, help="Points per turn of csv and c. Default: 32 per period of the highest order.")
+@click.option("--prefix", default="order_table", help="Prefix of all names in c.")
+@click.option("--speed", help='Speed of the table\'s shaft at which the delay is converted to a phase, as "300 rpm".')
 @json_option
 def order_table(
     source: Path, target: Path, form: str | None, points: int | None, prefix: str, speed: str | None, as_json: bool
 ) -> None:
-    """Write the order table IN as OUT: JSON, CSV or a C header."""
+    """Convert the order table IN to OUT: JSON, CSV or a C header."""
     form = format_of(target, form)
     table = OrderTable.read(source)
     if speed is not None:

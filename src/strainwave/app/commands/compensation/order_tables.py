@@ -42,11 +42,11 @@ def written_tables(bench: Bench, case: Compensation) -> tuple[tuple[str, TableAl
     for name, table in tables.items():
         rms = rms_under(bench, [table], speed)
         source = (
-            f"{table.source}; used alone it leaves {rms / ARCSEC:.3g} of {case.before.rms / ARCSEC:.3g} arcsec rms "
-            "of the pointing error there"
+            f"{table.source}; this table alone reduces the rms pointing error from {case.before.rms / ARCSEC:.3g} "
+            f"to {rms / ARCSEC:.3g} arcsec"
         )
         others = " and ".join(f"order-table-{other}.json" for other in tables if other != name)
-        source += f", with {others} {joint:.3g}" if others else ""
+        source += f"; together with {others} to {joint:.3g} arcsec" if others else ""
         alone.append((name, TableAlone(replace(table, source=source), rms)))
     return tuple(alone)
 

@@ -102,10 +102,10 @@ def remarks(run: Run) -> list[str]:
 
 def summary(run: Run) -> str:
     """Return the tables as text."""
-    lines = [f"{run.project.title}: rms of the pointing error about its mean at the samples, arcsec"]
+    lines = [f"{run.project.title}: rms pointing error about its mean, at the sampling times [arcsec]"]
     lines += run.results.residuals(WIDTH)
     if run.best:
-        lines += ["", "best that is stable and within all limits, by the encoders that it needs", *_best(run)]
+        lines += ["", "best stable controllers within all limits, by the encoders required", *_best(run)]
     for case in run.details:
         lines += ["", *_on_others(case)]
     lines += [f"  order table, {name}: {case.table.source}" for name, case in run.tables]
@@ -143,7 +143,7 @@ def _worse(run: Run) -> list[str]:
     for name, row in zip(run.results.names, run.results.results, strict=True):
         grown = [case for case in row if case.stable and grows(case.before.rms, case.after.rms)]
         problems = {
-            "the error grows, as the controller is unstable on this drive,": [case for case in row if not case.stable],
+            "the error grows (controller unstable on this drive)": [case for case in row if not case.stable],
             "the error is larger than under the plain loop": grown,
             "no gain": [case for case in row if case.stable and not case.gains and case not in grown and name != PLAIN],
         }

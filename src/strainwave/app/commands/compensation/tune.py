@@ -25,19 +25,19 @@ CSV, SVG, JSON, YAML, NOTCHED = "tune.csv", "tune.svg", "tune.json", "tuned.yaml
 @project_argument
 @click.option(
     "--goal", "goals", multiple=True, type=click.Choice(list(GOALS)),
-    help="What shall be small; of several the mean counts. Default: pointing, with compliance and settling no worse.",
+    help="Quantity to minimise; of several, their mean. Default: pointing, with compliance and settling no worse.",
 )  # fmt: skip
-@click.option("--gain", "gains", multiple=True, help="Gain to change, as K_p; repeatable. Default: all.")
-@click.option("--peak-sensitivity", type=float, help="Largest |1/(1 + L)|. Default: 2 where no margin is given.")
-@click.option("--gain-margin", type=float, help="Least factor by which the gain may rise.")
-@click.option("--phase-margin", help='Least phase margin, as "45 deg".')
+@click.option("--gain", "gains", multiple=True, help="Gain to tune, for example K_p; repeatable. Default: all.")
+@click.option("--peak-sensitivity", type=float, help="Largest |1/(1 + L)|, L the open loop. Default: 2.")
+@click.option("--gain-margin", type=float, help="Smallest gain margin, as a factor.")
+@click.option("--phase-margin", help='Smallest phase margin, for example "45 deg".')
 @click.option(
     "--load", "loads", multiple=True, help='Torque on the load, as "-40 N*m"; repeatable. Default: the file\'s.'
 )
-@click.option("--units", type=click.IntRange(0, 5000), default=0, help="More drives, drawn by the scatter of the file.")
-@click.option("--seed", type=click.IntRange(0), default=0, help="Seed of these drives.")
-@click.option("--share", type=float, default=1.0, help="Share of the drives for which goals and limits hold.")
-@click.option("--notch", is_flag=True, help="Try a notch filter at the resonance with the motor free, too.")
+@click.option("--units", type=click.IntRange(0, 5000), default=0, help="Additional drives, drawn from the scatter.")
+@click.option("--seed", type=click.IntRange(0), default=0, help="Seed of the random drives.")
+@click.option("--share", type=float, default=1.0, help="Fraction of the drives that must meet goals and limits.")
+@click.option("--notch", is_flag=True, help="Also try a notch filter at the resonance with a free motor.")
 @output_option(f"Folder for {YAML} with the recommended gains, {CSV}, {SVG} and {JSON}.")
 @json_option
 def tune(
@@ -45,13 +45,13 @@ def tune(
     gain_margin: float | None, phase_margin: str | None, loads: tuple[str, ...], units: int, seed: int, share: float,
     notch: bool, output: Path | None, as_json: bool,
 ) -> None:  # fmt: skip
-    """Find gains of the loop for a small error and margins."""
+    """Find loop gains for a small error and given stability margins."""
     drive = read_project(project)
     margin = None if phase_margin is None else quantity("--phase-margin", phase_margin, "rad", "positive")
     torques = [quantity("--load", text, "N*m") for text in loads] or None
     profiles = () if drive.move is None else [name for name in drive.move.files if name]  # that both files name
     if output is not None and (name := next(filter({CSV, SVG, JSON, YAML, NOTCHED}.__contains__, profiles), "")):
-        raise ValueError(f"the profile {name!r} of the move has the name of a file of this command; rename the profile")
+        raise ValueError(f"the profile {name!r} has the name of an output file of this command; rename the profile")
     with Progress(drive.title) as progress:
         more = tuple(scattered(drive, units, seed)) if units else ()
         result = tuned(

@@ -28,13 +28,13 @@ from ..options import quantity as value_of
 @click.command()
 @project_argument
 @click.argument("file", type=file_type)
-@click.option("--free", help='Numbers to fit, as J_m,K; "" compares alone. Default: J_m, J_l, K, B, delay.')
-@click.option("--quantity", type=click.Choice(get_args(Quantity)), help="What was measured. Default: by the names.")
-@click.option("--estimator", type=click.Choice(get_args(Estimator)), default="unknown", help="How it was estimated.")
-@click.option("--speed", default="0 rpm", help="Speed of the motor at which it was measured.")
+@click.option("--free", help='Numbers to fit, as J_m,K; "" compares without fit. Default: J_m, J_l, K, B, delay.')
+@click.option("--quantity", type=click.Choice(get_args(Quantity)), help="Measured quantity. Default: by column names.")
+@click.option("--estimator", type=click.Choice(get_args(Estimator)), default="unknown", help="Estimator of the data.")
+@click.option("--speed", default="0 rpm", help="Speed of the motor in the measurement.")
 @click.option("--amplitude", type=float, help="Amplitude of the excitation, for --second.")
 @click.option("--second", type=file_type, help="File measured with another amplitude.")
-@click.option("--second-amplitude", type=float, help="Its amplitude.")
+@click.option("--second-amplitude", type=float, help="Amplitude in the --second file.")
 @pairs_option(
     "--column", "columns", "CHANNEL=COLUMN",
     "Column of frequency, size, phase, real, imaginary, or of records; repeatable.",
@@ -63,7 +63,7 @@ def fit_bode(
     fit = bode_fitted(measured, drive, free=names, speed=value_of("--speed", speed, "rad/s"))
     if output is not None:
         _write(drive.title, fit, (*judged, *fit.facts()), output)
-    written = [f"for a project file, into its groups:\n{fit.yaml}".rstrip()] if fit.yaml else []
+    written = [f"lines for the groups of a project file:\n{fit.yaml}".rstrip()] if fit.yaml else []
     written += [] if output is None else [f"written: {output}/bode.svg, bode.csv, bode.json"]
     echo(reported(drive.title, (*judged, *fit.facts()), as_json, *written))
 
@@ -79,7 +79,7 @@ def _write(title: str, fit: BodeFit, facts: tuple[Fact, ...], folder: Path) -> N
 
 @click.command()
 @click.argument("file", type=file_type)
-@click.option("--rated-torque", help='For lost motion and hysteresis loss, as "67 N*m". Default: the largest measured.')
+@click.option("--rated-torque", help='Rated torque, as "67 N*m". Default: the largest measured torque.')
 @click.option("--ratio", type=float, help="Ratio of the gear, for the block of a project file.")
 @click.option("--torsion", default="torsion", help='Column of the torsion, as "Winkel [arcmin]".')
 @click.option("--torque", default="torque", help='Column of the torque, as "Moment [N*m]".')
@@ -90,9 +90,9 @@ def fit_loop(
     file: Path, rated_torque: str | None, ratio: float | None, torsion: str, torque: str, output: Path | None,
     as_json: bool, **dialect: str | None,
 ) -> None:  # fmt: skip
-    """Fit the law of a gear to a measured loop of torque.
+    """Fit the torsion law of a gear to a measured hysteresis loop.
 
-    FILE is what `strainwave read-log` reads: CSV in any dialect, .npz, .mat, .parquet or .mf4; it needs no time.
+    FILE is a log as `strainwave read-log` reads it (CSV, .npz, .mat, .parquet, .mf4); it needs no time column.
     """
     rated = None if rated_torque is None else value_of("--rated-torque", rated_torque, "N*m")
     log = read_loop_file(file, {"torsion": torsion, "torque": torque}, dialect)

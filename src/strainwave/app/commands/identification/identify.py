@@ -31,10 +31,10 @@ DRAWN = 40  # drives by the intervals
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, type=file_type)
-@click.option("--gear", help="Name of a gear of the catalogue, in place of a project file.")
-@click.option("--load-inertia", help='Inertia behind the gear, "2.9 kg*m^2". Default: the project file\'s.')
-@click.option("--torque-constant", help='Torque of the motor per current, "0.12 N*m/A". Default: the project file\'s.')
-@output_option("Folder for identified.yaml, the project file with what was found, identified.json and identified.svg.")
+@click.option("--gear", help="Name of a gear of the catalogue, instead of a project file.")
+@click.option("--load-inertia", help='Inertia of the load, "2.9 kg*m^2". Default: the project file\'s.')
+@click.option("--torque-constant", help='Torque constant of the motor, "0.12 N*m/A". Default: the project file\'s.')
+@output_option("Folder for identified.yaml, a project file with the results, identified.json and identified.svg.")
 @reading_options
 @json_option
 def identify(
@@ -43,10 +43,10 @@ def identify(
 ) -> None:  # fmt: skip
     """Find stiffness, damping and error of a joint in its logs.
 
-    FILES are logs as `strainwave read-log` reads them, with a time, motor_angle and load_angle, and perhaps a project
-    file (.yaml), whose numbers are the first guess; a gear of the catalogue does as well. A current or a motor_torque
-    tells the motor's inertia and friction too. Stamps may be uneven and rows may be missing. What a log cannot tell is
-    named, with the motion that would tell it.
+    FILES are logs as `strainwave read-log` reads them, with a time, motor_angle and load_angle. A project file (.yaml)
+    or a gear of the catalogue gives the start values. With a current or a motor_torque, the motor's inertia and
+    friction are identified too. Time steps may be uneven and rows may be missing. Numbers that a log does not
+    determine are named, with the motion that determines them.
     """
     projects = [file for file in files if file.suffix.lower() in PROJECTS]
     if len(projects) > 1 or (bool(projects) == (gear is not None)):
@@ -92,10 +92,10 @@ def verdict(project: Project) -> list[str]:
 def oscillation_range(project: Project) -> str:
     """Range of the oscillation of drives that are drawn by the intervals, or why there is none."""
     if project.has_memory:  # each of its responses is an integration
-        return "No range by the intervals: the gear has memory, and each response would be an integration."
+        return "No response range for the intervals: a gear with hysteresis needs a time integration per response."
     try:
         peaks = [float(np.max(one.response().oscillation)) for one in scattered(project, DRAWN)]
     except (SolveError, ValueError) as error:
-        return f"No range by the intervals: {error}"
+        return f"No response range for the intervals: {error}"
     low, high = (f"{size / ARCSEC:.4g}" for size in np.quantile(peaks, (0.025, 0.975)))
-    return f"By the intervals the response oscillates with up to {low} to {high} arcsec (95 % of {DRAWN} drives)."
+    return f"Largest oscillation within the confidence intervals: {low} to {high} arcsec (95 % of {DRAWN} drives)."

@@ -27,17 +27,17 @@ SIZES = ("least", "largest", "mean", "rms")  # of a channel
 @reading_options
 @json_option
 def read_log(file: Path, output: Path | None, as_json: bool, **reading: Any) -> None:
-    """Read a log and say what is in it, and what is doubtful.
+    """Read a log; print its channels and what is doubtful in it.
 
     FILE is CSV in any dialect, gzipped too, .npz, .mat, .parquet, .mf4, .mcap or a guide log of PHD2. Angles and speeds
-    of the load count on the output shaft.
+    of the load refer to the output shaft.
     """
     read = log_of(file, keep=True, **reading)
     parts = read.segments() if read.moving else ()
     if output is not None:
         with staged(output) as folder:
             read.save(folder / CSV)
-            drawn = stacked(log_panels(read, parts), 165.0, "a log over the time", WIDTH)
+            drawn = stacked(log_panels(read, parts), 165.0, "a log over time", WIDTH)
             (folder / SVG).write_text(drawn + "\n", encoding="utf-8")
     report = facts(file, read, parts)
     written = [] if output is None else [f"written: {output / CSV}, {output / SVG}"]

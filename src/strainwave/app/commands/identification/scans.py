@@ -43,7 +43,7 @@ def _print_scan(
     given = [name for name, value in of_logs.items() if value not in (None, {})]
     if len(files) > 1 or given:
         what = f"--{given[0]} is for logs" if given else f"{len(files)} files are given"
-        raise ValueError(f"{what}; a scan of angle and error without a time is one file, its way back --back")
+        raise ValueError(f"{what}; a scan (angle and error without time) is one file; its backward run is --back")
     (file,), back = files, of_scan["back"]
     shaft: Turn = of_scan["shaft"] or "motor"
     turn: Turn = of_scan["turn"] or shaft
@@ -53,7 +53,7 @@ def _print_scan(
     backward = None
     if back is not None:
         if forward.backward is not None:
-            raise ValueError(f"{file} has a column for the way back already; leave out {back} or the column")
+            raise ValueError(f"{file} already has a column for the backward run; remove {back} or the column")
         run = read_scan(back, **columns, reverse=True)
         backward = (factor * run.angle, run.error)
     elif forward.backward is not None:
@@ -68,7 +68,7 @@ def _print_scan(
         return
     echo(f"{file.name}: {counted(len(scan.lines), 'line')}, orders per turn of the {turn}\n{scan}")
     if scan.aliases:
-        echo("no lines for a project file: the angles do not tell their orders")
+        echo("no lines for a project file: these angles do not determine the orders")
     elif scan.lines:
         echo(block(scan.lines))
 
@@ -78,7 +78,7 @@ def _factor(shaft: str, turn: str, ratio: float | None) -> float:
     if shaft == turn:
         return 1.0
     if ratio is None:
-        raise ValueError(f"the angle is the {shaft}'s and the orders count on the {turn}'s turn; give --ratio")
+        raise ValueError(f"the angle is that of the {shaft}, the orders are per {turn} turn; add --ratio")
     N = order_map(ratio).N
     return float(N) if shaft == "output" else 1.0 / N
 
@@ -103,29 +103,27 @@ def block(lines: Sequence[Any], once: float = 1.0) -> str:
     large = [line for line in lines if 2.0 * NINETY_FIVE * line.amplitude_error < line.amplitude]
     sure = [line for line in large if NINETY_FIVE * line.phase_error < 0.5 * np.pi]
     out = ", ".join(f"{line.order / once:g}" for line in lines if line not in sure)
-    refused = f"not for a project file, as their intervals are wider than their values: orders {out}\n" if out else ""
+    refused = f"not for a project file, because the intervals exceed the amplitudes: orders {out}\n" if out else ""
     return (refused + (f"for a project file:\n{project_lines(sure, once)}" if sure else "")).rstrip()
 
 
 @click.command("order-scan")
 @click.argument("files", nargs=-1, required=True, type=file_type)
-@click.option(
-    "--channel", help="Quantity whose lines are sought. Default: torsion, error, torque or current, the first."
-)
+@click.option("--channel", help="Quantity to analyse. Default: the first of torsion, error, torque, current.")
 @click.option(
     "--angle",
-    help="Channel of the angle that the orders count on. Default: motor_angle with --ratio, else load_angle. Of a scan "
-    'file its column, as "Winkel [deg]".',
+    help="Channel of the angle for the orders. Default: motor_angle with --ratio, else load_angle. For a scan "
+    'file: its column, as "Winkel [deg]".',
 )
-@click.option("--orders", help="Orders to fit, as 100,200,202.5. Default: those found.")
-@click.option("--highest", type=float, help="Highest order looked for.")
-@click.option("--false-alarm", type=float, default=0.01, help="Probability that noise gives a line.")
+@click.option("--orders", help="Orders to fit, as 100,200,202.5. Default: those detected.")
+@click.option("--highest", type=float, help="Highest order to search.")
+@click.option("--false-alarm", type=float, default=0.01, help="Probability that noise is reported as an order.")
 @click.option("--error", help='Column of a scan file, as "Fehler [arcsec]"; "error" or "ate" by default.')
-@click.option("--backward", help='Column of its error on the way back; "backward" by default.')
+@click.option("--backward", help='Column of the error in the backward run; "backward" by default.')
 @click.option("--back", type=file_type, help="Scan file of the run in the backward direction.")
-@click.option("--ate", is_flag=True, help="The scan's error is the vendors', output minus motor/ratio.")
+@click.option("--ate", is_flag=True, help="The error has the vendors' sign: output minus motor/ratio.")
 @click.option("--shaft", type=SHAFT, help="Shaft of a scan's angle; the motor by default.")
-@click.option("--turn", type=SHAFT, help="Shaft whose turn a scan's orders count on; the same by default.")
+@click.option("--turn", type=SHAFT, help="Shaft per whose turn the orders count; --shaft by default.")
 @output_option("Folder for orders.csv, orders.json and orders.svg.")
 @reading_options
 @json_option
@@ -135,9 +133,9 @@ def order_scan(
 ) -> None:  # fmt: skip
     """Find the orders of logs, or of a measured error in a scan.
 
-    FILES are logs as `strainwave read-log` reads them; their stretches of constant speed are taken, all together. Two
-    speeds tell an order from a frequency, and a delay from a phase. A table of angle and error without a time is a
-    scan over whole turns.
+    FILES are logs as `strainwave read-log` reads them; all their stretches of constant speed are used. Two
+    speeds separate an order from a frequency, and a delay from a phase. A table of angle and error without time is
+    read as a scan over whole turns.
     """
     of_scan = {name: reading.pop(name) for name in OF_SCAN}
     chosen = None if orders is None else _orders(orders)
@@ -172,9 +170,9 @@ def order_scan(
         return
     echo(f"{channel}: {scan}")
     if scan.unit == "rad" and scan.varying:
-        echo("no lines for a project file: no one amplitude is that of all runs")
+        echo("no lines for a project file: the amplitude differs between the runs")
     elif scan.unit == "rad" and turned == "load_angle" and not ratio:
-        echo("a project file counts orders on the motor's turn: give --ratio for its lines")
+        echo("a project file counts orders per motor turn: add --ratio to print its lines")
     elif scan.unit == "rad":
         once = float(ratio) if ratio and turned == "load_angle" else 1.0
         possible = [line for line in scan.lines if is_error_line(line, once)]

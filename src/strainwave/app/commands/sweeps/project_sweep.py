@@ -31,7 +31,7 @@ DOUBT = "check|is usual"  # in a note
 WHAT = {
     "peak": "largest |error|",
     "oscillation": "largest oscillation of the error",
-    "smallest": "oscillation of the error in its smallest turn",
+    "smallest": "oscillation of the error in the motor turn where it is smallest",
     "torque": "largest torque in the gear",
 }
 
@@ -114,7 +114,7 @@ def spaced(text: str, ends: tuple[float, float], count: str, largest: int, logar
     if not count.isdecimal() or not 1 <= int(count) <= largest:
         raise click.BadParameter(f"{count!r} in {text!r} is no count; give a whole number from 1 to {largest}")
     if logarithmic and not min(ends) > 0.0:
-        raise click.BadParameter(f"{text!r} goes through 0; even ratios need two positive numbers")
+        raise click.BadParameter(f"{text!r} includes 0; logarithmic steps need two positive numbers")
     return (np.geomspace if logarithmic else np.linspace)(*ends, int(count))
 
 
@@ -160,7 +160,7 @@ def summary(report: dict[str, Any], location_of: Callable[[dict[str, Any]], str]
         lines.append(f"  {WHAT.get(name, name)}: {span}, the largest at {location_of(span_of)}")
     lines.append("  " + ", ".join(f"{name.replace('_', ' ')}: {report[name]}" for name in (*counts, "failed")))
     lines += [f"  {line}" for line in (*report["errors"], *(f"note: {remark}" for remark in report["remarks"]))]
-    lines.append(f"  store: {report['store']} (zarr; the same command again goes on with it)")
+    lines.append(f"  store: {report['store']} (zarr; the same command continues it)")
     return f"{report['title']}: " + "\n".join(lines)
 
 

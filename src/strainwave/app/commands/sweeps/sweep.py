@@ -47,19 +47,19 @@ TOGETHER = " & "  # between the paths of one factor
     "--grid", multiple=True, required=True, metavar="PATH=VALUES",
     help='Values of a parameter: LOW:HIGH:COUNT[:log] or V1,V2,..., in SI units or their own ("9 rad/s"); repeatable. '
     "PATH is a parameter of the error equation (omega, J, B, law.K, error.lines.0.amplitude), which is integrated, or "
-    "a name of the file (loop.K_p, load.inertia, gear=CSG-40-50,SHG-40-50): then the response of the whole drive.",
+    "a name of the project file (loop.K_p, load.inertia, gear=CSG-40-50,SHG-40-50) for the response of the drive.",
 )  # fmt: skip
 @click.option(
     "--measure", "measures", multiple=True, default=("peak",),
-    help="What to keep of every trajectory: peak, rms, mean, extremes, amplitude:K. Repeat it for several.",
+    help="Quantity to store for every trajectory: peak, rms, mean, extremes, amplitude:K; repeatable.",
 )  # fmt: skip
-@click.option("--settle", type=click.IntRange(0), default=200, help="Periods before measuring.")
-@click.option("--periods", type=click.IntRange(1), default=20, help="Periods of the measures.")
-@output_option("Store of the results; run again to resume.", required=True)
+@click.option("--settle", type=click.IntRange(0), default=200, help="Periods simulated before the measurement.")
+@click.option("--periods", type=click.IntRange(1), default=20, help="Periods of the measurement.")
+@output_option("Folder for the results; the same command resumes.", required=True)
 @click.option("--workers", type=click.IntRange(1), help="Threads. Default: one for every processor.")
 @click.option(
     "--chunk", type=click.IntRange(1),
-    help="Points that are computed and written at a time: what a stopped run loses at most. Default: by their number.",
+    help="Points computed and written in one block; a stopped run loses at most one block. Default: automatic.",
 )  # fmt: skip
 @click.option("--cluster", metavar="ADDRESS", help="Scheduler of a dask cluster, for example tcp://127.0.0.1:8786.")
 @retune_option
@@ -68,9 +68,9 @@ def sweep(
     project: Path, grid: tuple[str, ...], measures: tuple[str, ...], settle: int, periods: int, output: Path,
     workers: int | None, chunk: int | None, cluster: str | None, retune: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Compute a drive over a grid of its numbers, resumably.
+    """Compute a drive over a grid of parameter values; resumable.
 
-    An interrupted sweep keeps what it has finished; the same command again goes on from there.
+    An interrupted sweep keeps its finished points; the same command continues from them.
     """
     drive = read_project(project)
     system = drive.system(reduced=True)
@@ -106,8 +106,8 @@ def refuse_options_of_trajectories() -> None:
     default = click.core.ParameterSource.DEFAULT
     if given := [option for name, option in options.items() if context.get_parameter_source(name) is not default]:
         raise click.UsageError(
-            "this sweep follows the response of the whole drive, which has peak, oscillation and torque; leave out "
-            f"{' and '.join(given)}, meant for trajectories of the error equation"
+            "this sweep computes the response of the whole drive: peak, oscillation and torque; remove "
+            f"{' and '.join(given)}, valid for the error equation only"
         )
 
 
@@ -117,7 +117,7 @@ def at_one_speed(project: Project, omega: float, paths: list[str]) -> list[str]:
         return []
     rpm = project.speeds.rpm(omega)
     speed = f"{omega:.6g} rad/s" + ("" if rpm is None else f" ({rpm:.5g} rpm) at the motor")
-    return [f"All points are at {speed}, the middle of the file's speeds; a grid of omega takes others."]
+    return [f"All points are computed at {speed}, the middle of the speed range; a grid of omega sets other speeds."]
 
 
 def bare(grids: list[str], units: dict[str, tuple[str, str]]) -> list[str]:
@@ -165,7 +165,7 @@ def axis(text: str, free: list[Parameter]) -> tuple[str, Floats]:
         raise click.BadParameter(f"{unknown[0]!r} is not a parameter of this drive; it has {_listed(free)}")
     if fixed := [p.path for p in free if p.path in paths and isinstance(p.value, int)]:
         raise click.BadParameter(
-            f"{fixed[0]!r} is a whole number, which trajectories side by side share; write a project file for each, or "
+            f"{fixed[0]!r} is a whole number, the same in all trajectories; write a project file for each, or "
             f"sweep {_listed(free)}"
         )
     unit = "" if len(paths) > 1 else units[path]

@@ -148,7 +148,7 @@ async function load() {
   build(found, refresh, readTyped);
   for (const name of Object.keys(found.unknown)) delete state.values[name];
   const left = Object.values(found.unknown);
-  if (left.length) showStatus(`Left out: ${left.join("; ")}`, true);
+  if (left.length) showStatus(`Not applied: ${left.join("; ")}`, true);
   return true;
 }
 

@@ -76,7 +76,7 @@ export async function jobView([question, ...pictures], label, begin, paint) {
   byId("begin").disabled = going(one);
   byId("cancel").disabled = !going(one);
   byId("progress").value = one.share;
-  byId("stage").textContent = one.state === "failed" || one.state === "none" ? "" : one.state === "cancelled" ? "cancelled" : changed ? "something has changed since; compute again" : progressOf(one);
+  byId("stage").textContent = one.state === "failed" || one.state === "none" ? "" : one.state === "cancelled" ? "cancelled" : changed ? "the drive has changed; compute again" : progressOf(one);
   if (one.state === "failed") Object.assign(byId("status"), { textContent: one.error, className: "bad" });
   if (changed) {
     delete state.options.run;

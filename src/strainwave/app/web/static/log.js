@@ -8,7 +8,7 @@ let file = null, found = null, chosen = {}, painted = 0, remarks = []; // what w
 const query = () => `?name=${encodeURIComponent(file.name)}&columns=${encodeURIComponent(JSON.stringify(chosen))}`;
 
 export async function readLog(dropped, columns = {}) {
-  if (dropped.size > 20 * 1024 * 1024) throw new Error("the log is larger than 20 MiB; cut it first");
+  if (dropped.size > 20 * 1024 * 1024) throw new Error("the log is larger than 20 MiB; shorten it first");
   forget("log");
   [file, chosen, found, painted] = [dropped, columns, null, 0];
   found = await call("/api/log" + query(), { raw: file, kind: "view" });
@@ -32,7 +32,7 @@ function columnTable() {
     const columns = Object.fromEntries(named.map(([channel, i]) => [channel, i]));
     ask("log", { file, columns: { columns, units, ...(rate.value ? { rate: Number(rate.value.replace(",", ".")) } : {}) } });
   });
-  return element("details", { id: "columns", open: Boolean(found.why) }, element("summary", {}, "Columns of the log"), element("div", { className: "wide" }, tabled(["column", "channel", "unit"], boxes.map((box) => box.row))), element("p", {}, element("label", {}, "Samples per second, of a log without a time ", rate), " ", read));
+  return element("details", { id: "columns", open: Boolean(found.why) }, element("summary", {}, "Columns of the log"), element("div", { className: "wide" }, tabled(["column", "channel", "unit"], boxes.map((box) => box.row))), element("p", {}, element("label", {}, "Samples per second (log without time) ", rate), " ", read));
 }
 
 export async function log() {
@@ -43,7 +43,7 @@ export async function log() {
     controls.append(element("label", { className: "drop" }, "Drop a CSV, npz, mat, parquet or mf4 file here, or choose one: ", input));
   }
   if (!found) {
-    answer("Drop a log onto the page: channels, stretches, and orders where the log has them.");
+    answer("Drop a log onto the page to see its channels, sections of constant speed and orders.");
     return [];
   }
   if (painted !== epoch) remarks = await paintLog(found);
@@ -75,7 +75,7 @@ async function paintLog(r) {
   for (const [i, c] of [...(r.pointing ? [r.pointing] : []), ...r.channels].slice(0, 6).entries()) {
     await draw("log-" + c.name, { data: [{ x: r.time, y: c.values, mode: "lines", name: c.name, line: { color: COLOURS[i % COLOURS.length] }, hovertemplate: `%{x:.6g} s<br>%{y:.5g} ${signed(c.unit)}<extra></extra>` }], layout: { showlegend: false, xaxis: { title: "time [s]" }, yaxis: { title: `${c.name.replaceAll("_", " ")} [${signed(c.unit)}]` } }, table: { "time [s]": r.time, [`${c.name} [${c.unit}]`]: c.values }, label: `${c.name.replaceAll("_", " ")} over time, ${between(c.values, c.unit)}`, size: "second" });
   }
-  const without = "Stiffness, damping and kinematic error need both angles, motor_angle and load_angle; this log has not both: its orders are shown.";
+  const without = "Stiffness, damping and kinematic error require both motor_angle and load_angle. This log has only one of them, so only orders are shown.";
   return both ? r.notes : [without, ...r.notes];
 }
 
@@ -83,7 +83,7 @@ async function paintIdentified(r) {
   const draw = pictures();
   const numbers = r.numbers.map((n) => [n.name, `${signed(round(n.value, 5))} ${n.unit}`, signed(`${round(n.low, 5)} to ${round(n.high, 5)}`)]);
   const table = tabled(["number", "found", "95 % interval"], numbers, { id: "identified" });
-  const use = button("use", "Take these numbers into the drive", () => ask("project", r.project), { disabled: !r.usable });
+  const use = button("use", "Use these numbers in the drive", () => ask("project", r.project), { disabled: !r.usable });
   placed("prepend", element("div", { className: "wide", id: "identified-drive" }, table, use));
   const over = (y, name, colour, dash) => ({ x: r.time, y, mode: "lines", name, line: { color: colour, width: 1.5, dash }, hovertemplate: "%{x:.4g} s<br>%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   const columns = { "time [s]": r.time, "measured torsion [arcsec]": r.measured_arcsec, "computed torsion [arcsec]": r.computed_arcsec, "residual [arcsec]": r.residual_arcsec };

@@ -15,9 +15,9 @@ export async function speedMap() {
     search.addEventListener("change", () => { state.options.search = search.checked ? "yes" : "no"; outdated(); });
     const loads = element("input", { type: "text", id: "loads", value: state.options.loads ?? "", placeholder: "the project's, or -178; -89; 0", size: 26 });
     loads.addEventListener("input", () => { state.options.loads = loads.value; outdated(); });
-    controls.append(element("label", {}, "Loads [N·m] ", loads), element("label", {}, search, " look for subharmonics and other motions apart from the curves (takes longer)"));
+    controls.append(element("label", {}, "Loads [N·m] ", loads), element("label", {}, search, " search for subharmonics and other motions at the same speed (longer computation)"));
   }
-  return jobView(["Which speeds are allowed under which load.", "The oscillation over speed and load, forbidden speeds framed"], "Compute the speed map", () => {
+  return jobView(["Speeds that are allowed under each load.", "The oscillation over speed and load, forbidden speeds framed"], "Compute the speed map", () => {
     return { start: job({ kind: "speed-map", ...mapOptions() }) };
   }, paintSpeedMap);
 }
@@ -32,7 +32,7 @@ export function mapOptions(options = state.options) {
 
 async function paintSpeedMap(r) {
   const draw = pictures();
-  const failures = sentences(r.failures), framed = r.forbidden.some((bands) => bands.length) ? ` Framed: ${signed(r.rule).replace(/^forbidden: /, "")}.` : "";
+  const failures = sentences(r.failures), framed = r.forbidden.some((bands) => bands.length) ? ` Framed: ${signed(r.rule).replace(/^forbidden if: /, "")}.` : "";
   answer(`${failures}${signed(r.said)}${framed}`, failures ? false : null);
   const steps = r.load.slice(1).map((load, i) => (load - r.load[i]) / 2), last = r.load.length - 1;
   const below = (i) => r.load[i] - (steps[Math.max(i - 1, 0)] ?? 0.5), above = (i) => r.load[i] + (steps[Math.min(i, last - 1)] ?? 0.5);
@@ -45,12 +45,12 @@ async function paintSpeedMap(r) {
 }
 
 export async function compensation() {
-  return jobView(["The pointing error before and after compensation in the motor's loop, at the speed where the largest order meets the resonance.", "Its rms and its peak, before and after", "The error in time, before and after", "Its rms on gears that are softer and stiffer"], "Design and run", () => ({ start: job({ kind: "compensation" }) }), paintCompensation);
+  return jobView(["The pointing error before and after compensation in the motor's loop, at the speed where the strongest order excites the resonance.", "Rms and peak of the pointing error, before and after", "The pointing error over time, before and after", "Rms error with softer and stiffer gears"], "Design and run", () => ({ start: job({ kind: "compensation" }) }), paintCompensation);
 }
 
 async function paintCompensation(r) {
   const draw = pictures();
-  const kinds = [["rms_arcsec", "rms"], ["peak_arcsec", "peak with mean"]];
+  const kinds = [["rms_arcsec", "rms"], ["peak_arcsec", "peak incl. mean"]];
   const bar = (x, y, name, colour, pattern) => ({ type: "bar", name, x, y, text: y.map((value) => round(value, 3)), textposition: "outside", constraintext: "none", cliponaxis: false, marker: { color: colour, pattern: { shape: pattern } }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   const pair = (x, before, after) => [bar(x, before, "before", RED, "/"), bar(x, after, "after", BLUE, "")];
   const texts = kinds.map(([, text]) => text), [before, after] = [r.before, r.after].map((one) => kinds.map(([key]) => one[key]));
@@ -68,7 +68,7 @@ async function paintCompensation(r) {
 }
 
 export async function tuning() {
-  return jobView(["The gains of the motor's loop that make the largest oscillation small, keep the margins and make compliance and settling no worse.", "Pointing: the oscillation over the speed, before and after", "Tracking: the load after a step of the reference, before and after", "Disturbance: the load after a step of torque on it, before and after"], "Tune the loop", () => ({ start: job({ kind: "tuning" }) }), paintTuning);
+  return jobView(["Loop gains that minimise the largest oscillation, within the margins and without worse compliance or settling time.", "Pointing: the oscillation over the speed, before and after", "Tracking: the load after a step of the reference, before and after", "Disturbance: the load after a step of torque on it, before and after"], "Tune the loop", () => ({ start: job({ kind: "tuning" }) }), paintTuning);
 }
 
 async function paintTuning(r) {
@@ -85,9 +85,9 @@ async function paintTuning(r) {
   await stepped("tuning-reference", "reference", "tracking: speed of the load over its reference", "", "The load after a step of the reference");
   await stepped("tuning-torque", "torque", "disturbance: angle of the load", "arcsec/(N·m)", "The load after a step of torque on it");
   link(["tuning-reference", "tuning-torque"]);
-  const shown = { oscillation_arcsec: "largest oscillation [arcsec]", settling_s: "settling after a torque [s]", move_settling_s: "settling of the move [s]", compliance_arcsec_per_N_m: "compliance [arcsec per N·m]", peak_sensitivity: "peak sensitivity", gain_margin: "gain margin", phase_margin_deg: "phase margin [°]", motor_torque: "motor torque [N·m]" };
+  const shown = { oscillation_arcsec: "largest oscillation [arcsec]", settling_s: "settling after a torque step [s]", move_settling_s: "settling of the move [s]", compliance_arcsec_per_N_m: "compliance [arcsec per N·m]", peak_sensitivity: "peak sensitivity", gain_margin: "gain margin", phase_margin_deg: "phase margin [°]", motor_torque: "motor torque [N·m]" };
   const rows = [...Object.entries(r.gains).map(([name, unit], i) => [`${name} [${unit}]`, ...r.points.map((p) => round(p.gains[i]))]), ...Object.entries(shown).filter(([key]) => r.points.some((p) => p[key] !== null)).map(([key, text]) => [text, ...r.points.map((p) => round(p[key], 3))])];
-  placed("prepend", element("div", { className: "wide", id: "tuned" }, tabled(["gains", ...r.points.map((p) => p.name)], rows), button("use", "Take these gains into the drive", () => ask("project", r.project))));
+  placed("prepend", element("div", { className: "wide", id: "tuned" }, tabled(["gains", ...r.points.map((p) => p.name)], rows), button("use", "Use these gains in the drive", () => ask("project", r.project))));
   answer(signed(r.said));
   return r.remarks;
 }

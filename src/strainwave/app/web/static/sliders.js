@@ -140,8 +140,8 @@ function row(p, slid, typed) {
   const goal = (value) => {
     goalMark.hidden = value === null;
     if (value === null) return;
-    goalMark.title = `${short(value)} ${p.shown_unit} meets the limit`;
-    goalMark.setAttribute("aria-label", `Take ${named}: ${goalMark.title}`);
+    goalMark.title = `${short(value)} ${p.shown_unit}: oscillation at the limit`;
+    goalMark.setAttribute("aria-label", `Set ${named}: ${goalMark.title}`);
     goalMark.dataset.value = short(value);
     goalMark.style.left = `calc(8px + ${place(p, value) / STEPS} * (100% - 16px))`;
   };

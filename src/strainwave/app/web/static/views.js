@@ -107,13 +107,13 @@ async function response(again, answered = () => false) {
   const x = { title: `${r.speed_name} [${r.speed_unit}]`, ...crosshair };
   const shapes = r.avoid.map(([low, high]) => band(low, high, RED));
   const data = [...beside("oscillation_arcsec", "arcsec"), ...curve(r, r.oscillation_arcsec, r.error_name, "arcsec")];
-  if (r.smallest_arcsec) data.push({ x: r.speed, y: r.smallest_arcsec, name: "smallest turn of the beat", mode: "lines", line: { color: BLUE, width: 1 }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
+  if (r.smallest_arcsec) data.push({ x: r.speed, y: r.smallest_arcsec, name: "motor turn with the smallest error", mode: "lines", line: { color: BLUE, width: 1 }, hovertemplate: "%{y:.4g} arcsec<extra>%{fullData.name}</extra>" });
   if (r.folds.length) {
     data.push({ x: r.folds.map((f) => f.speed), y: r.folds.map((f) => f.oscillation_arcsec), name: "fold: the motion jumps", mode: "markers", marker: { color: ORANGE, size: 10, symbol: "diamond" }, hovertemplate: `fold at %{x:.5g} ${r.speed_unit}<extra></extra>` });
   }
   if (r.limit_arcsec !== null) data.push(level(r, r.limit_arcsec, "limit", GREEN, "dot", "arcsec"));
   if (r.avoid.length) data.push({ x: [null], y: [null], name: "speeds to avoid", mode: "markers", marker: { symbol: "square", size: 12, color: RED, opacity: 0.25 } });
-  const table = { [`speed [${r.speed_unit}]`]: r.speed, "oscillation [arcsec]": r.oscillation_arcsec, "peak with mean [arcsec]": r.peak_arcsec, "stable": r.stable.map(Number), "largest torque [N*m]": r.torque, "cubic mean torque [N*m]": r.mean_torque };
+  const table = { [`speed [${r.speed_unit}]`]: r.speed, "oscillation [arcsec]": r.oscillation_arcsec, "peak incl. mean [arcsec]": r.peak_arcsec, "stable": r.stable.map(Number), "largest torque [N*m]": r.torque, "cubic mean torque [N*m]": r.mean_torque };
   const picture = { data, layout: { hovermode: "x", xaxis: x, yaxis: { title: "oscillation [arcsec, 0-to-peak]", rangemode: "tozero" }, shapes }, table, label: unbounded ? r.message : signed(r.said) };
   const later = structuredClone(picture), top = Math.max(...data.filter((one) => one.y).flatMap((one) => one.y.filter(Number.isFinite)));
   await draw("response", picture);
@@ -122,7 +122,7 @@ async function response(again, answered = () => false) {
   if (!overtaken) await drawTorque(draw, r, x, under, table);
   pinControls(again);
   const failures = sentences(r.failures);
-  const loads = (of) => (low < high ? ` ${of ? signed(of.said ?? `Under every load there is no answer: ${of.why}.`) : "The speeds under every load follow."}` : "");
+  const loads = (of) => (low < high ? ` ${of ? signed(of.said ?? `No result for all loads: ${of.why}.`) : "The speeds allowed under every load are being computed."}` : "");
   // A drive that is within its limit with assumed numbers passes where their whole range is within it.
   const tell = (sure, met, of) => {
     const passes = r.passes ?? of?.passes, more = sentences((of?.failures ?? []).filter((text) => !r.failures.includes(text)));
@@ -158,8 +158,8 @@ async function motion(again) {
   const [left, right] = [Math.min(...r.error_arcsec), Math.max(...r.error_arcsec)], margin = 0.05 * (right - left) || 1;
   await draw("phase", { data: [
     { x: r.error_arcsec, y: r.rate_arcsec_per_s, mode: "lines", name: "trajectory", line: { color: BLUE, width: 1.5 }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
-    { x: r.poincare.error_arcsec, y: r.poincare.rate_arcsec_per_s, mode: "markers", name: "once a turn of the base angle", marker: { color: RED, size: 9, symbol: "diamond" }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
-  ], layout: { xaxis: { title: `${r.error_name} [arcsec]`, range: [left - margin, right + margin] }, yaxis: { title: "its rate [arcsec/s]" } }, table: { "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Phase portrait: ${r.error_name} ${between(r.error_arcsec, "arcsec")}, rate ${between(r.rate_arcsec_per_s, "arcsec/s")}` });
+    { x: r.poincare.error_arcsec, y: r.poincare.rate_arcsec_per_s, mode: "markers", name: "one point per turn", marker: { color: RED, size: 9, symbol: "diamond" }, hovertemplate: "%{x:.4g} arcsec<br>%{y:.4g} arcsec/s<extra></extra>" },
+  ], layout: { xaxis: { title: `${r.error_name} [arcsec]`, range: [left - margin, right + margin] }, yaxis: { title: "rate of the error [arcsec/s]" } }, table: { "error [arcsec]": r.error_arcsec, "rate [arcsec/s]": r.rate_arcsec_per_s }, label: `Phase portrait: ${r.error_name} ${between(r.error_arcsec, "arcsec")}, rate ${between(r.rate_arcsec_per_s, "arcsec/s")}` });
   return r.remarks;
 }
 
@@ -178,7 +178,7 @@ function moveControls() {
     const list = element("select", { id: "move-type" }, ...["s_curve", "trapezoid"].map((value) => element("option", { value, textContent: value.replace("_", "-") })));
     if (kind) list.value = kind;
     list.addEventListener("change", () => ask("values", { [name]: list.value }));
-    controls.append(...(kind ? [element("label", {}, "Profile ", list)] : []), "Angle and time stand under move in the panel of values.");
+    controls.append(...(kind ? [element("label", {}, "Profile ", list)] : []), "Set angle and time under move in the panel of values.");
   }
 }
 
@@ -193,7 +193,7 @@ async function move() {
   const end = { type: "line", xref: "x", yref: "paper", x0: r.duration, x1: r.duration, y0: 0, y1: 1, line: { color: PINK, width: 1.5, dash: "dot" } };
   const table = { "time [s]": r.time, "reference [deg]": r.reference_deg, "pointing error [arcsec]": r.error_arcsec, "motor torque [N*m]": r.motor_torque, "gear torque [N*m]": r.gear_torque, "motor speed [rpm]": r.motor_speed };
   const x = { title: "time [s]" };
-  await draw("move-error", { data: [...over(r.error_arcsec, "pointing error", "arcsec", BLUE, r.window_arcsec, "window at rest", r.rest_arcsec, r.duration), ...(r.limit_arcsec === null ? [] : over(r.error_arcsec, "", "", BLUE, r.limit_arcsec, "limit").slice(1).map((one) => ({ ...one, line: { ...one.line, color: GREEN, dash: "dot" } })))], layout: { shapes: [end], xaxis: x, yaxis: { title: "pointing error [arcsec]" } }, table, label: `Pointing error over the move, ${between(r.error_arcsec, "arcsec")}` });
+  await draw("move-error", { data: [...over(r.error_arcsec, "pointing error", "arcsec", BLUE, r.window_arcsec, "settling window", r.rest_arcsec, r.duration), ...(r.limit_arcsec === null ? [] : over(r.error_arcsec, "", "", BLUE, r.limit_arcsec, "limit").slice(1).map((one) => ({ ...one, line: { ...one.line, color: GREEN, dash: "dot" } })))], layout: { shapes: [end], xaxis: x, yaxis: { title: "pointing error [arcsec]" } }, table, label: `Pointing error over the move, ${between(r.error_arcsec, "arcsec")}` });
   await draw("move-motor", { data: over(r.motor_torque, "motor torque", "N·m", BLUE, r.most_motor_torque, "largest torque of the motor"), layout: { shapes: [end], xaxis: x, yaxis: { title: "motor torque [N·m]" } }, table, label: `Torque of the motor over the move, ${between(r.motor_torque, "N·m")}`, size: "second" });
   await draw("move-torque", { data: over(r.gear_torque, "gear torque", "N·m", RED), layout: { showlegend: false, xaxis: x, yaxis: { title: "gear torque [N·m]" } }, table, label: `Torque in the gear over the move, ${between(r.gear_torque, "N·m")}`, size: "second" });
   await draw("move-speed", { data: over(r.motor_speed, "motor speed", "rpm", GREEN), layout: { showlegend: false, xaxis: x, yaxis: { title: "motor speed [rpm]" } }, table, label: `Speed of the motor over the move, ${between(r.motor_speed, "rpm")}`, size: "second" });
@@ -217,7 +217,7 @@ function scripted({ view, options }, present) {
 }
 
 function script() {
-  if (state.view === "log") throw new Error("a log has no script of the page; strainwave identify PROJECT LOG does the same");
+  if (state.view === "log") throw new Error("a log has no Python script; use: strainwave identify PROJECT LOG");
   const before = session.slice(0, -1).filter((one) => one.view !== "log").slice(-200);
   return { state: asked(), ...scripted(state, true), before: before.map((one) => ({ values: one.values, ...scripted(one) })) };
 }

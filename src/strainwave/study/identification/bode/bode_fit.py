@@ -40,12 +40,12 @@ STEP, START_EVALUATIONS = 1e-4, 12  # of the unknowns for differences, and evalu
 TOLERANCE = 1e-4  # of the largest singular value: what the points tell
 MISFIT_RATIO = 1.3  # times the noise: a residual beyond it is no noise
 SIZE_CHANGE, FREQUENCY_CHANGE = 0.1, 0.02  # relative differences between two amplitudes that are named
-NO_PHASE = "no phase was measured, so that the delay is not identifiable"
-MISFIT_TEXT = "the model leaves {} times the noise: the intervals do not hold what it lacks"
-RISE_CAUSES = "rises", "backlash, or a spring that stiffens"
-FALL_CAUSES = "falls", "friction inside the gear that lets go, or a spring that softens"
-DRY_CAUSE = "dry friction takes a smaller part of a larger torque"
-LOSS_CAUSE = "something saturates, or a loss grows with the motion"
+NO_PHASE = "without a measured phase the delay is not identifiable"
+MISFIT_TEXT = "the model error is {} times the noise and is not included in the intervals"
+RISE_CAUSES = "rises", "backlash, or a stiffening spring"
+FALL_CAUSES = "falls", "friction inside the gear that slips, or a softening spring"
+DRY_CAUSE = "dry friction is a smaller part of a larger torque"
+LOSS_CAUSE = "saturation, or damping that grows with the motion"
 NO_SPREAD = Spread(np.empty((0, 0)), np.empty(0), np.empty(0))
 
 
@@ -234,7 +234,7 @@ def fit_bode(
     plot, (name, train) = plots[0], train_of(project, "fit_bode")
     loop = name or motor_name(train.motor.control, train.loop_inertia)
     if plot.quantity != "plant" and (train.motor.free or train.motor.held):
-        raise ValueError(f"the {plot.quantity} was measured and the motor of the drive has no loop; give it one")
+        raise ValueError(f"the {plot.quantity} was measured, but the motor of the drive has no loop; add a loop")
     modelled = ModelledBode(train, plot, number("speed [rad/s]", speed))
     start, unknown = modelled.start(), {} if plot.phased else {"delay": NO_PHASE}
     names = tuple(name for name in USUAL_NUMBERS if name not in unknown) if free is None else tuple(free)
@@ -277,7 +277,7 @@ def _fitted(modelled: ModelledBode, names: Sequence[str], start: dict[str, float
     misfit, x = partial(residual_after, late), np.asarray(best.x)
     for name, moved in zip(names, np.abs(x), strict=True):
         if moved > 0.99 * FARTHEST_LOG:
-            raise ValueError(f"{name} runs to the end of what is searched; leave it out of free")
+            raise ValueError(f"{name} reaches the end of its search range; remove it from free")
     J = derivatives(misfit, x, np.full(len(names), STEP))
     refuse_unidentifiable(J, names, np.ones(len(names)), TOLERANCE)
     scatter = spread(J, misfit(x), len(J) // count * [count])  # records: real and imaginary part

@@ -30,7 +30,7 @@ CLEAR_DEVIATIONS, LEAST_DIFFERENCE = 3.0, 0.02  # deviations and relative differ
 BY = {
     "H1": "it is the plain H1 = S_uy/S_uu: with the loop closed the noise that is fed back pulls it towards the "
     "inverse of the controller; give the records of reference, torque and speed, whose instrument has no such bias",
-    "unknown": "how it was estimated is not known: with the loop closed a plain H1 is biased where the noise is large",
+    "unknown": "the estimator is unknown: in closed loop a plain H1 is biased where the noise is large",
 }  # fmt: skip
 
 
@@ -105,7 +105,7 @@ class MeasuredBode(Result):
         )
         return (
             Fact("quantity", self.quantity, text), Fact("from_rad_per_s", low), Fact("to_rad_per_s", high),
-            Fact("phased", self.phased, "" if self.phased else "no phase was measured: sizes alone are compared"),
+            Fact("phased", self.phased, "" if self.phased else "no phase was measured: only magnitudes are compared"),
             Fact("notes", self.notes, "{}"),
         )  # fmt: skip
 
@@ -212,7 +212,7 @@ def bode_of_records(
     step = even_step("the record", t)
     omega, (r, u, y), cut = _spectra(rows, step)
     if not np.ptp(rows[2]) > 0.0:
-        raise ValueError(f"the speed is {rows[2, 0]:g} rad/s throughout; give a record in which the motor moves")
+        raise ValueError(f"the speed is {rows[2, 0]:g} rad/s throughout; use a record in which the motor moves")
     S_ru, S_ry, power = np.sum(r.conj() * u, axis=0), np.sum(r.conj() * y, axis=0), np.sum(np.abs(r) ** 2, axis=0)
     P = S_ry / S_ru
     # averaged, as a weight with the torque's own noise would let in the bias of H1
@@ -224,10 +224,8 @@ def bode_of_records(
         )
     plain = np.sum(u.conj() * y, axis=0) / np.sum(np.abs(u) ** 2, axis=0)
     bias = _bias_sentence(omega[clear], (plain / P - 1.0)[clear], (deviation / np.abs(P))[clear])
-    hidden = (
-        f"{np.sum(~clear)} of {len(clear)} frequencies, where noise hides what the reference excites, were left out"
-    )
-    hold = f"the torque was taken as constant from sample to sample, for {1e3 * step:.4g} ms"
+    hidden = f"{np.sum(~clear)} of {len(clear)} frequencies, with too much noise were omitted"
+    hold = f"the torque is assumed constant between samples, for {1e3 * step:.4g} ms"
     remarks = (*notes, cut, bias, *[hold][: int(held)], *[hidden][: int(not np.all(clear))])
     size = nan if amplitude is None else number("amplitude", amplitude, positive=True)
     return MeasuredBode(omega[clear], P[clear], deviation[clear], "plant", True, size, remarks, step if held else 0.0)
@@ -252,10 +250,10 @@ def _bias_sentence(omega: Floats, difference: Complexes, deviation: Floats) -> s
     noise = np.sqrt(_mean(deviation**2, BIAS_WIDTH) / BIAS_WIDTH)
     sure = size > np.maximum(CLEAR_DEVIATIONS * noise, LEAST_DIFFERENCE)
     if not np.any(sure):
-        return "a plain H1 would not differ from it by more than the noise"
+        return "a plain H1 estimate differs by less than the noise"
     worst = int(np.argmax(size * sure))
     return (
-        f"a plain H1 would be biased by the noise that the loop feeds back: by {100.0 * size[worst]:.3g} % around "
+        f"a plain H1 estimate would be biased by noise in the loop: by {100.0 * size[worst]:.3g} % around "
         f"{omega[worst] / HERTZ:.4g} Hz"
     )
 
@@ -276,7 +274,7 @@ def _spectra(rows: Floats, step: float) -> tuple[Floats, Complexes, str]:
     """
     n, size = rows.shape[1], _period(rows[0])
     starts, window = n - size * np.arange(1, n // max(size, 1) + 1)[::-1], np.ones(size)
-    cut = f"{max(len(starts) - 1, 2)} periods of {size * step:.4g} s of the reference were taken"
+    cut = f"{max(len(starts) - 1, 2)} periods of {size * step:.4g} s of the reference were used"
     if len(starts) > 2:
         starts = starts[1:]
     if not size:

@@ -57,8 +57,8 @@ class MeasuredMargins(NamedTuple):
         """Everything that is said of the margins, once."""
         margins, band = self.margins, f"{number(self.band[0] / HERTZ)} to {number(self.band[1] / HERTZ)} Hz"
         angles = np.degrees(margins.phase_margins)
-        phases = ", ".join(_at("°", angles, margins.gain_crossings)) or f"none, |L| is nowhere 1 from {band}"
-        none = f"none, L is nowhere real and negative from {band}"
+        phases = ", ".join(_at("°", angles, margins.gain_crossings)) or f"none (|L| never equals 1 from {band})"
+        none = f"none (L is never real and negative from {band})"
         gains = ", ".join(_at("", margins.gain_margins, margins.phase_crossings)) or none
         sizes = {"phase_margin_deg": degrees(margins.phase_margin), "gain_margin": margins.gain_margin}
         sizes |= {"gain_reduction": margins.gain_reduction, "delay_margin_s": margins.delay_margin}
@@ -141,7 +141,7 @@ def _roots(x: Floats, y: Floats, level: float) -> Floats:
 
 def _doubts(fine: Margins, coarse: Margins) -> Any:
     if len(fine.gain_crossings) != len(coarse.gain_crossings) or len(fine.gain_margins) != len(coarse.gain_margins):
-        yield "the frequencies are too far apart to tell how often the loop crosses: measure more of them"
+        yield "the frequencies are too coarse to count the crossings of the loop: measure more frequencies"
         return
     for w, one, other in zip(fine.gain_crossings, fine.phase_margins, coarse.phase_margins, strict=True):
         if abs(one - other) > PHASE_DOUBT_RAD:

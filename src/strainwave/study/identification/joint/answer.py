@@ -32,9 +32,9 @@ PEAK_SHARE, PEAK_WIDTH, PEAK_HEIGHT = 0.3, 0.1, 8.0  # of a residual's power; of
 SECOND_RESONANCE = 1.3  # of the joint's own resonance: the least second one
 LOWEST_ORDER, ORDER_GAP = 0.2, 0.1  # per turn; how far from whole an order is that no line of the model has
 CAUSES = {
-    "gap": "a gap (backlash) of {:.3g} arcsec between the two sides of the gear",
-    "asymmetry": "a stiffness that differs by {:.3g} % of itself to either side (asymmetry)",
-    "drag": "a drag of {:.3g} N·m·s²/rad² that grows with the square of the speed (quadratic drag)",
+    "gap": "a backlash of {:.3g} arcsec in the gear",
+    "asymmetry": "a stiffness that differs by {:.3g} % between the two directions (asymmetry)",
+    "drag": "a drag of {:.3g} N·m·s²/rad² proportional to speed squared (quadratic drag)",
 }
 
 
@@ -103,7 +103,7 @@ def fit_joint(
     if not np.isfinite(solve.rms(joint)):
         fastest = max(float(np.max(np.abs(piece.motor_rate))) for piece in joint.pieces) / RPM
         raise SolveError(
-            f"the motion leaves every bound; in this log the motor turns at up to {fastest:.4g} rpm: check the unit of "
+            f"the simulated motion diverges; in this log the motor turns at up to {fastest:.4g} rpm: check the unit of "
             "the angles, and that gear, load inertia and log are of one joint"
         )
     by, notes = None, list[str]()
@@ -128,7 +128,7 @@ def fit_joint(
         if meter is None:
             continue
         if (fit := linear(meter)) is None:
-            notes.append(f"{meter.name} has too few samples in which the motor turns: it is left out.")
+            notes.append(f"{meter.name} has too few samples with a turning motor and is omitted.")
             continue
         weighs = None if inertia is None else meter.name == by
         channels.append(metered(meter, fit, of_joint.of_free, constant_of(meter.name, constant), weighs))
@@ -270,7 +270,7 @@ def _other_inertia(
     if unexplained(free) or 1.0 / UNLIKE_RATIO < fitted / given < UNLIKE_RATIO:
         return free, []
     hint = f"with the gear's K1 it is near {fitted:.3g} kg·m²"
-    return free, [Cause(f"that the load inertia given, {given:.3g} kg·m², does not fit ({hint})", of_model=False)]
+    return free, [Cause(f"that the given load inertia of {given:.3g} kg·m² is wrong ({hint})", of_model=False)]
 
 
 def _fit_with_cause(
@@ -326,7 +326,7 @@ def _cause_of_residual(joint: Joint) -> list[Cause]:
             return [Cause(f"a line of order {order:.3g} of the motor's turn, {size:.3g} arcsec rms")]
     known = float(np.std(residual)) < MISSED_SHARE * float(np.std(torsion_of(joint, i)))  # else K1 is no measure
     if of_time and known:
-        return [Cause(f"a motion that rings near {frequency:.3g} Hz (a second resonance), {size:.3g} arcsec rms")]
+        return [Cause(f"a vibration near {frequency:.3g} Hz (a second resonance), {size:.3g} arcsec rms")]
     return []
 
 

@@ -107,7 +107,7 @@ def estimates_of(joint: Joint, inertia_given: bool) -> Estimates:
         tied.append((("asymmetry",), "torques of both signs"))
     seen_lines = [name for name in values if name.startswith("line") and name not in lost]
     if seen_lines and {"K1", "B"} <= {*lost}:  # a resonance that is not known makes any size of a line
-        tied.append((("K1", "B", *seen_lines), "a motion that makes the load ring, and other speeds"))
+        tied.append((("K1", "B", *seen_lines), "a motion that excites load vibration, and other speeds"))
     unidentified: dict[str, str] = {}
     for group, move in tied:
         for name in group:
@@ -240,7 +240,7 @@ def _ties(
         ties.append((group, move))
     if one_way(joint):
         ties.append((("coulomb", "gravity mean"), "a reversal of the load: move it to and fro"))
-        ties.append((("skew", "offset", "viscous"), "a reversal, another speed, and a jerk after which it rings"))
+        ties.append((("skew", "offset", "viscous"), "a reversal, another speed, and a jerk that excites vibration"))
     low, high = reached(joint)
     reach = max(-low, high)
     if one_way(joint) and min(-low, high) < BEYOND * joint.values["T1"]:  # all corners move with the torque's zero
@@ -266,10 +266,10 @@ def _ties(
 def _move(name: str, reach: float) -> str:
     """Motion that would tell a number."""
     moves: dict[str, Any] = {
-        "K1": "torques of both signs: accelerate harder", "B": "a motion that makes the load ring: a jerk, or a pass",
+        "K1": "torques of both signs: larger accelerations", "B": "a motion that excites vibration: a jerk, or a pass",
         "skew": "a jerk after which the load rings, or torques beyond T1",
         "viscous": "a jerk after which the load rings, or torques beyond T1",
         "coulomb": "slow reversals of the load", "gravity": "a longer travel of the load",
-        "line": "more turns of the motor in one go",
+        "line": "more motor turns in one run",
     }  # fmt: skip
     return str(moves.get(name.split("(")[0], f"larger torques than {reach:.3g} N·m"))

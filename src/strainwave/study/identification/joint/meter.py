@@ -122,7 +122,7 @@ def meters(joint: Joint, logs: Sequence[Any], names: Sequence[str]) -> tuple[Met
             where = f"{name} in log {which + 1}"
             if len(time) < FEWEST or not np.ptp(value) > 0.0:
                 how = f"stays at {value[0]:.4g}" if len(time) >= FEWEST else f"has {len(time)} samples"
-                notes.append(f"{where} {how}: it tells nothing, and is left out.")
+                notes.append(f"{where} {how}: it contains no information and is omitted.")
                 continue
             clipped = np.zeros(len(value))
             for level, extreme, share in saturated(value):

@@ -24,7 +24,7 @@ LIKELY = 5.0  # times: a stiffness that is so far off the datasheet's is none of
 MOTOR, SCALES = COLUMNS[2:], ("torque_constant", "torque_scale")
 REVERSAL = "torques of several sizes and both signs, with a reversal"
 MOVES = {
-    "motor_inertia": "harder accelerations of the motor", "motor_coulomb": "a reversal of the motor",
+    "motor_inertia": "larger accelerations of the motor", "motor_coulomb": "a reversal of the motor",
     "motor_viscous": "another speed", "motor_load_friction": REVERSAL,
 }  # fmt: skip
 
@@ -205,22 +205,22 @@ def _ties(
 def _notes(meter: Meter, fit: Linear, constant: float | None, weighs: bool | None) -> list[str]:
     """Sentences on a channel."""
     share, unit = 100.0 * max(fit.explained, 0.0), meter.unit
-    notes = [f"The model explains {share:.1f} % of {meter.name}; {fit.left:.3g} {unit} rms are left."]
+    notes = [f"The model explains {share:.1f} % of {meter.name}; {fit.left:.3g} {unit} rms remain unexplained."]
     if fit.explained < EXPLAINED:
         return notes
     if fit.sign < 0.0:
-        notes.append(f"{meter.name} is of opposite sign to the torque that turns the shaft: it was turned.")
+        notes.append(f"{meter.name} has the opposite sign of the torque on the shaft; its sign was changed.")
     if weighs is False:
         fitted = 1.0 / fit.values["scale"]
         if constant is None and fitted < LEAST_CONSTANT:
             notes.append(
-                f"A torque constant of {fitted:.3g} N·m/A is that of no motor: {meter.name} seems to be in mA and was "
-                "read in A; give its unit."
+                f"A torque constant of {fitted:.3g} N·m/A is impossible for a motor: {meter.name} seems to be in mA "
+                "but was read in A; give its unit."
             )
         elif constant is not None:
             notes += doubt(meter, fitted / constant, 1.0 + ALIKE)
         if meter.of_motor:
-            notes.append("The motor's numbers and the scale hang on the load's inertia: they are as many percent off.")
+            notes.append("The motor's numbers and the scale are proportional to the load inertia, with its error.")
     return notes
 
 
@@ -230,10 +230,10 @@ def doubt(meter: Meter, ratio: float, limit: float) -> list[str]:
         return []
     N, why = meter.joint.ratio, "check its unit and the load's inertia"
     if abs(abs(math.log(ratio)) - math.log(1e3)) < SAME_FACTOR:
-        why = "it seems to be in another unit, a thousand times off; give its unit"
+        why = "the unit seems wrong by a factor of 1000; give its unit"
     elif abs(math.log(ratio * N if meter.of_motor else ratio / N)) < SAME_FACTOR:
         why = f"it seems to be of the other shaft; name it {'torque' if meter.of_motor else 'motor_torque'}"
-    return [f"{meter.name} reads {1.0 / ratio:.4g} times the torque that is known otherwise: {why}."]
+    return [f"{meter.name} reads {1.0 / ratio:.4g} times the torque from other data: {why}."]
 
 
 def joined(of_joint: Estimates, channels: Sequence[Metered], weighs: Metered | None, inertia: float) -> Estimates:

@@ -171,7 +171,7 @@ def pieces_of(logs: Sequence[Any], ratio: float, step: float) -> tuple[list[Piec
     sense = _sense(raw, ratio)
     stretches = [(i, *part) for i, one in enumerate(raw) for part in _stretches(one)]
     if not stretches:
-        raise ValueError(f"no stretch of the logs has {FEWEST} samples of both angles without a gap; log longer ones")
+        raise ValueError(f"no section of the logs has {FEWEST} gapless samples of both angles; record longer sections")
     many = sum((end - begin) / step for _, begin, end in stretches)
     if many > GRID_STEPS:
         stretches = _parts(stretches, GRID_STEPS * step)
@@ -196,7 +196,7 @@ def _sense(raw: Sequence[Angles], ratio: float) -> float:
     motor, load = np.concatenate([r[0] for r in rows]), np.concatenate([r[1] for r in rows])
     for name, turned in (("motor_angle", np.ptp(motor) / ratio), ("load_angle", np.ptp(load))):
         if turned < STILL:
-            raise ValueError(f"{name} stays within {turned:.2g} rad of the load: nothing moves; log a motion")
+            raise ValueError(f"{name} stays within {turned:.2g} rad of the load: nothing moves; record a motion")
     slope = float(load @ motor / (load @ load))
     if abs(abs(slope) / ratio - 1.0) > FAR:
         raise ValueError(f"the motor turns {abs(slope):.4g} times as far as the load, {_why(abs(slope), ratio)}")
@@ -207,8 +207,8 @@ def _why(slope: float, ratio: float) -> str:
     """Cause of an unlike ratio, and the remedy."""
     fact = f"and the gear's ratio is {ratio:g}"
     for factor, cause in (
-        (1.0 / ratio**2, "the angles are swapped: motor_angle is the load's and load_angle the motor's"),
-        (1.0 / ratio, "both angles count on one shaft: give the motor's on its own"),
+        (1.0 / ratio**2, "the angles are swapped: motor_angle is that of the load, load_angle that of the motor"),
+        (1.0 / ratio, "both angles refer to one shaft: give the motor angle on the motor shaft"),
         (np.pi / 180.0, "the motor's angle is read in rad and seems to be in another unit than the load's: give units"),
         (180.0 / np.pi, "the motor's angle seems to be in deg and was read in rad: give units"),
         (2.0 * np.pi, "the load's angle seems to be in rev and was read in rad: give units"),
@@ -216,7 +216,7 @@ def _why(slope: float, ratio: float) -> str:
     ):
         if abs(slope / (ratio * factor) - 1.0) < FAR:
             return f"{fact}; {cause}"
-    return f"{fact}; take the gear of the log, or give both angles on their own shafts"
+    return f"{fact}; use the gear of the log, or give both angles on their own shafts"
 
 
 def _stretches(angles: Angles) -> list[tuple[float, float]]:

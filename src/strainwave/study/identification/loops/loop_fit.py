@@ -216,7 +216,7 @@ def _candidates(loop: Loop) -> tuple[list[Solution], dict[str, str]]:
     while True:
         fits = _with_slopes(loop, slopes)
         if slopes == 1:
-            offset = "torsion_offset is not identifiable: a straight line tells torque_offset - K1 torsion_offset alone"
+            offset = "torsion_offset is not identifiable: a straight line gives torque_offset - K1 torsion_offset only"
             return fits, unidentified | {"torsion_offset": offset}
         why = _undetermined(loop, min(fits, key=lambda fit: fit.cost))
         if not why:
@@ -250,7 +250,7 @@ def _undetermined(loop: Loop, fit: Solution) -> str:
     if np.count_nonzero(twist > p[corner] + sure) < SLOPE_SAMPLES:
         return f"the torque reaches {reached:.4g} N*m and no corner lies below it; the law continues with {inner}"
     if np.count_nonzero(twist < p["x1"] - sure) < SLOPE_SAMPLES:
-        return f"fewer than {SLOPE_SAMPLES} samples lie below the first corner; the law has one slope less"
+        return f"fewer than {SLOPE_SAMPLES} samples lie below the first corner; the law has one slope fewer"
     covariance, names = scatter(loop, fit).covariance, fit.shape.names()
     i, j, k = map(names.index, (inner, outer, corner))
     apart = covariance[i, i] + covariance[j, j] - 2.0 * covariance[i, j]

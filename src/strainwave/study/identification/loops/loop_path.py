@@ -67,8 +67,8 @@ def read_loop(torsion: Any, torque: Any, check_units: bool = True) -> Loop:
     slope, offset = np.polyfit(x, t, 1)
     if float(np.max(np.abs(t - slope * x - offset))) <= TORQUE_NOISE * float(np.ptp(t)):
         raise ValueError(
-            f"the torque is a straight line over the torsion, of {slope:.6g} N*m/rad, without noise or loss; give "
-            "measured samples, or take this stiffness"
+            f"the torque is a straight line over the torsion, of {slope:.6g} N*m/rad, without noise or loss; use "
+            "measured samples, or this stiffness directly"
         )
     noise = _noise(x), _noise(t)
     path, begin_noise = _path(x, noise[0])
@@ -175,7 +175,7 @@ def _refuse_saturated(x: Floats, t: Floats, noise: float) -> None:
         if counts[end] > 5 and moved > usual:
             raise ValueError(
                 f"{counts[end]} of {len(t)} samples have the {side} torque, {levels[end]:.6g} N*m, while the "
-                f"torsion moves by {moved:.3g} rad: the torque is saturated; remove them, or take more range"
+                f"torsion moves by {moved:.3g} rad: the torque is saturated; remove them, or use a larger range"
             )
 
 
@@ -226,8 +226,8 @@ def _refuse_backward(x: Floats, t: Floats, path: Path) -> None:
     slope = float(np.polyfit(x, t, 1)[0])
     if slope < 0.0:
         raise ValueError(
-            f"the torque falls with the torsion, by {-slope:.4g} N*m/rad on average; the sign of one of the axes is "
-            "swapped, turn it"
+            f"the torque falls with the torsion, by {-slope:.4g} N*m/rad on average; the sign of one axis is wrong; "
+            "change it"
         )
     energy = closed_energy(x, t, path)
     scale = float(np.ptp(x) * np.ptp(t))

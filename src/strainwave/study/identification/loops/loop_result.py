@@ -56,7 +56,7 @@ class LoopFit(LawFit):
     places: ClassVar[Along] = {"sample": {"torsion": "rad"}}
     units: ClassVar[dict[str, str]] = UNITS
     words: ClassVar[dict[str, str]] = NUMBER_WORDS
-    unknown: ClassVar[str] = "the samples are too few to tell whether the law fits"
+    unknown: ClassVar[str] = "too few samples to test whether the law fits"
 
     rated_torque: float
     cycles: float
@@ -105,11 +105,11 @@ class LoopFit(LawFit):
         }  # fmt: skip
         return (
             Fact("", (self.misses,) if self.misses else (), "{}"),
-            Fact("", f"{len(self.torque)} samples, {self.cycles:.3g} cycles; numbers with the interval of 95 %", "{}"),
+            Fact("", f"{len(self.torque)} samples, {self.cycles:.3g} cycles; values with 95 % intervals", "{}"),
             Fact("numbers", self.numbers()),
             Fact("", tuple(tuple(map(Fact, [""] * 5, row, heads)) for row in rows), "{}"),
             Fact("unidentified", self.unidentified),
-            Fact("", "candidates, by their error [N·m] in blocks of samples left out", "{}"),
+            Fact("", "candidate laws by prediction error [N·m] on omitted blocks of samples", "{}"),
             Fact("comparison", tuple(map(LoopCandidate.facts, self.comparison)), "{}"),
             Fact("reason", self.reason), Fact("", self.sentences(), "{}"),
             Fact("rated_torque_N_m", self.rated_torque), Fact("cycles", self.cycles),

@@ -281,7 +281,7 @@ def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[
     for line in lines:
         if line.second >= SECOND_SHARE:
             yield (
-                f"order {line.place:.4g} may have a second line beside it, of up to {line.second:.2g} times its size"
+                f"order {line.place:.4g} may be two lines, the second of up to {line.second:.2g} times the amplitude"
             )
         if len(line.pairs) > 1 and turning is not None:
             beat = turning.beat(next((pair for pair in line.pairs if pair[0]), (0, 1)))

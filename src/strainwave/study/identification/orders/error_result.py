@@ -134,18 +134,16 @@ class ErrorScan:
             phase = f"{number(math.degrees(line.phase))} ± {number(math.degrees(line.phase_error), 2)}"
             rows.append(f"{line.order:>6.6g}  {amplitude:<24}{phase:<20}{line.false_alarm:>12.1e}")
         together, least = arcsec(self.peak_to_peak), arcsec(self.threshold, 2)
-        rows.append(f"lines together: {together} arcsec peak-to-peak; found above {least} arcsec")
+        rows.append(f"lines together: {together} arcsec peak-to-peak; detection limit {least} arcsec")
         rows.append(f"{self.samples} samples over {self.turns:.4g} turns")
         if self.between:
             places = ", ".join(f"{line.order:.4g}" for line in self.between)
-            rows.append(f"between whole orders: {places}; a project file does not hold it")
+            rows.append(f"between whole orders: {places}; a project file cannot contain them")
         for order, others in self.aliases.items():
             listing = ", ".join(f"{other:g}" for other in others)
-            rows.append(
-                f"order {order:g} may be order {listing}: these angles do not tell; scan at others, not evenly spaced"
-            )
+            rows.append(f"order {order:g} may be order {listing}: not separable here; scan at other, uneven angles")
         if not self.aliases:
-            rows.append(f"these angles tell orders below {self.limit:.4g}; a line above would show below it")
+            rows.append(f"these angles resolve orders below {self.limit:.4g}; higher orders appear as lower ones")
         rows.append(f"residual: {arcsec(self.residual, 3)} arcsec rms, {self.noise} noise")
         if self.reversal is not None:
             lost, error, peak = self.reversal.lost_motion, self.reversal.lost_motion_error, self.reversal.peak_to_peak

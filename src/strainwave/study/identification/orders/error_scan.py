@@ -234,15 +234,15 @@ def _direction(prefix: str, angle: Any, error: Any, sign: float, drift: bool) ->
 def _sought(highest: int | None, limit: float) -> int:
     if limit <= 1.0:
         raise ValueError(
-            f"the angles stand {0.5 / limit:.3g} turns apart, which tells no whole order; scan at more than two a "
-            "turn, or count orders on the slower shaft's turn"
+            f"the angles stand {0.5 / limit:.3g} turns apart, too far to resolve any order; scan at more than two "
+            "per turn, or count orders on the slower shaft's turn"
         )
     if highest is None:
         return max(1, min(HIGHEST_ORDER, int(0.9 * limit)))
     wanted = positive_count("highest", highest, HIGHEST)
     if not wanted < limit:
         raise ValueError(
-            f"highest is {wanted}; with these samples orders below {limit:.4g} are told apart (two a period)"
+            f"highest is {wanted}; with these samples orders below {limit:.4g} can be resolved (two samples per period)"
         )
     return wanted
 

@@ -251,7 +251,7 @@ def solved(run: Run, columns: Floats, orders: Sequence[float]) -> tuple[Floats, 
     u, s, vt = np.linalg.svd(columns / np.where(sizes > 0.0, sizes, 1.0), full_matrices=False)
     if s[0] > WORST_CONDITION * s[-1]:
         raise ValueError(
-            f"samples over {run.turns:.3g} turns do not tell the orders {', '.join(f'{k:g}' for k in orders)} apart; "
+            f"samples over {run.turns:.3g} turns cannot separate the orders {', '.join(f'{k:g}' for k in orders)}; "
             "take longer runs without gaps in the angle, or fewer orders"
         )
     back = (vt.T / s) / sizes[:, None]

@@ -252,7 +252,7 @@ class OrderScan(Result):
         if math.isfinite(self.delay_error):
             low, high = [number(1e3 * end) for end in self.delay_interval()]
             lines.append(f"  the value lags {number(1e3 * self.delay)} ms behind the angle (95 %: {low} to {high})")
-        lines.append(f"  left: {number(self.residual / size)}{unit} rms, slow parts and lines taken out")
+        lines.append(f"  residual: {number(self.residual / size)}{unit} rms without slow parts and lines")
         return on_screen("\n".join(lines + [f"  {note}" for note in self.notes]))
 
 

@@ -232,26 +232,24 @@ def _notes(
     """Notes on what the runs cannot tell, and on an amplitude that grows."""
     if forms is not None and forms.hold:
         yield (
-            f"the value is held or averaged over {1e3 * forms.hold:.3g} ms, as the runs together show: amplitudes are "
-            "those before it"
+            f"the value is held or averaged over {1e3 * forms.hold:.3g} ms, as all runs show; the amplitudes are "
+            "corrected for this"
         )
     grown = [form.order for form in forms.lines if form.gain] if forms is not None else []
     for order in grown:
-        yield f"order {order:g} grows with the speed: predictions follow it"
+        yield f"order {order:g} grows with the speed; predictions include this"
     if beyond:
-        yield f"no delay up to {1e3 * DELAY_S:g} ms fits the runs; none is taken"
+        yield f"no delay up to {1e3 * DELAY_S:g} ms fits the runs; no delay is assumed"
     if not several:
-        yield (
-            "all runs have one speed, which tells no delay from a phase, no order from a frequency: measure at a second"
-        )
+        yield ("at one speed, delay and phase, order and frequency cannot be separated: measure at a second")
     for line in lines:
         over_angle = line.order not in grown and line.kind != "frequency"
         if over_angle and len(line.by_run) > 1 and line.same < CHANCE / len(lines):
             i, middle = int(np.argmax(line.by_run)), float(np.median(line.by_run))
             if line.by_run[i] > 1.5 * middle:
                 yield (
-                    f"order {line.order:g} has {line.by_run[i]:.4g} at {speeds[i]:.4g} rad/s and {middle:.4g} in the "
-                    f"middle of all runs: a resonance may lie near "
+                    f"order {line.order:g} has {line.by_run[i]:.4g} at {speeds[i]:.4g} rad/s; the median of "
+                    f"all runs is {middle:.4g}: a resonance may lie near "
                     f"{line.order * abs(speeds[i]) / (2.0 * math.pi):.4g} Hz"
                 )
 
@@ -317,14 +315,14 @@ def _why(line: FoundLine, *, several: bool) -> str:
         return "its order was given"
     odds = f"e^{abs(line.difference):.0f} to 1"
     if line.kind == "order" and line.difference <= DECISION:
-        return "runs at several speeds have it at one order"
+        return "runs at several speeds show the same order"
     if line.kind == "order":
-        return f"it stays with the angle, {odds}"
+        return f"proportional to angle, {odds}"
     if line.kind == "frequency":
-        return f"it stays with the time, {odds}"
+        return f"constant in time, {odds}"
     if not several:
-        return "one speed cannot tell whether it is an order or a frequency"
-    return "the runs do not tell whether it is an order or a frequency"
+        return "one speed cannot separate an order from a frequency"
+    return "the runs cannot separate an order from a frequency"
 
 
 def _frequency_line(line: FoundLine, runs: Sequence[Run], fits: Sequence[RunFit]) -> OrderLine:
