@@ -154,8 +154,8 @@ def test_what_once_had_no_sentence_has_one_or_a_result(call, project, tmp_path, 
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda _p, t: moved(t, (sw.study.Dwell(2e9), SHORT)), "takes more than 1,000,000 steps and has come to 0 of 2e.09 s; give a shorter"),
-        (lambda _p, t: moved(t, SHORT, tail=1e9), "takes more than 1,000,000 steps and has come to 0.002 of 1e.09 s; give a shorter"),
+        (lambda _p, t: moved(t, (sw.study.Dwell(2e9), SHORT)), "takes more than 1,000,000 steps and reached 0 of 2e.09 s; give a shorter"),
+        (lambda _p, t: moved(t, SHORT, tail=1e9), "takes more than 1,000,000 steps and reached 0.002 of 1e.09 s; give a shorter"),
         (lambda p, _t: sw.drive_motion(p, 1.2e-10), "could not be integrated: stopped at t = 0 s .* step limit"),
         (lambda _p, _t: sw.simulate(STRONG, (0.1, 0.0), 1e9, method=sw.Rk4(8)), "1.53e.09 steps are too many to record; give the times at which to record, or fewer"),
         (lambda _p, _t: sw.ensemble(STRONG, {"B": [0.1]}, (0.0, 0.0), periods=10**9, settle=1, method=sw.Rk4(8)), "periods of [0-9]+ steps are more than 100,000,000 steps; give fewer"),

@@ -569,7 +569,7 @@ def test_the_corners_of_a_catalogue_gear_are_rounded_and_said(tmp_path):
     )
     one, two = alone.response(coexisting=False), beat.response()
     assert two.rounding.startswith("the corners of the torsion law are rounded over ")
-    assert two.message.endswith(f"looked for; {two.rounding}")
+    assert two.message.endswith(f"not searched; {two.rounding}")
     assert two.rounding in sw.speed_map(beat, speeds=(40.0, 45.0), search=False).remarks
     folds = [[fold.omega for fold in found.folds] for found in (one, two)]
     np.testing.assert_allclose([min(folds[1]), max(folds[1])], [min(folds[0]), max(folds[0])], rtol=1e-3)

@@ -50,7 +50,7 @@ def test_the_catalogues_efficiency_gives_it(tmp_path):
     ("old", "new", "said"),
     [
         ("load_friction: 20 %", "load_friction: 120 %", "from 0 up to 1"),
-        ("load_friction: 20 %", "load_friction: catalogue", "no source gives the efficiency of an explicit gear"),
+        ("load_friction: 20 %", "load_friction: catalogue", "the efficiency of an explicit gear is unknown"),
         ("load_friction: 20 %", "load_friction: -3 %", "is negative; write zero or more"),
         ("load_friction: 20 %", "load_friction: much", "load_friction"),
         ("shaft: motor", "shaft: forcing", "belongs to a shaft"),

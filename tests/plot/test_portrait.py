@@ -85,7 +85,7 @@ def down(v):
 @pytest.mark.parametrize(("name", "saddles"), [("softening", 2), ("softening under a torque", 2), ("one saddle", 1)])
 def test_the_boundary_is_the_level_of_the_lower_saddle_and_motions_leave_beyond_the_saddles(name, saddles):
     proof = sw.lyapunov(LAWS[name])
-    (boundary,), (marks,) = curves(LAWS[name], "boundary of the claim"), curves(LAWS[name], "saddle")
+    (boundary,), (marks,) = curves(LAWS[name], "boundary of the stability region"), curves(LAWS[name], "saddle")
     assert len(marks.x) == saddles
     assert all(x in proof.equilibria for x in marks.x)
     drawn = np.isfinite(boundary.y) & (boundary.y != 0.0)
@@ -113,7 +113,7 @@ def test_extreme_drives_are_drawn_with_a_v_that_never_rises(system):
 
 
 def test_a_global_claim_has_neither_boundary_nor_saddle():
-    assert curves(LIGHT, "boundary of the claim") == curves(LIGHT, "saddle") == []
+    assert curves(LIGHT, "boundary of the stability region") == curves(LIGHT, "saddle") == []
 
 
 def test_a_law_of_the_user_that_takes_numbers_alone_is_drawn_as_far_as_it_was_examined():
@@ -135,7 +135,7 @@ def test_damping_that_changes_is_drawn_as_it_is():
     system = sw.gears.VaryingOscillator(1.0, sw.gears.GearDamping(0.2), sw.Cubic(1.0, -0.2), sw.Harmonic(0.0), 2.0)
     (panel,) = panels_of(sw.lyapunov(system))
     assert "damping" not in panel.title
-    assert any(curve.label == "boundary of the claim" for curve in panel.curves)
+    assert any(curve.label == "boundary of the stability region" for curve in panel.curves)
 
 
 def test_where_nothing_is_claimed_there_is_no_figure():

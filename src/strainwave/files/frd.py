@@ -184,7 +184,9 @@ def _response(
         raise ValueError(f"has {', '.join(f'{len(v)} values of the {k}' for k, v in part.items())}; give equally many")
     pair = {"real", "imaginary"} <= part.keys()
     if not pair and "size" not in part:
-        raise ValueError("has frequencies, but no size and no real and imaginary part; columns={'size': NAME} names it")
+        raise ValueError(
+            "has frequencies, but no size and no real and imaginary part; name the column: columns={'size': NAME}"
+        )
     z = part["real"] + 1j * part["imaginary"] if pair else part["size"] * np.exp(1j * part.get("phase", 0.0))
     good = np.isfinite(z) & (part["frequency"] > 0.0) & (z != 0.0)
     if not np.all(good):

@@ -214,7 +214,7 @@ def test_catalogue_lists_filters_and_shows_one_gear():
         "circular spline fixed, flexspline at the output: ratio 50, output turns against the motor (as printed)"
         in shown
     )
-    assert "flexspline fixed, circular spline at the output: ratio 51, with the motor (fixed: flexspline)" in shown
+    assert "circular spline at the output: ratio 51, output turns with the motor (fixed: flexspline)" in shown
     assert "CSG-40-50" in invoke("catalogue", "--series", "csg", "--ratio", "50").stdout
     table = CliRunner(env={"COLUMNS": "80"}).invoke(command.cli, ["catalogue"]).stdout
     assert max(map(len, map(str.rstrip, table.splitlines()))) <= 80
@@ -267,7 +267,7 @@ def test_a_place_that_cannot_be_written_is_refused_before_anything_is_computed(t
     )
     assert result.exit_code == 1
     assert result.stderr.startswith(f"strainwave: {file / 'in'}")
-    assert "stands where a folder is to go" in result.stderr
+    assert "has the name of the required folder" in result.stderr
     assert result.stderr.count("\n") == 1  # no progress
     assert set(os.listdir(tmp_path)) == {"file", project.name}
 

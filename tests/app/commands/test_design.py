@@ -101,7 +101,8 @@ def test_a_rotor_with_another_unit_is_doubted_where_no_gear_serves_with_it(path,
     name = said.partition("wave generator of ")[2].partition(";")[0]
     times = 1.0 / sw.catalogue.gear(name).input_inertia
     assert (
-        said.strip() == f"note: A rotor of 1 kg*m^2 is {times:.3g} times the wave generator of {name}; check its unit."
+        said.strip() == f"note: A rotor of 1 kg*m^2 is {times:.3g} times that of the "
+        f"wave generator of {name}; check its unit."
     )
 
 

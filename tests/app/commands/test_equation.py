@@ -167,5 +167,5 @@ def test_a_sweep_at_one_speed_says_which(written):
         ["sweep", str(path), "--grid", "omega=100,110", *options[2:], "-o", str(path.parent / "b"), "--json"],
     )
     assert json.loads(swept.stdout)["remarks"] == [
-        "omega has no unit in 'omega=100,110': its values are taken in rad/s."
+        "omega has no unit in 'omega=100,110': its values are read in rad/s."
     ]

@@ -37,7 +37,7 @@ def complaint(size, *call):
     return run.stderr.splitlines()[-1]
 
 
-FULL = "file too large; free some space or choose another place; what was there before is unchanged"
+FULL = "file too large; free some space or choose another place; existing files are unchanged"
 
 
 @pytest.mark.slow
@@ -93,7 +93,7 @@ def test_long_paths_and_files_in_a_folders_place(drive, tmp_path):
     )
     (tmp_path / "file").write_text("old", encoding="utf-8")
     told = complaint(10**9, "response", drive, "-o", tmp_path / "file" / "curve.csv")
-    assert told.endswith(": file exists; a file stands where a folder is to go; choose another place")
+    assert told.endswith(": file exists; a file has the name of the required folder; choose another place")
     assert (tmp_path / "file").read_text(encoding="utf-8") == "old"
 
 

@@ -50,7 +50,7 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     )
     assert low <= np.max(written.response().oscillation) / ARCSEC <= high
     assert (table["usable"], table["headline"]) == (True, run.stdout.splitlines()[0])
-    assert "coulomb and gravity mean: it takes a reversal" in run.stdout
+    assert "coulomb and gravity mean; required: a reversal" in run.stdout
 
 
 @pytest.mark.slow

@@ -76,7 +76,7 @@ def test_the_figure_has_every_peak_and_the_limits_that_are_near(drive):
         assert panel.xlim == shown[0].xlim
     assert 'viewBox="0 0 430 ' in stacked(move.panels(), 215.0, "")  # narrow, for telephones
     labels = {curve.label for panel in shown for curve in panel.curves}
-    assert {"speeds to avoid", "largest torque of the motor", "end of the profile"} <= labels
+    assert {"speeds to avoid", "largest torque of the motor", "end of the move"} <= labels
     assert "momentary torque of the gear" not in labels  # far above
 
 

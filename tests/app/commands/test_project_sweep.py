@@ -41,7 +41,7 @@ def test_options_of_trajectories_are_refused_before_anything_is_computed(drive):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("load.inertia", "is no grid; write it as load.inertia=1 kg"),
+        ("load.inertia", "is not a grid; write for example load.inertia=1 kg"),
         ("load.inertia=1:2", "is no range; write it as load.inertia=LOW:HIGH:COUNT or load.inertia=LOW:HIGH:COUNT:log"),
         ("gear=A:B:2", "is no range of numbers; write the names one by one, with commas"),
         ("speed=1 rpm:2 rad/s:3", "begins in rpm and ends in rad/s; write both ends in one unit"),

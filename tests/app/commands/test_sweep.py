@@ -66,7 +66,7 @@ def test_a_grid_is_read_in_si_units_or_in_its_own(text, values):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("omega", "is no grid"),
+        ("omega", "is not a grid"),
         ("speeed=1", "'speeed' is not a parameter of this drive; it has J, B, law.K"),
         ("load.inertia=1,2", "'load.inertia' is not a parameter of this drive"),
         ("law.K & law.beta=1,2", "'law.beta' is not a parameter"),
@@ -128,7 +128,7 @@ def test_a_factor_of_several_parameters_is_a_plain_number():
 def test_measures_have_names():
     assert [named(text) for text in ("peak", "rms", "amplitude:3")] == [sw.Peak(), sw.Rms(), sw.Amplitude(3)]
     for wrong in ("peek", "amplitude", "amplitude:0", "amplitude:x"):
-        with pytest.raises(click.BadParameter, match="no measure"):
+        with pytest.raises(click.BadParameter, match="not a measure"):
             named(wrong)
 
 

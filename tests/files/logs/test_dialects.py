@@ -208,7 +208,7 @@ def test_columns_and_units_that_are_not_there_are_named(tmp_path):
     path.write_text(text)
     with pytest.raises(ValueError, match="units has 'torque', and the channels are time, current"):
         sw.read_log(path, units={"torque": "N*m"})
-    with pytest.raises(ValueError, match="leave out rate"):
+    with pytest.raises(ValueError, match="remove one of them"):
         sw.read_log(path, rate=8.0)
     with pytest.raises(ValueError, match="does not exist"):
         sw.read_log(tmp_path / "none.csv")

@@ -177,7 +177,7 @@ def test_the_load_that_the_range_is_for_is_named_where_the_file_has_a_range_of_l
     assert "excitation: {" in HELD
     for text, load in ((HELD, ""), (HELD.replace("excitation: {", ranged, 1), " under the worst of 3 load torques")):
         together = from_text(text, Path("axis.yaml")).sureness.sentences(None)[2]
-        assert together.startswith(f"assumed damping and kinematic error together{load}: ")
+        assert together.startswith(f"oscillation with assumed damping and kinematic error varied together{load}: ")
 
 
 @pytest.mark.slow

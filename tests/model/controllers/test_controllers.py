@@ -223,7 +223,10 @@ def test_a_load_with_several_drags_has_an_inverse_and_one_with_memory_none():
         (lambda: sw.controllers.SampledPD(-1.0, 0.1, PERIOD), r"SampledPD.K_p is -1; give a positive value"),
         (lambda: sw.controllers.SampledPD(1.0, 0.1, 0.0), r"SampledPD.period is 0 s; the period must be positive"),
         (lambda: sw.controllers.Cascade(1.0, 0.0, 1.0, PERIOD), r"Cascade.K_p is 0"),
-        (lambda: sw.controllers.DisturbanceObserver(PD, J_M, 5000.0, PERIOD), r"below 4000 rad/s, once a sample"),
+        (
+            lambda: sw.controllers.DisturbanceObserver(PD, J_M, 5000.0, PERIOD),
+            r"below 4000 rad/s \(one per",
+        ),
         (
             lambda: sw.controllers.AdaptiveCancellation(PD, N, -1.0, 0.0, 1.0, PERIOD),
             r"AdaptiveCancellation.gain is -1",

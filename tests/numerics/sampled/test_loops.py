@@ -249,7 +249,7 @@ def test_steps_between_samples_follow_the_fastest_motion():
         (lambda: sw.numerics.loop_response(loop(), [2e4]), r"carry none above"),
         (
             lambda: sw.numerics.run_loop(sw.controllers.ClosedLoop(sw.HDC_40_050.train(), PD, SAMPLING), 1.0),
-            r"motor that is not commanded",
+            r"motor without commanded torque",
         ),
     ],
 )

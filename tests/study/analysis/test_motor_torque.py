@@ -144,7 +144,7 @@ def test_peak_and_rms_torque_are_judged_at_every_speed_against_the_curves_of_the
     assert set(passed) == {"motor torque", "motor rms torque", "motor rated speed", "motor brake torque"}
     assert passed["motor torque"].value == pytest.approx(peak, rel=1e-3)
     assert passed["motor torque"].bound == pytest.approx(1.3)
-    assert f"at 2000 rpm, its peak torque there 1.3 N*m: {peak - 1.3:.2g}" in passed["motor torque"].sentence
+    assert f"at 2000 rpm, its available peak torque 1.3 N*m: {peak - 1.3:.2g}" in passed["motor torque"].sentence
     assert passed["motor brake torque"].value == pytest.approx(PULL / N)
     assert not passed["motor rated speed"].fails
     sheet, speeds = loaded.motor_limits, np.linspace(1700.0, 2000.0, 61) * RPM

@@ -52,7 +52,7 @@ def test_of_several_limits_passed_the_gravest_is_said():
     said = [finding.sentence for finding in gravest(findings)]
     assert [sentence.split(",")[0] for sentence in said] == [
         "The input speed reaches 5000 rpm",
-        "The cubic mean of the torque in the gear is 300 N*m",
+        "The cubic mean of the gear torque is 300 N*m",
         "The gear torque reaches 900 N*m",
     ]
     assert "momentary torque of CSG-40-50, 892 N*m" in said[-1]

@@ -277,7 +277,7 @@ def test_a_drive_with_gravity_hysteresis_and_friction():
     drive = DRIVE._replace(law=law, load=load, motor=motor)
     found = sw.compensate(drive, "inverse", speed=20.0, sampling=SAMPLING, robust=False)
     assert found.amplitude_after[0] < 0.1 * found.amplitude_before[0]
-    with pytest.raises(ValueError, match="laws with memory, of which there is no inverse"):
+    with pytest.raises(ValueError, match="laws with memory, which have no inverse"):
         sw.compensate(drive, "nonlinear-inverse", speed=20.0, sampling=SAMPLING)
 
 

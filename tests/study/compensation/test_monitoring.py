@@ -76,7 +76,7 @@ def test_an_angle_may_be_given_within_one_turn():
     [
         (lambda: sw.monitor(T, SIGNAL[1:], angle=T), "as many numbers of both"),
         (lambda: sw.monitor(T**2, SIGNAL, angle=T), "not even in time"),
-        (lambda: sw.monitor(T, SIGNAL, angle=0.0 * T), "the angle does not move"),
+        (lambda: sw.monitor(T, SIGNAL, angle=0.0 * T), "the angle is constant"),
         (lambda: sw.monitor(T, SIGNAL, angle=5000.0 * T, orders=(4,)), "too slow for order 4"),
         (lambda: sw.monitor(T, SIGNAL), "neither an angle nor a range"),
         (lambda: sw.monitor(T, SIGNAL, angle=T[1:]), "give a finite angle for each"),

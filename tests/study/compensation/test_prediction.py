@@ -127,7 +127,7 @@ def test_a_closed_form_is_flagged_where_the_vibration_is_beyond_it():
 
 def test_closed_forms_are_those_of_a_held_motor():
     table = sw.prediction_table(project(), speeds=(45.0, 65.0))
-    assert any("of a held motor" in text for text in table.remarks)
+    assert any("to a held motor" in text for text in table.remarks)
     u, e = 65.0 * 2.0, 23.0 * np.pi / 648000.0
     c = 2.0 * 0.03 * 100.0
     exact = e * (1e4 + 1j * c * u) / (1e4 - u * u + 1j * c * u)  # of x'' + c (x - e)' + 1e4 (x - e) = 0

@@ -109,7 +109,7 @@ def test_a_run_is_measured_over_whole_beats():
     assert turns_of(slow) == 4 * N
 
 
-@pytest.mark.parametrize(("pull", "alone"), [(0.0, ""), (1.0, " (its lines alone every 8)")])
+@pytest.mark.parametrize(("pull", "alone"), [(0.0, ""), (1.0, " (its kinematic error alone every 8)")])
 def test_a_bench_tells_the_beat_of_all_that_drives_and_of_its_lines(pull, alone):
     drag = sw.train.AngleTorque(pull, 1)
     bench = steady_bench_of(TRAIN._replace(load=TRAIN.load._replace(drag=drag)), SAMPLING, LOOP)

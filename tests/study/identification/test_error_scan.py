@@ -247,7 +247,7 @@ THETA = uniform(100)
         ({"error": np.where(THETA[9] == THETA, np.inf, THETA)}, "error of sample 9 is inf"),
         ({"error": THETA[1:]}, r"shapes \(100,\) and \(99,\)"),
         ({"angle": THETA[:3], "error": THETA[:3]}, "4 at least"),
-        ({"orders": [50]}, "order 50 is too high for these samples, which tell orders below 50 apart"),
+        ({"orders": [50]}, "order 50 is too high for these samples, which resolve orders below 50"),
         ({"orders": list(range(1, 50))}, None),
         (
             {"orders": list(range(1, 50)), "angle": THETA[:99] * 100 / 99, "error": THETA[:99]},

@@ -282,7 +282,7 @@ def test_a_missing_term_is_flagged_and_laws_are_told_apart_by_what_they_predict(
     )
     assert table.names == ("churning", "cubic")
     assert "do not separate B and law.second.B" in table.left_out["two dampings"]
-    assert "two dampings was left out: the data do not separate" in str(table)
+    assert "two dampings was omitted: the data do not separate" in str(table)
     with pytest.raises(ValueError, match=r"^worse: 'law\.X' is no number"):
         sw.fit.compare_laws({"worse": (cubic, ("law.X",))}, log)
     assert table.best.value("law.second.D") == pytest.approx(4e-4, rel=0.05)

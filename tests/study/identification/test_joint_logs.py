@@ -41,7 +41,7 @@ def test_a_log_with_skew_gravity_and_dry_friction_is_read_to_its_noise():
     assert pytest.approx(fit.value("K1"), rel=1e-9) == law.K1
     (tie,) = [move for names, move in fit.tied if "K3" in names]
     assert "beyond T2" in tie
-    with pytest.raises(ValueError, match="does not tell K3"):
+    with pytest.raises(ValueError, match="does not determine K3"):
         fit.value("K3")
     with pytest.raises(ValueError, match="has no 'mass'"):
         fit.value("mass")

@@ -192,7 +192,7 @@ HOLD = np.where(np.abs(T) > 60.0, 60.0 * np.sign(T), T)
         (X, -T, "the torque falls with the torsion"),
         (-X, T, "the torque falls with the torsion"),
         (T, X, "which no gear does"),
-        (X[::-1], T[::-1], "the loop gives .* J where a gear loses energy: it runs the wrong way round"),
+        (X[::-1], T[::-1], "the loop gives .* J where a gear loses energy: the loop has the wrong direction"),
         (X, 1e4 * T, "check that the torque is in N.m"),
     ],
 )

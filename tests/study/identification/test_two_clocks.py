@@ -96,10 +96,10 @@ def test_a_record_shorter_than_half_a_beat_cannot_tell(phase, ratio):
     scan = sw.order_scan([run], ratio=ratio)
     (line,) = over_angle(scan)
     assert line.pair is None
-    assert "cannot tell" in str(scan.notes)
+    assert "cannot separate" in str(scan.notes)
     if ratio:
         assert set(line.pairs) == {(2, 0), (2, -2), (2, 2)}
-        assert f"they beat every {abs(ratio) / 2.0:.4g} turns" in str(scan.notes)
+        assert f"the pairs beat every {abs(ratio) / 2.0:.4g} turns" in str(scan.notes)
 
 
 def test_pairs_of_given_orders_and_of_the_output_angle_are_named():

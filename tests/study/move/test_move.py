@@ -141,7 +141,7 @@ def test_a_move_with_lines_of_both_turns_is_that_of_equations_by_hand():
         y = tuple(run.y[:, -1])
     (said,) = (remark for remark in move.remarks if "beat" in remark)
     # 100/2 turns of the motor in a beat of the lines, 100 with gravity; a quarter of the output in 0.6 s is 25 turns
-    beats = "The error beats every 100 turns of the motor (its lines alone every 50), 2.4 s at the mean speed; the"
+    beats = "The error beats every 100 turns of the motor (its kinematic error alone every 50), 2.4 s at the mean speed; the"
     assert said.startswith(f"{beats} motor turns 25 times in 0.6 s.")
     along = np.linspace(0.0, 0.5 * np.pi * N, 20_001)
     slow = np.max(np.abs(first * np.cos(2.0 * along) + second * np.cos(order * along + phase)))
@@ -413,7 +413,7 @@ BEYOND = [
      r"limit of 0.3 N\*m; the move is computed with unlimited .*; lengthen the move from 0.6 s to at least 0.6458 s"),
     # the vibration alone is beyond
     (LEVEL, {"limits": sw.MotorLimits(torque=0.35)},
-     r"above its limit of 0.35 N\*m; .* had it; use a longer time, a smoother profile or a stronger motor"),
+     r"above its limit of 0.35 N\*m; .* torque; use a longer time, a smoother profile or a stronger motor"),
     (TRAIN, {"payload": sw.Payload(100.0, 0.5), "gear": GEAR}, r"above the momentary torque of SHG-25-100, 369 N\*m"),
 ]  # fmt: skip
 
@@ -442,7 +442,7 @@ def test_a_mean_speed_above_that_of_a_duty_cycle_is_no_failure():
 def test_a_move_of_too_many_steps_takes_less_than_a_gigabyte():
     tracemalloc.start()
     try:
-        with pytest.raises(sw.SolveError, match=r"takes more than [\d,]+ steps and has come to .* of 1e\+09 s"):
+        with pytest.raises(sw.SolveError, match=r"takes more than [\d,]+ steps and reached .* of 1e\+09 s"):
             sw.move(LINEAR, sw.Trapezoid(QUARTER, TIME), tail=1e9)
         assert tracemalloc.get_traced_memory()[1] < 1e9
     finally:

@@ -122,7 +122,7 @@ def test_a_rate_that_is_none_is_told(rates):
 @pytest.mark.parametrize(
     ("system", "given", "said"),
     [
-        (STRONG, {"rates": 1e-9}, r"takes 3e\+08 turns, more than 100,000; give rates from 3e-06 rad/s\^2 on"),
+        (STRONG, {"rates": 1e-9}, r"takes 3e\+08 turns, more than 100,000; use rates of at least 3e-06 rad/s\^2"),
         (STRONG, {"speeds": (2.0, 1.0)}, r"speeds \[rad/s\] is \(2.0, 1.0\); it must be two finite numbers"),
         (STRONG, {"speeds": (0.0, 1.0)}, r"speeds \[rad/s\] is 0 .. 1; it must be 0 < low < high"),
         (STRONG._replace(B=0.0), {}, "has no damping and never settles at the first speed; add damping"),

@@ -19,7 +19,7 @@ from .options import json_option, output_option, project_argument, written_type
     "--to", "form", type=click.Choice(("c", "fmu2", "fmu3", "mjcf")), required=True,
     help="C99 code; an FMU of FMI 2.0 or 3.0; a joint for MuJoCo.",
 )  # fmt: skip
-@output_option("File: .c (and .h beside it), .fmu or .xml.", type=written_type, required=True)
+@output_option("Output file: .c (with .h), .fmu or .xml.", type=written_type, required=True)
 @click.option("--step", help='Step size of C code and FMU, as "250 us". Default: 1/16 of the shortest time scale.')
 @json_option
 def export(project: Path, form: Any, output: Path, step: str | None, as_json: bool) -> None:

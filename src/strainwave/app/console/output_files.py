@@ -17,8 +17,8 @@ from ...base.archive import refuse_inputs
 from .csv_files import write_csv, write_text
 from .written import note_written
 
-FULL = "free some space or choose another place; what was there before is unchanged"
-TAKEN = "a file stands where a folder is to go; choose another place"
+FULL = "free some space or choose another place; existing files are unchanged"
+TAKEN = "a file has the name of the required folder; choose another place"
 REMEDIES = dict.fromkeys((errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EFBIG), FULL) | {
     errno.ENAMETOOLONG: "choose a shorter path",
     errno.EACCES: "change its rights or choose another place",
@@ -52,7 +52,7 @@ def staged(folder: Path, name: str = "") -> Iterator[Path]:
         files = sorted(part.iterdir(), key=lambda f: (f.name == "report.html", f.name))  # last: its files are there
         refuse_inputs(*(folder / file.name for file in files))
         for path in filter(Path.is_dir, (folder / file.name for file in files)):
-            raise IsADirectoryError(errno.EISDIR, "a folder stands where a result is to go", str(path))
+            raise IsADirectoryError(errno.EISDIR, "a folder has the name of the result file", str(path))
         for file in files:
             os.replace(file, folder / file.name)
         note_written(folder)

@@ -114,7 +114,7 @@ Asked = TypeVar("Asked", bound=Body)
 
 
 def _no_number(text: str) -> Any:
-    raise Refused(f"the request holds {text}, which is no number of JSON")
+    raise Refused(f"the request holds {text}, which is not a JSON number")
 
 
 async def asked(request: Request, kind: type[Asked]) -> Asked:

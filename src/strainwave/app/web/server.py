@@ -116,7 +116,7 @@ def application(warm: bool = True) -> Starlette:
 
     async def refused(_request: Request, error: Exception) -> Response:
         status = error.status_code if isinstance(error, HTTPException) else 500
-        sentences = {404: "there is nothing at this address", 405: "this address does not take this method"}
+        sentences = {404: "there is nothing at this address", 405: "this address does not support this method"}
         return refusal(status, sentences.get(status, "the request cannot be answered"))
 
     @asynccontextmanager

@@ -94,9 +94,9 @@ class Workers:
                     return text, took
                 except TimeoutError:
                     raise Refused(
-                        f"the computation takes longer than {self._longest:g} s of computing, or than "
-                        f"{SHARED * self._longest:g} s beside other work; narrow the speed range, use fewer or lower "
-                        "orders or a softer law, or the command line, which has no time limit"
+                        f"the computation takes longer than {self._longest:g} s of computing, or "
+                        f"{SHARED * self._longest:g} s together with others; narrow the speed range, use fewer or "
+                        "lower orders, a softer law, or the command line, which has no time limit"
                     ) from None
                 except Died:
                     if not worker.interpreted:  # else `warm` has ended it, as another one has machine code now

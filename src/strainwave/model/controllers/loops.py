@@ -165,7 +165,7 @@ class DisturbanceObserver(NamedTuple):
         if not 0.0 < self.bandwidth * self.period < 1.0:
             raise ValueError(
                 f"DisturbanceObserver.bandwidth is {self.bandwidth:g} rad/s; it must be above 0 and below "
-                f"{1.0 / self.period:g} rad/s, once a sample"
+                f"{1.0 / self.period:g} rad/s (one per sampling period)"
             )
 
 

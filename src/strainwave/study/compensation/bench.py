@@ -285,8 +285,8 @@ def bench_of(
     if driven and loop is None:
         loop = SampledPD(0.0, 0.0, timing.period)
         remarks.append(
-            "The drive is its error equation, as the speeds are those of a forcing: a torque of the motor "
-            f"adds 1/(N J_m) = {1.0 / (train.N * train.motor.J):.4g} rad/s^2 per N*m to x''; the plain loop is none."
+            "Computed with the error equation, as the speeds are those of a forcing: a motor torque "
+            f"adds 1/(N J_m) = {1.0 / (train.N * train.motor.J):.4g} rad/s^2 per N*m to x''; there is no plain loop."
         )
     elif loop is None:
         loop = _sampled(control, inertia, timing, remarks)

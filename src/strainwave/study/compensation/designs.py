@@ -88,7 +88,7 @@ def _stabilised(name: str, bench: Bench, controller: Any, speed: float) -> Any:
         if bench.growth(lower, speed, model=True) < 0.0:
             return scaled_gains(controller, 0.5 * share)
     has_gains = scaled_gains(controller, 0.5) != controller
-    still = f", and with {GAIN_SHARES[-1]:g} of its gains they still do" if has_gains else ""
+    still = f", even with {GAIN_SHARES[-1]:g} of the gains" if has_gains else ""
     raise ValueError(
         f"{name} is unstable on its own model at {bench.speeds.said(speed)}: small motions of the sampled loop grow by "
         f"a factor e every {1.0 / max(first, 1e-9):.3g} s{still}; use another controller, or change the plain loop"
@@ -214,7 +214,7 @@ DESIGNS = (
     Compensator("adaptive-motor", "adaptive cancellation of the motor's deviation", _adaptive_motor, False, HELD),
     Compensator("repetitive", "repetitive control over the motor's turn", _repetitive, True, REPEATED),
     Compensator("observer", "disturbance observer on the motor", _observer, False, OBSERVED),
-    Compensator("notch", "notch at the resonance of the free train", _notch, False, NOTCHED),
+    Compensator("notch", "notch filter at the resonance with free motor", _notch, False, NOTCHED),
 )
 COMPENSATORS = {design.name: design for design in DESIGNS}
 

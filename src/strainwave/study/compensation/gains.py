@@ -50,7 +50,7 @@ def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
         raise ValueError(
             f"the plain loop is unstable with samples every {1e3 * bench.sampling.period:.4g} ms and "
             f"{1e3 * bench.sampling.delay:.4g} ms of delay, its speed the difference of two angles over a period; "
-            "lower its bandwidth or sample faster"
+            "reduce the bandwidth or sample faster"
         )
     return response
 

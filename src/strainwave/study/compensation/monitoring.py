@@ -127,7 +127,7 @@ def monitor(
     if t.ndim != 1 or t.shape != y.shape or len(t) < 4:
         raise ValueError(f"time has the shape {t.shape} and signal {y.shape}; give as many numbers of both, at least 4")
     if not np.all(np.isfinite(t)):
-        raise ValueError("time has numbers that are not finite; leave these samples out, or give their times")
+        raise ValueError("time has numbers that are not finite; remove these samples, or give their times")
     steps = np.diff(t)
     period = float(np.median(steps))
     if not period > 0.0 or np.any(np.abs(steps - period) > EVEN * period):
@@ -152,7 +152,7 @@ def _demodulated(
     speed = np.abs(np.gradient(angle, period))
     fastest = float(np.max(speed))
     if not fastest > 0.0:
-        fault = "the angle does not move, so that it has no orders; give `frequencies` to track a line in time"
+        fault = "the angle is constant and has no orders; give `frequencies` to track a line in time"
         raise ValueError(fault)
     if fastest * max(orders) * period > 0.5 * np.pi:
         raise ValueError(

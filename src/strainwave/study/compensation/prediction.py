@@ -323,7 +323,7 @@ def prediction_table(
     if not closed:
         return table
     forms = closed_form(project.system(reduced=True), ResponseMotions(omega, table.orders, rows, stable), table.axis)
-    beside = f"The closed forms are those of a {project.motor} motor, the gear and a rigid load alone."
+    beside = f"The closed forms apply to a {project.motor} motor, the gear and a rigid load only."
     remarks = (beside, *forms.remarks) if project.train is not None else forms.remarks
     return replace(table, closed=forms.amplitudes, valid=forms.valid, remarks=remarks)
 

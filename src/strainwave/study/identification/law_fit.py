@@ -258,7 +258,7 @@ class LawComparison(Result):
         for name, count, fitted, held, one in table:
             notes = "; ".join(one.notes)
             lines.append(f"  {name:<{width}}  {count:7.0f}  {fitted:<9.4g}  {held:<9.4g}  {notes}".rstrip())
-        lines += [f"  {name} was left out: {why}" for name, why in self.left_out.items()]
+        lines += [f"  {name} was omitted: {why}" for name, why in self.left_out.items()]
         return on_screen("\n".join(["Comparison of laws by what was held out", *lines]))
 
 

@@ -269,7 +269,7 @@ class Log(Result):
             If the log has none of this name.
         """
         if name not in self.channels:
-            names = f"{joined(self.channels)}: name one of these, or read it again"
+            names = f"{joined(self.channels)}: name one of these, or read the log again"
             raise ValueError(f"the log has no channel {shown(name)}; it has {names}")
         return self.channels[name]
 

@@ -64,7 +64,7 @@ class Run:
         if back > 0.2 * abs(self.travel):
             raise ValueError(
                 f"the angle goes back by {back:.4g} rad in all while it travels {abs(self.travel):.4g} rad; a run "
-                "needs a shaft that turns one way: give the way there and the way back as two runs"
+                "needs a shaft that turns one way: give forward and backward motion as two runs"
             )
 
     @property

@@ -128,7 +128,7 @@ def _lasting(train: DriveTrain, path: Path, limits: MotorLimits, motion: Motion)
     if held < 1.0 and path.duration < relative < math.inf:
         pause = _rounded_up((relative - path.duration) / (1.0 - held * held))
         remedy = f"add a rest of {pause} s at the end of every cycle, or {remedy}"
-    fact = f"The rms torque of the motor over the profile is {motion.rms_torque:.4g} N*m, its continuous torque {{}}"
+    fact = f"The rms motor torque over the profile is {motion.rms_torque:.4g} N*m, the continuous torque {{}}"
     return motor_limits.short_finding(RMS, motion.rms_torque, bound, fact, remedy)
 
 

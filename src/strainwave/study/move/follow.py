@@ -142,7 +142,7 @@ def follow(train: DriveTrain, path: Path, y0: Floats, tail: float, method: Metho
         left -= len(run.t)
         if run.status is Status.TOO_MANY_STEPS or left < 1:
             raise SolveError(
-                f"the move takes more than {limit:,} steps and has come to {run.t[-1]:.4g} of {knots[-1]:.4g} s; "
+                f"the move takes more than {limit:,} steps and reached {run.t[-1]:.4g} of {knots[-1]:.4g} s; "
                 "give a shorter profile or tail, or a method of less accuracy, such as Dopri5(rtol=1e-6)"
             )
         if not run.status:

@@ -186,7 +186,7 @@ def _at_rest(train: DriveTrain, t: float, angle: float) -> Floats:
     try:
         return waiting(standing, t)
     except SolveError as error:
-        reason = str(error).removesuffix("; give the state to begin with, y0")
+        reason = str(error).removesuffix("; give the initial state y0")
         raise SolveError(f"the drive cannot hold the load at {math.degrees(angle):.4g} deg: {reason}") from error
 
 

@@ -156,7 +156,7 @@ def path_of(profile: Any, start: float | None = None) -> Path:
     if not np.any(path.moving):
         raise ValueError(f"the profile only waits for {path.duration:g} s; give an angle to move by")
     if not path.travel() > 0.0:
-        fault = f"the profile begins at {path.angle[0]:g} rad, too large to resolve angles; begin nearer to 0"
+        fault = f"the profile starts at {path.angle[0]:g} rad, too large to resolve angles; start closer to 0"
         raise ValueError(fault)
     return path
 

@@ -200,7 +200,7 @@ def run_up(system: Any, rates: ArrayLike, *, speeds: tuple[float, float] | None 
         least = float(np.max(turns * rates)) / MOST_TURNS
         raise ValueError(
             f"at {np.min(rates):g} rad/s^2 a run from {low:g} to {high:g} rad/s takes {np.max(turns):.2g} turns, more "
-            f"than {MOST_TURNS:,}; give rates from {least:.2g} rad/s^2 on, or a narrower range of speeds"
+            f"than {MOST_TURNS:,}; use rates of at least {least:.2g} rad/s^2, or a narrower speed range"
         )
     each = list(zip(rates.tolist(), turns.tolist(), strict=True))
     runs = [[_run(system, *ends, rate, n) for rate, n in each] for ends in ((low, high), (high, low))]

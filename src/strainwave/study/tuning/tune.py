@@ -115,10 +115,10 @@ def tune(
         if bound is not None:
             checked_number(name, bound, positive=True)
     if share > 1.0:
-        raise ValueError(f"share is {share:g}; it is a share of the drives, above 0 and at most 1")
+        raise ValueError(f"share is {share:g}; it is a fraction of the drives, above 0 and at most 1")
     for name, some in (("loads", loads), ("gains", gains), ("goals", goals)):
         if some is not None and not len(some):
-            raise ValueError(f"{name} is empty; give one or more, or leave it out")
+            raise ValueError(f"{name} is empty; give one or more, or omit it")
     if peak_sensitivity is None:
         peak_sensitivity = USUAL_SENSITIVITY if gain_margin is phase_margin is None else inf
     motor = project.motor_limits or MotorLimits()
@@ -265,7 +265,7 @@ def _linear_sentence(trial: Trial, x: Floats, names: tuple[str, ...]) -> str:
     if used[name] == inf:
         for train in filter(None, (case.train for case in chain(*trial.loaded))):
             refuse_overload(train)
-        return "no gains make the loop stable; reduce its lag and delay, or move its filters to higher frequencies"
+        return "no gains make the loop stable; reduce lag and delay, or raise the filter frequencies"
     field, bound, value, ratio = _margin_texts(name, limits, point)
     return (
         f"no gains meet the {name} of {bound}: with the nearest, {gains_text(trial.control(x), names, point.gains)}, "

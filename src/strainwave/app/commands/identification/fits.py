@@ -73,7 +73,7 @@ def _write(title: str, fit: BodeFit, facts: tuple[Fact, ...], folder: Path) -> N
     columns = [("omega_rad_per_s", fit.measured.omega)]
     for name, values in responses.items():
         columns += [(f"{name}_real", np.real(values)), (f"{name}_imaginary", np.imag(values))]
-    figure = stacked(named(fit.panels(), title), 260.0, "a measured Bode plot and that of the drive")
+    figure = stacked(named(fit.panels(), title), 260.0, "measured Bode plot and Bode plot of the drive")
     write_all(folder, {"bode.csv": columns, "bode.svg": figure, "bode.json": reported(title, facts, True)})
 
 
@@ -104,7 +104,7 @@ def fit_loop(
     numbers = to_json({"file": file.name} | data(fit.facts()))
     if output is not None:
         columns = [("torsion_rad", fit.torsion), ("torque_N_m", fit.torque), ("fitted_N_m", fit.fitted)]
-        figure = stacked(fit.panels(), 300.0, "a measured loop and its law", 560.0)
+        figure = stacked(fit.panels(), 300.0, "measured loop and fitted law", 560.0)
         contents = {"loop.svg": figure, "gear.yaml": fit.yaml, "loop.json": numbers, "loop.csv": columns}
         write_all(output, contents)
     written = [] if output is None else [f"written: {output}/loop.svg, loop.csv, loop.json, gear.yaml"]

@@ -84,7 +84,9 @@ def axis(text: str) -> tuple[str, list[str]]:
     """Read "load.inertia=1 kg*m^2:2 kg*m^2:5", with ":log" for even ratios, or "gear=CSG-40-50,SHG-40-50"."""
     name, equals, values = map(str.strip, text.partition("="))
     if not equals or not values:
-        fault = f"{text!r} is no grid; write it as load.inertia=1 kg*m^2:2 kg*m^2:5 or gear=CSG-40-50,SHG-40-50"
+        fault = (
+            f"{text!r} is not a grid; write for example load.inertia=1 kg*m^2:2 kg*m^2:5 or gear=CSG-40-50,SHG-40-50"
+        )
         raise click.BadParameter(fault)
     parts = [part.strip() for part in values.split(":")]
     if len(parts) == 1:

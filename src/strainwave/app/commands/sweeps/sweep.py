@@ -127,7 +127,7 @@ def bare(grids: list[str], units: dict[str, tuple[str, str]]) -> list[str]:
         path, _, values = map(str.strip, text.partition("="))
         unit = units[path][0]
         if unit and not any(map(_unit_of, re.split("[:,]", values))):
-            sentences.append(f"{path} has no unit in {text!r}: its values are taken in {unit}.")
+            sentences.append(f"{path} has no unit in {text!r}: its values are read in {unit}.")
     return sentences
 
 
@@ -159,7 +159,7 @@ def axis(text: str, free: list[Parameter]) -> tuple[str, Floats]:
     path, equals, values = map(str.strip, text.partition("="))
     units = {parameter.path: parameter.unit for parameter in free}
     if not equals or not values:
-        raise click.BadParameter(f"{text!r} is no grid; write it as law.alpha=1e4:1e5:20 or omega=10,20,50")
+        raise click.BadParameter(f"{text!r} is not a grid; write for example law.alpha=1e4:1e5:20 or omega=10,20,50")
     paths = path.split(TOGETHER)
     if unknown := [name for name in paths if name not in units]:
         raise click.BadParameter(f"{unknown[0]!r} is not a parameter of this drive; it has {_listed(free)}")
@@ -217,7 +217,7 @@ def named(text: str) -> Any:
         return measures.Amplitude(int(order))
     if text not in MEASURES:
         names = ", ".join(MEASURES)
-        raise click.BadParameter(f"{text!r} is no measure; there are {names}, amplitude:1, amplitude:2, ...")
+        raise click.BadParameter(f"{text!r} is not a measure; measures: {names}, amplitude:1, amplitude:2, ...")
     return getattr(measures, text.capitalize())()
 
 

@@ -67,7 +67,7 @@ class MeasuredMargins(NamedTuple):
         rows = {"gain_crossings_rad_per_s": margins.gain_crossings, "phase_margins_deg": angles}
         rows |= {"phase_crossings_rad_per_s": margins.phase_crossings, "gain_margins": margins.gain_margins}
         state = (
-            f"the measured loop is {'stable' if margins.stable else 'unstable'}, if it has no unstable pole when open "
+            f"the measured loop is {'stable' if margins.stable else 'unstable'}, if the open loop has no unstable pole "
         )
         return (
             Fact("margins.stable", margins.stable), Fact("", f"{state}and crosses nothing outside {band}", "{}"),

@@ -269,7 +269,7 @@ def _other_inertia(
     fitted = free.values["inertia"]
     if unexplained(free) or 1.0 / UNLIKE_RATIO < fitted / given < UNLIKE_RATIO:
         return free, []
-    hint = f"with the gear's K1 it is near {fitted:.3g} kg·m²"
+    hint = f"with the gear's K1 the load inertia is near {fitted:.3g} kg·m²"
     return free, [Cause(f"that the given load inertia of {given:.3g} kg·m² is wrong ({hint})", of_model=False)]
 
 

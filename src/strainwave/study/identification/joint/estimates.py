@@ -113,7 +113,7 @@ def estimates_of(joint: Joint, inertia_given: bool) -> Estimates:
         for name in group:
             others = [other for other in group if other != name]
             apart = f" apart from {listed(others)}" if others else ""
-            unidentified.setdefault(name, f"the log does not tell {name}{apart}; it takes {move}")
+            unidentified.setdefault(name, f"the log does not determine {name}{apart}; required: {move}")
     many, kept = len(joint.free), [i for i, name in enumerate(values) if name not in unidentified]
     return Estimates(
         values={name: value for name, value in values.items() if name not in unidentified},

@@ -153,7 +153,9 @@ def metered(meter: Meter, fit: Linear, of_free: Floats, constant: float | None, 
     if weighs is not None:
         wide = {name: (value, math.sqrt(full[i, i])) for i, (name, (value, _)) in enumerate(numbers.items())}
         tied = _ties(meter, fit, wide, share, all_names)
-    unidentified = {name: f"the log does not tell {name}; it takes {move}" for group, move in tied for name in group}
+    unidentified = {
+        name: f"the log does not determine {name}; required: {move}" for group, move in tied for name in group
+    }
     kept = [i for i, name in enumerate(numbers) if name not in unidentified]
     estimates = Estimates(
         {name: numbers[name][0] for name in numbers if name not in unidentified}, full[np.ix_(kept, kept)],
@@ -245,7 +247,7 @@ def joined(of_joint: Estimates, channels: Sequence[Metered], weighs: Metered | N
     if not any(one.name in OF_MOTOR for one in channels):
         move = "a current or a torque of the motor"
         tied.append((MOTOR[:3], move))
-        unidentified |= {name: f"the log does not tell {name}; it takes {move}" for name in MOTOR}
+        unidentified |= {name: f"the log does not determine {name}; required: {move}" for name in MOTOR}
     covariance = block_diag(*(one.covariance for one in every))
     dof = np.concatenate([one.freedom for one in every])
     if weighs is not None and "load inertia" not in weighs.estimates.unidentified:

@@ -260,7 +260,7 @@ def _undetermined(loop: Loop, fit: Solution) -> str:
             f"the law continues with {inner}"
         )
     if not p[corner] > SLOPE_DEVIATIONS * float(np.sqrt(covariance[k, k])):
-        return f"the corner at {p[corner]:.3g} rad is as uncertain as that; the law continues with {inner}"
+        return f"the corner at {p[corner]:.3g} rad is uncertain by its own value; the law continues with {inner}"
     return ""
 
 

@@ -234,6 +234,6 @@ def _refuse_backward(x: Floats, t: Floats, path: Path) -> None:
     noise = 4.0 * (_noise(t) + slope * _noise(x)) * float(np.ptp(x)) / math.sqrt(len(x))
     if energy < -max(1e-3 * scale, noise):
         raise ValueError(
-            f"the loop gives {-energy:.3g} J where a gear loses energy: it runs the wrong way round; torsion and "
+            f"the loop gives {-energy:.3g} J where a gear loses energy: the loop has the wrong direction; torsion and "
             "torque are swapped, the samples stand in reverse order, or one axis lags behind the other"
         )

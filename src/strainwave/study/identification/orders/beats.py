@@ -273,7 +273,7 @@ def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[
     short = [line for line in lines if not line.joint and turns * line.place / LARGEST_N < BEATS]
     if turning is None and short:
         yield (
-            f"{lasting} cannot tell lines that are nearer than {BEATS / turns:.2g} orders: order "
+            f"{lasting} cannot separate lines closer than {BEATS / turns:.2g} orders: order "
             f"{', '.join(f'{line.place:.4g}' for line in short)} may be two, of the wave generator against "
             "either spline; give the ratio, and run over half of their beat at least, which is a quarter of an output "
             "turn for order 2 of the motor, or over a whole one for separate intervals"
@@ -287,6 +287,6 @@ def unparted(lines: Sequence[FoundLine], turning: Clocks | None, runs: Sequence[
             beat = turning.beat(next((pair for pair in line.pairs if pair[0]), (0, 1)))
             yield (
                 f"order {line.place:.6g} is one line or more of the pairs {', '.join(map(str, line.pairs))} (turns of "
-                f"motor and output): {lasting} cannot tell; they beat every {beat:.4g} turns, half of which part them "
-                "and one of which gives each an interval of its own"
+                f"motor and output): {lasting} cannot separate them; the pairs beat every {beat:.4g} turns, "
+                "half of which separate them and one of which gives each an interval of its own"
             )

@@ -220,7 +220,7 @@ def _direction(prefix: str, angle: Any, error: Any, sign: float, drift: bool) ->
         raise ValueError(
             f"{prefix}angle and error have the shapes {theta.shape} and {e.shape}; give one length of 4 at least"
         )
-    back = "average repeated ones, give the way back as `backward`, its angles ascending too"
+    back = "average repeated angles; give the backward run as `backward`, with ascending angles"
     refuse_descending(theta, f"{prefix}angle", "rad", f"angles must ascend: {back}")
     direction = Direction(theta, theta, sign * e, drift=drift)
     if direction.turns < 1.0 - ANGLE_ROUNDING:
@@ -252,7 +252,7 @@ def _given(orders: Sequence[int], limit: float) -> list[float]:
     if not chosen or len(set(chosen)) < len(chosen):
         raise ValueError(f"orders are {shown(orders)}; give at least one, and none twice")
     if not chosen[-1] < limit:
-        raise ValueError(f"order {chosen[-1]} is too high for these samples, which tell orders below {limit:.4g} apart")
+        raise ValueError(f"order {chosen[-1]} is too high for these samples, which resolve orders below {limit:.4g}")
     return [*chosen]
 
 

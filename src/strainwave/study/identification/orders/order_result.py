@@ -88,7 +88,7 @@ class OrderLine:
         if name == "order":
             return Interval(self.order - self.order_error, self.order + self.order_error)
         if name not in ("amplitude", "phase"):
-            raise ValueError(f"{shown(name)} has no interval; a line has those of amplitude, phase and order")
+            raise ValueError(f"{shown(name)} has no interval; a line has intervals of amplitude, phase and order")
         bounds = interval(getattr(self, name), getattr(self, f"{name}_error"), self.freedom, level)
         return bounds if name == "phase" else Interval(max(bounds.low, 0.0), bounds.high)
 

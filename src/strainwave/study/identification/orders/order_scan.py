@@ -312,7 +312,7 @@ def _agreement(values: Floats, errors: Floats) -> Agreement:
 
 def _why(line: FoundLine, *, several: bool) -> str:
     if math.isinf(line.difference):
-        return "its order was given"
+        return "order given by the user"
     odds = f"e^{abs(line.difference):.0f} to 1"
     if line.kind == "order" and line.difference <= DECISION:
         return "runs at several speeds show the same order"
