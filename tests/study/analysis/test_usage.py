@@ -59,7 +59,7 @@ def test_of_several_limits_passed_the_gravest_is_said():
     assert gravest(limit_findings(gear, Usage(100.0, 1.0, 60.0, 1.0), 2000 * RPM)) == ()
     (fast,) = gravest(limit_findings(gear, Usage(100.0, 1.0, 60.0, 1.0), 3500 * RPM))
     assert fast.sentence == (
-        "The input speed reaches 3500 rpm, above the largest average input speed (grease) of CSG-40-50, 3000 rpm; stay "
-        "there for a short time only."
+        "The input speed reaches 3500 rpm, above the largest average input speed (grease) of CSG-40-50, 3000 rpm; run "
+        "at this speed for a short time only."
     )
     assert gravest(limit_findings(gear, Usage(100.0, 1.0, 60.0, 1.0), None)) == ()

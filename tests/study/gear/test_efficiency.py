@@ -118,7 +118,7 @@ def test_bad_numbers_get_a_sentence():
         sw.gears.load_friction(0.9, 10.0, 100.0, 0.05)
     with pytest.raises(ValueError, match=r"at most 1, 77 % is 0\.77"):
         sw.gears.load_friction(77.0, 10.0, 100.0)
-    with pytest.raises(ValueError, match="the efficiency of CSG-25-100 is unknown"):
+    with pytest.raises(ValueError, match="no source gives the efficiency of CSG-25-100"):
         sw.catalogue.gear("CSG-25-100").friction  # noqa: B018
     with pytest.raises(ValueError, match="need at least as much at speed"):
         sw.gears.no_load_drag(0.02, 0.05)
