@@ -141,8 +141,8 @@ def test_a_move_with_lines_of_both_turns_is_that_of_equations_by_hand():
         y = tuple(run.y[:, -1])
     (said,) = (remark for remark in move.remarks if "beat" in remark)
     # 100/2 turns of the motor in a beat of the lines, 100 with gravity; a quarter of the output in 0.6 s is 25 turns
-    beats = "The error beats every 100 turns of the motor (its kinematic error alone every 50), 2.4 s at the mean speed;"
-    assert said.startswith(f"{beats} the motor turns 25 times in 0.6 s.")
+    beats = "The error beats every 100 turns of the motor (its kinematic error alone every 50), 2.4 s at the mean speed"
+    assert said.startswith(f"{beats}; the motor turns 25 times in 0.6 s.")
     along = np.linspace(0.0, 0.5 * np.pi * N, 20_001)
     slow = np.max(np.abs(first * np.cos(2.0 * along) + second * np.cos(order * along + phase)))
     assert move.passes[0].quasi_steady == pytest.approx(slow, rel=1e-3)
