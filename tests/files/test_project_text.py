@@ -162,7 +162,7 @@ def test_a_gear_of_the_catalogue_keeps_its_record_with_a_measured_law(tmp_path):
 
 def test_a_project_that_contradicts_itself_is_refused(tmp_path):
     project = written(tmp_path / "drive.yaml", PROJECTS["position loop, coupling"])
-    with pytest.raises(ValueError, match=r"no project file says what project 'drive' holds: its parts contradict"):
+    with pytest.raises(ValueError, match=r"project 'drive' cannot be written as a project file: its parts contradict"):
         sw.project_text(replace(project, limit=-1.0))
 
 

@@ -104,8 +104,8 @@ def _of_project(project: Project) -> str:
         if _reads_as(project, text := _file(**gear, **_parts(project))):
             return text
     raise ValueError(
-        f"no project file says what project {project.title!r} holds: its parts contradict each other (a changed drive "
-        "needs a changed train and whole, too), or a file does not take them; change the file, or use it in Python"
+        f"project {project.title!r} cannot be written as a project file: its parts contradict each other (a changed "
+        "drive needs a changed train and whole), or files do not support them; change the file, or use it in Python"
     )
 
 

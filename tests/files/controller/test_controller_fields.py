@@ -66,7 +66,7 @@ def test_a_bench_takes_the_controller_of_the_file_and_assumes_one_where_there_is
 
 def test_steps_that_are_no_whole_number_are_not_written():
     odd = replace(project("{}"), sampling=sw.controllers.Sampling(limit=3.0, motor_quantum=1e-3))
-    with pytest.raises(ValueError, match="no project file says what project 'axis' holds"):
+    with pytest.raises(ValueError, match="project 'axis' cannot be written as a project file"):
         sw.project_text(odd)
 
 

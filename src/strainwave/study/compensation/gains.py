@@ -42,9 +42,8 @@ def refuse_unstable(bench: Bench, speed: float) -> LoopResponse:
         raise ValueError(
             UNDAMPED
             if bench.equation and bench.model.B == 0.0
-            else "under the plain loop a motion neither decays nor grows, as the loop has no stiffness against the "
-            "motor's angle or the gear none about its mean torque; give a loop with a position gain, or a load off the "
-            "backlash"
+            else "motions under the plain loop neither decay nor grow: motor loop or gear has no stiffness at its "
+            "operating point; use a loop with a position gain, or a mean load outside the backlash"
         )
     if not response.stable:
         raise ValueError(

@@ -23,7 +23,7 @@ def placed_lines(
     """Lines of runs whose samples show orders up to a limit, and the number that most are multiples of (0: none)."""
     top = min(HIGHEST_ORDER, limit) if highest is None else number("highest", highest, positive=True)
     if top > limit:
-        raise ValueError(f"highest is {top:g}; these samples show orders below {limit:.4g}")
+        raise ValueError(f"highest order {top:g} is too high; these samples show orders below {limit:.4g}")
     lowest = LEAST_PERIODS / min(run.turns for run in runs)
     if lowest >= top:
         raise ValueError(
