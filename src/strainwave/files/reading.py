@@ -44,8 +44,8 @@ from .yaml_text import FileError, Keys, Located, Problem, complaint, name, read,
 T = TypeVar("T")
 ACCURACY_NOTE = (
     "Assumed kinematic error: accuracy class {:.4g} arcsec peak-to-peak{}, orders 1, 2, 4 in the ratio 1 : 4 : 1, all "
-    "phases zero. At very low speed the error is then ±{} arcsec, 65 % of the accuracy class (50 to 65 % for random "
-    "phases). A measured scan (strainwave order-scan) replaces the assumption."
+    "phases zero. At very low speed the error is then ±{} arcsec, 65 % of the peak-to-peak class (50 to 65 % for "
+    "random phases). A measured scan (strainwave order-scan) replaces the assumption."
 )
 FROM_REST = 0.01  # of the end of a range from 0: where it begins
 REST_NOTE = "The speed range starts at 0; computed is the range from 1 % of its upper end, {}."

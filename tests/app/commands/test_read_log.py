@@ -127,7 +127,10 @@ def test_complaints_are_one_sentence_and_nothing_is_written(tmp_path):
         (NO_MOTION, NO_MOTION.split(", drive_run")[0]),
         (NONE_STABLE, "no steady motion of this drive is stable in this range"),
         (f"{VARIATION_TEXT}.", VARIATION_TEXT.replace(", or integrate with simulate", ".")),
-        (f"a nonlinear control: {REMEDY}", "a nonlinear control: remove the error orders of the output turn; strainwave move integrates it in time"),
+        (
+            f"control: {REMEDY}",
+            "control: remove the error orders of the output turn; strainwave move integrates the drive in time",
+        ),
         ("give the motor a loop, or use find_orbit(SteadyTrain(train, omega))", "give the motor a loop"),
         ("know no speed; choose one with at_speed(...)", "know no speed; choose one with --speed"),
     ],

@@ -142,7 +142,7 @@ def test_a_drive_with_assumed_numbers_passes_where_their_range_does(page, met):
     page.route("**/api/sureness", lambda route: held.append(route))
     page.locator('[id="value-limit.oscillation"]').fill("600")
     says = "text => document.getElementById('answer').textContent.includes(text)"
-    page.wait_for_function(says, arg="limit of 600 arcsec. The range for assumed numbers is being computed.")
+    page.wait_for_function(says, arg="limit of 600 arcsec. The effect of the assumed values is being computed.")
     assert page.locator("#answer").get_attribute("class") == ""
     page.route("**/api/sureness", lambda route: route.fulfill(json=content))
     for route in held:  # that of the page as it opened may be here, and that of 600 arcsec still to come

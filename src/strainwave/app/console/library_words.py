@@ -11,7 +11,9 @@ NO_PYTHON = {
     r"; drive_run computes its motion in time": "",
     r" or tail, or a method of less accuracy, such as Dopri5\(rtol=1e-6\)": "",
     r", or (use find_orbit\(SteadyTrain\(train, omega\)\)|integrate with simulate)": "",
-    r"\bintegrate the drive with simulate\b": "remove the error orders of the output turn; strainwave move integrates it in time",
+    r"\bintegrate the drive with simulate\b": (
+        "remove the error orders of the output turn; strainwave move integrates the drive in time"
+    ),
     r", or give a sampled controller as `loop` of sw\.compensate": "",
     r"\bgive limits=MotorLimits\(torque\) or max_torque": "write 'max_torque: 3 N*m' into the group motor",
     r"\b(simulate from other states shows|isolas with resonance=PRIMARY looks for) them( from random starts)?": (

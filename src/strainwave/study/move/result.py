@@ -158,7 +158,7 @@ class Move(Result):
             Fact("settling_times_s", times),
             Fact("pointing_error_rad.peak", self.peak_error, "largest {}"),
             Fact("pointing_error_rad.rms", self.rms_error, "rms {}"),
-            Fact("pointing_error_rad.end", self.end_error, "at the end of the motion {}"),
+            Fact("pointing_error_rad.end", self.end_error, "at the end of the commanded motion {}"),
             Fact("pointing_error_rad.rest", self.rest_error, "final {}"),
             Fact("motor.peak_torque_N_m", self.peak_motor_torque, "peak torque {}"),
             Fact("motor.rms_torque_N_m", self.rms_motor_torque, "rms torque {}"),

@@ -25,7 +25,8 @@ CSV, SVG, JSON, YAML, NOTCHED = "tune.csv", "tune.svg", "tune.json", "tuned.yaml
 @project_argument
 @click.option(
     "--goal", "goals", multiple=True, type=click.Choice(list(GOALS)),
-    help="Quantity to minimise; of several, their mean. Default: pointing, with compliance and settling no worse.",
+    help="Goal to minimise; of several, the geometric mean of their ratios to the present values. "
+    "Default: pointing, with compliance and settling no worse.",
 )  # fmt: skip
 @click.option("--gain", "gains", multiple=True, help="Gain to tune, for example K_p; repeatable. Default: all.")
 @click.option("--peak-sensitivity", type=float, help="Largest |1/(1 + L)|, L the open loop. Default: 2.")

@@ -69,7 +69,7 @@ def certificates(view: View) -> list[dict[str, Any]]:
         certificate = regime.at_peak or regime.certificate
         if certificate is None or not regime.inside:
             continue
-        method = f"multiple scales, order {certificate.order}, {regime.name} resonance of order {regime.order}"
+        method = f"multiple scales of order {certificate.order}, {regime.name} resonance of error order {regime.order}"
         reference = "error estimate" + (": not valid, use the response curve" if not certificate.valid else "")
         rows.append(_certificate(method, reference, certificate.amplitude))
     return rows

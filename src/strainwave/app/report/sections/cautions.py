@@ -18,7 +18,7 @@ RUN_UP_ALONE = (
 def cautions(view: View) -> Part:
     """Warnings of the analysis, exceeded limits of the gear, and doubts about the file."""
     sentences = warnings(view)
-    more = f" ({len(sentences) - 1} more in the report)" * (len(sentences) > 1)
+    more = f" ({len(sentences) - 1} more warnings in the report)" * (len(sentences) > 1)
     lines = ["warning: " + sentences[0] + more] if sentences else []
     return Part(data={"warnings": sentences}, sentences=sentences, lines=lines, kind="warn")
 

@@ -216,7 +216,10 @@ def about_appendix(view: View) -> str:
     """Sentences on an appendix that is not about the whole drive, and its distance from that; empty otherwise."""
     if view.analysis.train is None:
         return ""
-    text, compared = "Resonances, single speeds and stability are from the error equation.", reduction(view)
+    text, compared = (
+        "Resonances, motions at single speeds and stability are computed with the error equation.",
+        reduction(view),
+    )
     return f"{text} {view.rendered(compared['sentence'])}" if compared else text
 
 

@@ -129,7 +129,7 @@ async function response(again, answered = () => false) {
     if (unbounded) return answer(`${r.message[0].toUpperCase()}${r.message.slice(1)}.`, false);
     return answer(`${failures}${more}${signed(r.said)}${loads(of)} ${sure}`.trim(), passes && !met ? null : passes);
   };
-  tell(...(r.assumed ? ["The range for assumed numbers is being computed.", null] : ["", true]));
+  tell(...(r.assumed ? ["The effect of the assumed values is being computed.", null] : ["", true]));
   clearTimeout(pause);
   pause = setTimeout(afterwards, 500, later, top, drive, mine, tell, low < high);
   return [...(unbounded ? [] : [r.message === "reached both ends" ? "" : r.message, r.torque_said]), ...r.remarks];
