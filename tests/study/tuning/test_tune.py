@@ -114,7 +114,7 @@ def test_the_proof_takes_every_step_of_one_and_two_gains():
         (f"loop: {SPEED}", {"goals": ()}, "goals is empty"),
         (f"loop: {SPEED}", {"peak_sensitivity": 0.0}, "peak_sensitivity is 0"),
         (f"loop: {SPEED}", {"gain_margin": math.nan}, "gain_margin is nan"),
-        (f"loop: {SPEED}", {"share": 2.0}, "share is 2; it is a share of the drives"),
+        (f"loop: {SPEED}", {"share": 2.0}, "share is 2; it is a fraction of the drives"),
         (f"loop: {SPEED}", {"delay": -1.0}, "delay is -1 s; it must be zero or more"),
         (f"loop: {SPEED}", {"loads": ()}, "loads is empty"),
         (f"loop: {SPEED}", {"gains": ()}, "gains is empty"),
