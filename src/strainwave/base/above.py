@@ -1,4 +1,4 @@
-"""Late imports of upper layers by name, so that lower modules need not import them; no other file imports by string.
+"""Late imports of upper layers by name, so that lower modules need not import them.
 
 Namespaces take their names from a table of contents, `__init__.pyi`, in the same way.
 """

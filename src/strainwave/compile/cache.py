@@ -232,7 +232,10 @@ def cache_folder() -> Path:
 
 @cache
 def cache_writable() -> bool:
-    """True if compiled code can be kept on disk; otherwise it is kept in memory."""
+    """True if compiled code can be kept on disk; otherwise it is kept in memory.
+
+    The first call makes the folder, and removes code beside it that no process has used for long.
+    """
     folder = cache_folder()
     try:
         folder.mkdir(parents=True, exist_ok=True)

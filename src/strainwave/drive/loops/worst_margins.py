@@ -118,7 +118,8 @@ class WorstMargins:
         """Sentence on a loop that is close to instability; empty where it is not."""
         if not self.stable:
             return ""
-        phase, gain, down, _, rise = self.sizes.values()
+        names = "phase_margin_deg", "gain_margin", "gain_reduction", "peak_sensitivity"
+        phase, gain, down, rise = (self.sizes[name] for name in names)
         return weakness(phase, gain, down, rise, self.worst[0].text)
 
     @property
@@ -126,7 +127,8 @@ class WorstMargins:
         """The loop in a sentence or two."""
         if self.fault:
             return self.fault
-        phase, gain, down, delay, _ = self.sizes.values()
+        names = "phase_margin_deg", "gain_margin", "gain_reduction", "delay_margin_s"
+        phase, gain, down, delay = (self.sizes[name] for name in names)
         angle = number(phase, 2) + "°" if isfinite(phase) else "infinite"
         late = f"; delay margin {number(1e3 * delay, 3)} ms" if isfinite(delay) else ""
         text = f"phase margin {angle}; the gain may rise {_by(gain)} or fall {_by(1.0 / down if down else inf)}{late}."

@@ -13,7 +13,8 @@ from ...base.number_text import counted
 from ...base.quantities import joined
 from ...base.results import Floats
 from ..yaml_text import FileError, Problem, complaint, shown, text_of
-from .dialect import MISSING, Dialect, Unclear, WrongDate, find, header_cells, in_seconds, is_number, number, split
+from .dates import WrongDate, in_seconds
+from .dialect import MISSING, Dialect, Unclear, find, header_cells, is_number, number, split
 from .guide_log import GUIDE, guide_table
 from .names import converted, named, unit_row
 

@@ -1,4 +1,4 @@
-"""The laws of a problem, each with its own block of unknowns, the twist that it sees; in machine code by address.
+"""Torque and stiffness of the springs of a harmonic balance, each over the harmonics of its own twist.
 
 The torque of a smooth law is found by alternating frequency/time: Krack & Gross 2019, Harmonic Balance for Nonlinear
 Vibration Problems, secs. 2.4 (AFT) and 3.2 (Jacobian).

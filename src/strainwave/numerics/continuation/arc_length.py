@@ -126,7 +126,7 @@ def record(state: Floats, row: int, label: int, points: Floats, labels: Any, cou
     return count + 1
 
 
-TRIES, LIMIT = 5, 6  # entries of a bracket after those of `operating_point`
+TRIES, LIMIT = 5, 6  # entries of a bracket after those of `roots`
 BEFORE, BEYOND, CLOSE = -0.5, 1.5, 5e-10  # ends of an opened bracket, and how near they come, in steps
 SEARCHING, FOUND, NOTHING = 0, 1, 2
 

@@ -51,6 +51,7 @@ def assumptions(view: View) -> list[str]:
 def certificates(view: View) -> list[dict[str, Any]]:
     """A row for each method: its result, its reference, and the relative difference."""
     equation, rows = "" if view.analysis.train_curve is None else " of the error equation", []
+    # without a train both names are empty, and one row is left
     for name, curve in {"": view.analysis.drive.curve, equation: view.analysis.exact.curve}.items():
         size = f"{curve.coefficients.shape[1] // 2} harmonics"
         reference = "share of the motion in the omitted harmonics"

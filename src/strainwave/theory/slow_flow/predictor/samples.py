@@ -1,4 +1,4 @@
-"""Slow rate of the predictor of a controller: forces by samples of the law along the motion of a common period.
+"""Rate of the slow amplitude in a controller's predictor: forces from samples of the law over one period.
 
 They serve any law torque(x) and any lines; `formulas` serves those laws that need no samples.
 """
