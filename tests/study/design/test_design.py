@@ -270,3 +270,17 @@ def test_the_table_has_every_design(found):
 def test_a_wrong_specification_is_refused_in_one_sentence(change, said):
     with pytest.raises(ValueError, match=said):
         sw.design(replace(SPEC, **change), gears=GEARS)
+
+
+def test_where_no_balance_is_found_the_bounds_of_averaging_decide_and_are_named(monkeypatch):
+    def fails(*_, **__):
+        raise sw.SolveError("no motion")
+
+    monkeypatch.setattr("strainwave.study.design.design.largest_crest", fails)
+    result = sw.design(replace(SPEC, limit=200.0 * ARCSEC), gears=GEARS)
+    assert result.feasible
+    assert {c.method for c in result.feasible} == {"averaging"}
+    sizes = [c.oscillation for c in result.feasible if c.gear == "CSG-20-100"]
+    tight = sw.design(replace(SPEC, limit=1.01 * min(sizes)), gears=GEARS)
+    assert "CSG-20-100" not in {c.gear for c in tight.feasible}  # its upper bound is above the limit
+    assert "Harmonic balance finds no motion of CSG-20-100" in tight.rejected["CSG-20-100"]

@@ -191,7 +191,7 @@ class _Search:
         open_ = ahead + [o for o in open_ if o not in ahead]
         for i, option in enumerate(open_):
             option = self._balanced(option, 0.5 + 0.4 * i / len(open_))
-            if option.worst.size <= limit:
+            if option.worst.size <= limit and not self._has_failed(option):
                 self.good.append(option)
             else:
                 self._miss(option)
@@ -204,22 +204,22 @@ class _Search:
             members = sorted((o for o in self.good if (o.gear.name, o.rotor) in names), key=lambda o: o.worst.size)
             if self.stopped or len(self.balances) >= MOST_BALANCED:
                 return members
-            open_ = [o for o in members if not o.balanced]
+            open_ = [o for o in members if not o.balanced and not self._has_failed(o)]
             refused = [] if open_ else [o for o in members if not self._is_allowed(o)]
             if not open_ and not refused:
                 return members
             self.good = [o for o in self.good if o not in (*open_, *refused)]
             for option in open_:
                 option = self._balanced(option, 0.95)
-                if option.worst.size <= self.spec.limit * SURE:
-                    self.good.append(option._replace(balanced=not self.stopped or option.balanced))
+                bound = option.worst.high if self._has_failed(option) else option.worst.size
+                if bound <= self.spec.limit * SURE:
+                    self.good.append(option)
                 else:
                     self._miss(option)
 
     def _balanced(self, option: Option, share: float) -> Option:
         """An option by harmonic balance of its whole drive; unchanged without a motion, or after too many of them."""
-        motor = None if self.spec.loop is None else option.rotor  # which a held motor's error does not depend on
-        key = option.gear.name, motor
+        key = self._key(option)
         if key not in self.balances:
             if self.stopped or len(self.balances) >= MOST_BALANCED:
                 return option
@@ -235,6 +235,14 @@ class _Search:
         crest, load, torque = worst
         case = Case(load, torque, crest.size, crest.size, crest.size, crest.speed)
         return option._replace(worst=case, error=crest.tail.share, balanced=True)
+
+    def _key(self, option: Option) -> tuple[str, float | None]:
+        """Gear and rotor of an option; no rotor with a held motor, whose error does not depend on it."""
+        return option.gear.name, None if self.spec.loop is None else option.rotor
+
+    def _has_failed(self, option: Option) -> bool:
+        """True where harmonic balance was tried and found no motion: the bounds of averaging decide alone."""
+        return self.balances.get(self._key(option), True) is None
 
     def _worst(self, option: Option) -> tuple[Crest, float, float] | None:
         """Largest oscillation of an option, with the load and the torque under which it occurs; None where one fails.
@@ -301,17 +309,22 @@ class _Search:
     def _miss(self, option: Option) -> None:
         """Note what a gear misses: of its motors the one with the smallest oscillation counts."""
         spec, c = self.spec, self._candidate(option)
-        sure = "" if option.balanced else f", at least {option.worst.low / ARCSEC:.4g} arcsec"
-        if not option.balanced and math.isfinite(option.worst.high):
-            sure = f", between {option.worst.low / ARCSEC:.4g} and {option.worst.high / ARCSEC:.4g} arcsec"
+        low, high = option.worst.low / ARCSEC, option.worst.high / ARCSEC
+        bounds = f"between {low:.4g} and {high:.4g} arcsec" if math.isfinite(high) else f"at least {low:.4g} arcsec"
+        sure = "" if option.balanced else f", {bounds}"
         use = c.oscillation / spec.limit
         digits = digits_apart(use)
+        limit = f"the limit of {spec.limit / ARCSEC:.{digits}g} arcsec"
         sentence = (
             f"The pointing error of {c.gear} oscillates by {c.oscillation / ARCSEC:.{digits}g} arcsec at "
             f"{c.speed / RPM:.4g} rpm of the motor with a rotor of {c.rotor_inertia:.3g} kg*m^2, a load of "
-            f"{c.load_inertia:g} kg*m^2 and {c.load_torque:.4g} N*m on it ({c.method}{sure}), "
-            f"above the limit of {spec.limit / ARCSEC:.{digits}g} arcsec."
+            f"{c.load_inertia:g} kg*m^2 and {c.load_torque:.4g} N*m on it ({c.method}{sure}), above {limit}."
         )
+        if self._has_failed(option) and option.worst.low <= spec.limit:
+            use = max(use, high * ARCSEC / spec.limit if math.isfinite(high) else 1.0)
+            sentence = (
+                f"Harmonic balance finds no motion of {c.gear}, and averaging ({bounds}) does not decide {limit}."
+            )
         check = Check(OSCILLATION, use, sentence, (*option.gear.doubts_about(*DRIVE), *rotor_doubts(option)))
         if not (before := self.misses.get(c.gear)) or before.name != OSCILLATION or check.use < before.use:
             self.misses[c.gear] = check
