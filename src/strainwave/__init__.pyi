@@ -101,7 +101,7 @@ from .study.design.design import design as design
 from .study.design.specification import Specification as Specification
 from .study.design.specification import DutySegment as DutySegment
 from .files.specification import read_specification as read_specification
-from .files.project_text import design_text as design_text
+from .files.design_text import design_text as design_text
 
 # Cancel the error, and export
 from .study.compensation.compensate import compensate as compensate

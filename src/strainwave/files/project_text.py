@@ -1,13 +1,13 @@
-"""A project, a drive train built in Python or a design, written as a project file."""
+"""A project, or a whole drive train built in Python, written as a project file."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ..base.protocols import Law
-from ..base.quantities import checked, floated, interval, number, shown
+from ..base.quantities import checked, interval, number, shown
 from ..compile.tree import leaves
 from ..drive.demands.motor_limits import MotorLimits
 from ..drive.project import Project
@@ -15,8 +15,6 @@ from ..drive.sources import DriveUnit
 from ..drive.speeds import Speeds
 from ..model.error_spectrum import LoadedError
 from ..model.excitation import Harmonic, Harmonics, KinematicError, NoError
-from ..model.gears import catalogue
-from ..model.gears.gear import Gear
 from ..model.laws.friction import LoadFriction, NoFriction
 from ..model.laws.hysteresis import Parallel
 from ..model.laws.springs import Play
@@ -24,12 +22,9 @@ from ..model.oscillator import NoVariation
 from ..model.train.drive_train import DriveTrain
 from ..model.train.motion import Steady
 from ..model.train.shafts import NO_DRAG, Load
-from ..study.design.result import Candidate
-from ..study.design.specification import Specification
 from ..study.tuning.loop import with_control
 from .fields import groups, schema
 from .fields.drive_units import DriveUnitsSpec
-from .fields.groups import CATALOGUE, ErrorLine
 from .fields.postures import PostureSpec
 from .fields.rows import texts_of
 from .loop_text import by_bandwidth, with_loop
@@ -286,51 +281,3 @@ def _loaded(error: LoadedError | None, ratio: float) -> list[groups.ErrorLine]:
     back = error.at_rest if error.backward is None else error.backward
     rows = zip(error.at_rest.lines, error.per_torque, back.lines, strict=True)
     return [groups.ErrorLine.of(line, ratio, growth, other.amplitude) for line, growth, other in rows]
-
-
-def design_text(
-    specification: Specification, candidate: Candidate, *, own: Mapping[str, Gear] | None = None, file: str = ""
-) -> str:  # fmt: skip
-    """Write a design as a project file: its drive with the worst load, through the speeds and all torques of the duty.
-
-    Parameters
-    ----------
-    specification : Specification
-        The specification.
-    candidate : Candidate
-        A design of the answer.
-    own : dict of str to Gear, optional
-        Gears of the user's own, by their names, that stand before those of the catalogue.
-    file : str
-        Name of their file, which is to lie beside the project file.
-
-    Returns
-    -------
-    str
-        YAML that `read_project` reads.
-
-    Raises
-    ------
-    ValueError
-        If a project file does not take the loop of the motor.
-    """
-    spec, c = specification, floated(candidate)
-    low, high = spec.speeds
-    record = own[c.gear] if own and c.gear in own else catalogue.gear(c.gear)
-    usual = spec.accuracy_of(record) if spec.accuracy or record.accuracy is None else CATALOGUE
-    error, peak, tuned = spec.kinematic_error, spec.torques[-1], spec.tuned(c.load_inertia)
-    loop = spec.loop if tuned == c.load_inertia else spec.control(c.motor_inertia + tuned / c.ratio**2)
-    written = schema.ProjectSpec(
-        title=f"{spec.title}: {c.gear}" if spec.title else c.gear,
-        gear=schema.NamedGear(name=c.gear, file=file) if own and c.gear in own else c.gear,
-        motor=schema.MotorSpec(inertia=c.motor_inertia, **({"mode": "held"} if loop is None else {"loop": loop})),
-        load=schema.LoadSpec(inertia=c.load_inertia),
-        damping=schema.DampingSpec(B=c.B),
-        speed=schema.SpeedSpec(**{"from": low, "to": high, "shaft": "load"}),
-        excitation=groups.ExcitationSpec(
-            **({"accuracy": usual} if error is None else {"kinematic_error": list(map(ErrorLine.of, error.lines))}),
-            load_torque=groups.LoadTorqueSpec(mean=groups.TorqueRange(**{"from": -peak, "to": peak})) if peak else None,
-        ),
-        limit=schema.LimitSpec(oscillation=spec.limit),
-    )
-    return "".join(f"{key}: {text}\n" for key, text in texts_of(written).items())

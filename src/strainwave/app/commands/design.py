@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from ...base.facts import data
+from ...files.design_text import design_text
 from ...files.own_gears import read_gears
-from ...files.project_text import design_text
 from ...files.specification import read_specification
 from ...files.yaml_text import text_of
 from ...model.gears.catalogue import select
