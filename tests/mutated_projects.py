@@ -166,7 +166,7 @@ LONGEST = 600  # letters of a sentence
 
 def fault(code, output):
     """What is unsound about an answer; "" for nothing."""
-    if "Traceback" in output or "(this is unexpected" in output:
+    if "Traceback" in output or "(unexpected error" in output:
         return f"unexpected: {output[:300]}"
     if code == 0:
         numbers = [line for line in output.splitlines() if not re.search(r": valid\b|^Project '", line)]  # titles

@@ -159,7 +159,7 @@ def test_the_first_project_has_the_answer_that_its_page_says(tmp_path, monkeypat
         assert fact in said
         assert says(answer, fact)
     reduced = json.loads(Path("axis/results.json").read_text(encoding="utf-8"))["reduction"]["sentence"]
-    assert says(reduced, "5.09 times that of the train")  # docs/limits.md
+    assert says(reduced, "5.09 times the value of the whole drive train")  # docs/limits.md
     assert Path("axis/report.html").is_file()
 
 

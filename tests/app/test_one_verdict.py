@@ -149,6 +149,6 @@ def test_the_report_decides_as_the_page_does(tmp_path):
     headline = report.results["verdict"]["headline"]
     assert headline.startswith("Fail; ")
     assert headline.endswith(
-        "motor's largest torque of 0.3 N·m; 4000 rpm are above the motor's largest speed of 3500 rpm"
+        "motor's largest torque of 0.3 N·m; 4000 rpm exceeds the motor's largest speed of 3500 rpm"
     )
-    assert ", more than the 0.3 N·m available, at " in report.results["verdict"]["answers"]["motor"]
+    assert " (only 0.3 N·m available), at " in report.results["verdict"]["answers"]["motor"]

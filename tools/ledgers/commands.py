@@ -92,7 +92,7 @@ def analyze():
 
 
 def reproduce():
-    """Cells of the article's tables, computed again."""
+    """Cells of the article's tables, recomputed."""
     cells = said("reproduce", "--json")["cells"]
     yield "values", [cell["value"] for cell in cells], PRINTED
     yield "verdicts", [cell["verdict"] for cell in cells], EXACT

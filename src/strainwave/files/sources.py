@@ -80,4 +80,6 @@ def sources_text(project: Project) -> str:
     numbers = [one for one in project.sources if not one.name.endswith(".order")]
     some = {word: [f"{one.name} {one.value}".strip() for one in numbers if one.word == word] for word in words}
     parts = [f"{words[word]}: {', '.join(names)}" for word, names in some.items() if names]
-    return "; ".join([*parts, "the other numbers are yours" if parts else "all numbers are yours"])
+    return "; ".join(
+        [*parts, "all other values are from the project file" if parts else "all values are from the project file"]
+    )

@@ -290,7 +290,7 @@ def test_derive_of_a_train_says_what_its_error_equation_leaves_out(tmp_path):
     omega, arcsec = 1750.0 * np.pi / 30.0, np.pi / 648000.0  # the middle of 1000 to 2500 rpm
     for line, size in zip(told["lines"], (23.0, 3.0), strict=True):  # of u = x - e: that of -e"
         assert line["A_rad_per_s2"] == pytest.approx((line["order"] * omega) ** 2 * size * arcsec, rel=1e-9)
-    assert "it leaves out the motor's loop and the coupling" in told["text"]
+    assert "neglected in the error equation: the motor's loop and the coupling" in told["text"]
     assert told["latex"].startswith("% ")
 
 

@@ -45,7 +45,7 @@ def test_the_section_has_the_numbers_of_the_library():
     (line,) = part.lines
     assert line.startswith("controller inverse at 700 rpm: rms pointing error ")
     ((figure, _),) = part.figures
-    assert "what is left of it" in figure
+    assert "residual pointing error" in figure
 
 
 @pytest.mark.slow

@@ -51,7 +51,7 @@ def test_a_posture_that_breaks_the_gear_is_the_verdict(tmp_path):
     report = write(path)
     project, verdict = report.view.project, report.results["verdict"]
     largest = max(integrated(project, 3000.0, rpm * RPM) for rpm in np.linspace(1700.0, 1900.0, 21))
-    said = f"{largest:.4g} N·m are above the ratcheting torque of 2300 N·m"
-    assert verdict["headline"] == f"Fail; posture 2 (b) of 2 fails: {said}"
+    said = f"{largest:.4g} N·m exceeds the ratcheting torque of 2300 N·m"
+    assert verdict["headline"] == f"Fail; 1 of 2 postures fails, posture 2 (b): {said}"
     assert said in verdict["sentence"]
     assert "average torque of 255 N·m" in verdict["sentence"]

@@ -49,7 +49,7 @@ def page(folder, name="report.html"):
 def test_the_first_page_has_the_figure_then_what_can_be_ordered_then_the_answers(folder, results):
     first = page(folder)
     answers = [f"<th>{row}</th>" for row in results["verdict"]["answers"]]
-    figure = ["<svg", "limit of the project", "What can be ordered or set"]
+    figure = ["<svg", "oscillation limit", "What can be ordered or set"]
     head = ["Azimuth axis</h1>", "revision B, 2026-11-26, A. Meier", results["verdict"]["headline"]]
     places = [first.index(text) for text in (*head, *figure, *answers)]
     assert places == sorted(places)
@@ -103,8 +103,8 @@ def test_the_figure_of_the_loop_marks_its_margin_and_stands_behind_its_heading(f
         "open loop",
         "closed loop",
         "gain crossover",
-        "step of the reference",
-        "step of the torque on the load",
+        "step of the speed reference",
+        "step of the load torque",
     ):
         assert f">{text}<" in section
 

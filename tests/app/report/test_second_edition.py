@@ -159,7 +159,7 @@ def test_a_comparison_says_which_load_has_the_largest_oscillation(tmp_path):
     results = json.loads((folder / files[1].stem / "results.json").read_text(encoding="utf-8"))
     torque = results["largest_oscillation"]["load_torque_Nm"]
     assert torque > 20.0  # the middle of the range, which has not the largest oscillation
-    assert f" with {torque:g} N·m on the load." in page
+    assert f" under a load torque of {torque:g} N·m." in page
 
 
 @pytest.mark.slow

@@ -133,7 +133,7 @@ def test_work_that_takes_too_long_is_killed_and_the_next_is_done():
 def test_a_response_to_many_high_orders_ends_in_a_sentence():
     lines = ", ".join(f"{{order: {order}, amplitude: 0.5 arcsec}}" for order in range(837, 901))
     drive = State(project=PROJECT.replace("{order: 2, amplitude: 10 arcsec}", lines))
-    with pytest.raises(Refused, match=r"longer than 1.5 s of computing.* take fewer or lower orders"):
+    with pytest.raises(Refused, match=r"longer than 1.5 s of computing.* use fewer or lower orders"):
         run(told(of_state, response, drive, longest=1.5))
 
 

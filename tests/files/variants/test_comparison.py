@@ -46,7 +46,7 @@ def test_a_comparison_has_the_numbers_of_the_report(tmp_path):
         assert row["keep_out_of"] == (", ".join(bands) or "none")
     page = (tmp_path / "compared" / "comparison.html").read_text(encoding="utf-8")
     assert all(row["keep_out_of"] in page for row in rows)
-    assert "gravity among them" in page
+    assert "gravity included" in page
 
 
 @pytest.mark.slow
@@ -57,7 +57,7 @@ def test_the_torque_of_a_comparison_is_at_least_that_of_gravity():
     assert found.failures[0] == ""
     assert "above its limit of 0.5 N*m" in found.failures[1]
     assert np.all(found.torque > [80.0, 120.0])  # gravity and the mean, and the vibration
-    assert "torque in the gear" in " ".join(str(found).split())
+    assert "gear torque" in " ".join(str(found).split())
     tops = [response.oscillation[response.visited()] for response in found.responses]
     assert found.oscillation / ARCSEC == pytest.approx([np.max(sizes) / ARCSEC for sizes in tops])
     assert found.keep_out_of(0).endswith("rpm")
@@ -74,10 +74,10 @@ def test_a_drive_without_a_stable_motion_has_no_size_of_the_error_equation():
     assert [lost[key] for key in sizes] == [None] * 5
     assert known["oscillation_arcsec"] == pytest.approx(found.largest_oscillation().peak / ARCSEC)
     told = {line[:32].strip(): line.split()[-2:] for line in lines(both.facts()) if line.startswith("  ")}
-    assert told["torque in the gear [N·m]"][1] == "–"  # the second column is that of the lost one
+    assert told["gear torque [N·m]"][1] == "–"  # the second column is that of the lost one
     panels = comparison_panels(both, axis().speeds)
     names = {curve.label for curve in panels[0].curves}
     assert {"1: axis (error equation alone)", "2: axis"} <= names
     page = comparison_page(both, "")
     assert "<th>drive</th><th>2: axis</th><th>1: axis</th>" in page
-    assert re.search(r'<td>torque in the gear \[N·m\]</td><td class="n">[\d.]+</td><td class="n">–</td>', page)
+    assert re.search(r'<td>gear torque \[N·m\]</td><td class="n">[\d.]+</td><td class="n">–</td>', page)

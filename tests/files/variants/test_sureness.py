@@ -76,7 +76,7 @@ def test_the_response_prints_three_digits_and_rows_and_json_has_all_digits(tmp_p
     size = largest(axis()) / ARCSEC
     assert f"largest oscillation: {size:.3g} arcsec at" in printed
     assert re.search(r"assumed +value +low +high +oscillation \[arcsec\] from +to\n +damping +3 % +2 % +5 %", printed)
-    assert "on both sides of the limit of 60 arcsec" in printed
+    assert "below and above the limit of 60 arcsec" in printed
     assert "assumed: motor.loop.damping 0.7, motor.loop.bandwidth 30 Hz, damping.ratio 3 %; measured: load" in printed
     data = json.loads(CliRunner().invoke(cli, ["response", str(path), "--json"]).stdout)
     assert data["oscillation"]["oscillation_arcsec"] == pytest.approx(size, rel=1e-9)
@@ -210,7 +210,7 @@ def test_a_change_that_is_worst_under_another_load_than_the_drive_itself_counts(
     assert sizes[0] < sizes[1] < project.limit < sizes[2]
     sure = project.sureness
     assert sure.largest[1] == pytest.approx(max(sizes), rel=1e-3)
-    assert "on both sides of the limit" in sure.sentences(project.limit)[-1]
+    assert "below and above the limit" in sure.sentences(project.limit)[-1]
 
 
 NARROW = """

@@ -89,7 +89,7 @@ def test_the_run_ups_own_peak_is_avoided_and_what_the_speeds_are_for_is_said_bes
     assert any(low < peak < high for low, high in bands)
     assert any(low < results["train"]["run_up"]["at_rpm"] < high for low, high in bands)
     torques = [case["load_torque_Nm"] for case in advice["by_load_torque"]]
-    said = f"for {len(torques)} load torques from −150 to 150 N·m and the gaps between their bands: at −150 N·m"
+    said = f"cover {len(torques)} load torques from −150 to 150 N·m and the gaps between their bands: at −150 N·m"
     assert said in advice["about"]
     assert torques == sorted(torques)
     assert (torques[0], torques[-1]) == pytest.approx((-150.0, 150.0))

@@ -194,7 +194,7 @@ def test_a_duty_cycle_is_judged_by_its_rms_torque_at_its_speeds_and_the_rest_tha
     (finding,) = [one for one in move.findings if one.limit == "motor rms torque"]
     assert finding.bound == pytest.approx(math.sqrt(np.trapezoid(torque**2, t) / share), rel=5e-3)
     assert finding.fails == (share > time)
-    rest = float(finding.sentence.split("rest at the end for ")[1].split(" s")[0])
+    rest = float(finding.sentence.split("add a rest of ")[1].split(" s")[0])
     held = PULL * math.sin(angle) / N / 1.4
     assert rest == pytest.approx((share - time) / (1.0 - held**2), rel=0.02)
     for duration, fails in ((0.5 * rest, True), (1.1 * rest, False)):  # friction holds a part of the load at rest

@@ -52,8 +52,8 @@ def test_a_limit_that_the_move_of_the_file_passes_is_in_the_verdict():
     assert weak.view.analysis.verdict.answer is Answer.NOT
     assert not weak.view.analysis.verdict.exceeded  # steady motions keep it
     headline = weak.results["verdict"]["headline"]
-    assert headline.startswith("Fail; in the move of the file ")
-    assert headline.endswith(" N·m are above the motor's largest torque of 0.1 N·m")
+    assert headline.startswith("Fail; in the move of the project file, ")
+    assert headline.endswith(" N·m exceeds the motor's largest torque of 0.1 N·m")
     assert "Motor limit exceeded" in weak.results["verdict"]["what_to_do"]
     assert "above its limit of 0.1 N·m" in weak.results["verdict"]["answers"]["move of the file"]
 
@@ -62,7 +62,7 @@ def test_a_limit_that_the_move_of_the_file_passes_is_in_the_verdict():
 def test_an_analysis_says_why_the_move_of_the_file_is_missing():
     analysis = project(mode="mode: free").analyze(advice=False)
     assert analysis.moved is None
-    assert [said for said in analysis.remarks if said.startswith("The move of the file is not computed: ")]
+    assert [said for said in analysis.remarks if said.startswith("The move of the project file is not computed: ")]
 
 
 def test_an_answer_about_steady_motions_says_that_the_move_of_the_file_is_judged_elsewhere(tmp_path):

@@ -72,7 +72,7 @@ def test_a_run_up_that_ends_before_it_begins_is_left_out_and_the_remark_says_so(
     study = train_study(of.train, system, limits, None, exact, operating_point(system))
     assert study.ramp is None
     assert f"The run-up ends while the motion settles at the lowest speed: {Status.DIVERGED.value}." in study.remarks
-    assert "No steady motion of the train that repeats with every turn was found." in study.remarks
+    assert "No steady motion of the drive train that repeats with every turn was found." in study.remarks
 
 
 @pytest.mark.slow

@@ -102,7 +102,7 @@ def test_an_encoder_of_the_load_is_no_loop_to_sample():
 def test_a_loop_without_stiffness_is_named():
     loose = LINEAR._replace(motor=LINEAR.motor._replace(control=sw.train.SpeedLoop(0.4)))
     for drive in (loose, LINEAR._replace(law=sw.Backlash(1e5, 2e-4))):
-        with pytest.raises(ValueError, match="give a loop with a position gain, or a load off the backlash"):
+        with pytest.raises(ValueError, match="use a loop with a position gain, or a mean load outside the backlash"):
             compensated(drive)
 
 

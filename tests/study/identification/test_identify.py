@@ -340,4 +340,4 @@ def test_a_log_that_tells_nothing_is_one_sentence(change, sentence):
 def test_noise_is_said_to_be_unexplained(clean):
     noise = np.random.default_rng(0).standard_normal(1500)
     found = sw.identify(GUESS, clean | {"output": noise}, ("J", "B"))
-    assert any("explains next to nothing of x" in note for note in found.notes)
+    assert any("explains almost nothing of x" in note for note in found.notes)

@@ -80,7 +80,7 @@ def test_friction_of_real_joints_comes_back(seed, dry, viscous, share):
 def test_without_a_current_the_motors_numbers_are_said_to_be_unknown():
     names = {name for group, _ in found().tied for name in group}
     assert {"motor_inertia", "motor_coulomb", "motor_viscous"} <= names
-    with pytest.raises(ValueError, match="takes a current or a torque of the motor"):
+    with pytest.raises(ValueError, match="required: a current or a torque of the motor"):
         found().value("motor_coulomb")
 
 
@@ -140,7 +140,7 @@ def test_a_current_that_cannot_be_is_said(change, said):
 def test_torques_that_contradict_what_is_known_are_said():
     log, truth = made()
     torque = truth["torque_constant"] * log["current"]
-    assert any("a thousand times off" in s for s in told("motor_torque", 1e3 * torque, 1.0)[1])
+    assert any("wrong by a factor of 1000" in s for s in told("motor_torque", 1e3 * torque, 1.0)[1])
     assert any("name it torque" in s for s in told("motor_torque", truth["N"] * torque, 1.0)[1])
     assert any("check its unit" in s for s in told("current", log["current"], 1.5 * truth["torque_constant"])[1])
     assert not any("times" in s for s in told("current", log["current"], truth["torque_constant"])[1])

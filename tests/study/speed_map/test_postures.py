@@ -96,7 +96,7 @@ def test_postures_without_gravity_and_a_short_motor_are_named():
     found = sw.speed_map(arm(sheet), postures=rows, search=False)
     assert "1 of 2 postures have no gravity torque: they use the mean, 0 N*m" in found.remarks
     assert any("N*m short" in said and "under posture 2 (stretched)" in said for said in found.failures)
-    assert any("takes 1.4 N*m of the brake" in said for said in found.failures)
+    assert any("the brake needs 1.4 N*m" in said for said in found.failures)
     with pytest.raises(ValueError, match="loads and postures are both given"):
         sw.speed_map(arm(), loads=[0.0], postures=rows)
 

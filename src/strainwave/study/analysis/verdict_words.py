@@ -327,8 +327,8 @@ def _of(asked: float, bound: float, unit: str) -> str:
     """What a motor has available, after the demand on it; nothing where it is not known."""
     if not math.isfinite(bound):
         return ""
-    than = "more than the" if Finding("", asked, bound, "", "").exceeded else "of"
-    return f", {than} {number(bound)} {unit} available"
+    only = "only " if Finding("", asked, bound, "", "").exceeded else ""
+    return f" ({only}{number(bound)} {unit} available)"
 
 
 def _begun(sentence: str) -> str:

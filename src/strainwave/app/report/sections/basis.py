@@ -94,7 +94,7 @@ def stability(view: View) -> Part:
     drawn = [figure([panels], 400.0, "phase portrait without excitation")] if panels else []
     return Part(
         "Stability without excitation", {"stability": facts | {"region": region}}, [claim],
-        notes=[f"Region: {region}. Reason: " + proof.reason + "."], figures=drawn, appendix=True,
+        notes=[f"Stability region: {region}. Reason: " + proof.reason + "."], figures=drawn, appendix=True,
     )  # fmt: skip
 
 
