@@ -112,7 +112,7 @@ def test_a_comparison_is_that_of_the_projects_that_were_finished(drive, tmp_path
     call = ["compare", drive, drive, drive, drive, "-o", tmp_path / "out", "--json"]
     run = stopped(2, *call)
     assert len(json.loads(run.stdout)["drives"]) == 2
-    assert "the comparison covers the first 2 of 4 projects; the same command again" in run.stderr
+    assert "the comparison covers the first 2 of 4 projects; the same command computes all again" in run.stderr
     assert (tmp_path / "out" / "comparison.html").is_file()
     run = stopped(1, *call[:-3], "-o", tmp_path / "none")
     assert "interrupted; nothing was written; run it again" in run.stderr

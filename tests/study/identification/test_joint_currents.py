@@ -127,7 +127,7 @@ def test_a_current_of_known_constant_weighs_the_load_and_one_of_unknown_does_not
         (lambda i: np.where(np.arange(len(i)) == 7, i, np.nan), "has 1 samples: it contains no information"),
         (lambda i: np.clip(i, -np.inf, 0.8 * np.max(i)), "seems saturated"),
         (lambda i: 1e3 * i, "seems to be in mA"),
-        (lambda i: -i, "of opposite sign"),
+        (lambda i: -i, "the opposite sign"),
     ],
 )
 def test_a_current_that_cannot_be_is_said(change, said):
