@@ -48,7 +48,7 @@ def test_a_phone_shows_the_whole_answer_with_gravity_and_what_is_assumed(page):
 def test_a_mark_on_a_slider_is_the_value_that_meets_the_limit(held_page):
     page = held_page
     assert largest(page) > 130
-    mark = page.locator('[aria-label^="Take damping ratio"]')
+    mark = page.locator('[aria-label^="Set damping ratio"]')
     mark.wait_for()
     assert "oscillation at the limit" in mark.get_attribute("aria-label")
     times = drawn(page)

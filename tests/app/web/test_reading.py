@@ -125,7 +125,7 @@ def test_colours_change_without_a_computed_picture_being_lost(page):
     slider = page.locator('[id="value-damping.ratio-slider"]')
     slider.press("ArrowRight")
     assert slider.get_attribute("aria-valuetext").endswith(" %")
-    page.wait_for_function("() => document.getElementById('stage').textContent.includes('changed since')")
+    page.wait_for_function("() => document.getElementById('stage').textContent.includes('has changed;')")
     assert "o.run" not in page.url
 
 

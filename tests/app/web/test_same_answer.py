@@ -55,7 +55,7 @@ def test_a_compensation_says_what_it_assumes_and_what_other_gears_have(page):
     page.wait_for_selector("#plot-gears[data-drawn]")
     assumed = page.locator("#assumed").inner_text()
     assert re.search(r"Assumed: samples every 250 .s, .* encoders of 16 bits \(motor\) and 24 bits \(load\)", assumed)
-    said(page, "On a gear 20 % softer than the model: ")
+    said(page, "gear 20 % softer than the model: ")
     said(page, "Motor torque up to ")
     assert page.evaluate(NAMES, "compensation-time") == page.evaluate(NAMES, "gears") == ["before", "after"]
 
