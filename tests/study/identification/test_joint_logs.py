@@ -208,5 +208,7 @@ def test_twelve_machines_outside_the_class_are_refused_or_named_and_not_misnamed
     assert "vibration near" in fits[2].causes[0]
     assert "gap" in fits[3].causes[0]
     assert "asymmetry" in fits[4].causes[0]
-    rings = {kind for fit, kind in zip(fits, drives, strict=True) if any("vibration near" in cause for cause in fit.causes)}
+    rings = {
+        kind for fit, kind in zip(fits, drives, strict=True) if any("vibration near" in cause for cause in fit.causes)
+    }
     assert rings == {"resonance"}
