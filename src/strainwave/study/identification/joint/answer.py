@@ -235,14 +235,29 @@ def _fit_or_cause(
         return joint, []
     progress("causes", 0.8)
     fitted, causes = _fit_with_cause(joint, logs, ratio, law, inertia)
-    return (joint, misgiven) if misgiven and limit < solve.rms(fitted) else (fitted, causes)
+    if misgiven and limit < solve.rms(fitted):
+        return joint, misgiven
+    ratio = _stiffness_ratio(fitted, law)
+    if not causes and given and inertia is not None and not 1.0 / UNLIKE_RATIO < ratio < UNLIKE_RATIO:
+        causes = [_wrong_inertia(inertia, inertia / ratio)]  # stiffness and inertia times a factor explain as much
+    return fitted, causes
 
 
 def _likely(joint: Joint, law: Sequence[float]) -> bool:
     """True for a fit that leaves nothing, with a stiffness like that of the datasheet."""
+    return not unexplained(joint) and 1.0 / UNLIKE_RATIO < _stiffness_ratio(joint, law) < UNLIKE_RATIO
+
+
+def _stiffness_ratio(joint: Joint, law: Sequence[float]) -> float:
+    """Stiffness of a fit over K1 of the datasheet; a hysteresis that does not yield is a spring."""
     v = joint.values
-    spring = v["K1"] + v["hysteresis"] * (v["yield_twist"] > v["T1"] / v["K1"])  # what does not yield is a spring
-    return not unexplained(joint) and bool(1.0 / UNLIKE_RATIO < spring / law[0] < UNLIKE_RATIO)
+    return float((v["K1"] + v["hysteresis"] * (v["yield_twist"] > v["T1"] / v["K1"])) / law[0])
+
+
+def _wrong_inertia(given: float, likely: float) -> Cause:
+    """Cause of a load inertia [kg*m^2] that does not fit, beside the one that goes with the datasheet's K1."""
+    hint = f"with the gear's K1 the load inertia is near {likely:.3g} kg·m²"
+    return Cause(f"that the given load inertia of {given:.3g} kg·m² is wrong ({hint})", of_model=False)
 
 
 def unexplained(joint: Joint) -> bool:
@@ -269,8 +284,7 @@ def _other_inertia(
     fitted = free.values["inertia"]
     if unexplained(free) or 1.0 / UNLIKE_RATIO < fitted / given < UNLIKE_RATIO:
         return free, []
-    hint = f"with the gear's K1 the load inertia is near {fitted:.3g} kg·m²"
-    return free, [Cause(f"that the given load inertia of {given:.3g} kg·m² is wrong ({hint})", of_model=False)]
+    return free, [_wrong_inertia(given, fitted)]
 
 
 def _fit_with_cause(
