@@ -2,7 +2,8 @@
 
 `jit.entry` gives the address of a function whose first argument is the address of the words of a model (`address`); in
 that function `at` makes the model of them again. An exception in a called function is one of the kernel. The bodies in
-compiled code are intrinsics of Numba: `typed_...` gives the types of a call, and its `build` writes the code.
+compiled code are definitions of intrinsics of Numba: `typed_...` gives the types of a call, and its `build` writes the
+code.
 """
 
 from importlib import import_module
@@ -62,7 +63,7 @@ def signature(types: Any, thing: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]
     return types.CPointer(thing), *pointers
 
 
-def bodies(types: Any, extending: Any) -> dict[Any, Any]:
+def bodies(types: Any) -> dict[Any, Any]:
     """Bodies in compiled code of the functions above."""
 
     def typed_at(context: Any, address: Any) -> Any:
@@ -106,17 +107,10 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return address(address, types.intp), build
 
-    take, write, first, after = map(extending.intrinsic, (typed_at, typed_put, typed_pointer, typed_beyond))
-    return {
-        at: lambda address: take(address),
-        put_at: lambda address, numbers: write(address, numbers),
-        pointer: lambda array: first(array),
-        beyond: lambda address, i: after(address, i),
-        **_calls(types, extending),
-    }
+    return {at: typed_at, put_at: typed_put, pointer: typed_pointer, beyond: typed_beyond, **_calls(types)}
 
 
-def _calls(types: Any, extending: Any) -> dict[Any, Any]:
+def _calls(types: Any) -> dict[Any, Any]:
     """Bodies in compiled code of `call`, `value` and `answer`."""
 
     def caller(result: Any) -> Any:
@@ -126,7 +120,7 @@ def _calls(types: Any, extending: Any) -> dict[Any, Any]:
 
             return result(types.intp, types.intp, arguments), build
 
-        return extending.intrinsic(typed)
+        return typed
 
     def typed_answer(context: Any, address: Any, words: Any, phase: Any, y: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -145,12 +139,7 @@ def _calls(types: Any, extending: Any) -> dict[Any, Any]:
 
         return y(types.intp, types.intp, types.float64, y), build
 
-    send, ask, get = caller(types.none), caller(types.float64), extending.intrinsic(typed_answer)
-    return {
-        call: lambda address, words, arguments: send(address, words, arguments),
-        value: lambda address, words, arguments: ask(address, words, arguments),
-        answer: lambda address, words, phase, y: get(address, words, phase, y),
-    }
+    return {call: caller(types.none), value: caller(types.float64), answer: typed_answer}
 
 
 def _call(

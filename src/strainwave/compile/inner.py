@@ -87,6 +87,8 @@ def compilers() -> tuple[Any, Any]:
                 compiled = super().compile_extra(function)
             finally:
                 if collecting:
+                    gc.freeze()  # with `unfreeze`: what is new becomes old, and is not looked through now
+                    gc.unfreeze()
                     gc.enable()
             if compiled.library is None:  # types alone
                 return compiled

@@ -271,10 +271,14 @@ def _expose_helpers() -> None:
     """Let compiled code know the maths functions and the primitives of this room."""
     with needless_modules_hidden():
         import_module("numba.np.arraymath")
-    types, extending = import_module("numba.core.types"), import_module("numba.extending")
+    types, templates = import_module("numba.core.types"), import_module("numba.core.typing.templates")
     for made in (bodies, calls.bodies, lanes.bodies, tree.bodies, maths_kernels.bodies):
-        for function, body in made(types, extending).items():
-            _expose(function, body)
+        for function, typed in made(types).items():  # as parts of their own they would take the compiler as long as any
+            template = templates.make_intrinsic_template(function, typed, function.__name__)
+            templates.infer(template)
+            templates.infer_global(function, types.Function(template))
+    for function, body in maths_kernels.functions().items():
+        _expose(function, body)
 
 
 @cache
@@ -309,7 +313,7 @@ def _of_class(cls: type, name: str, numba_name: str, resolve: Callable[..., Any]
     return resolved
 
 
-def bodies(types: Any, extending: Any) -> dict[Any, Any]:
+def bodies(types: Any) -> dict[Any, Any]:
     """Body in compiled code of `borrowed`: its argument with the memory owner of every array cleared.
 
     Numba then counts no references.
@@ -328,5 +332,4 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return thing(thing), build
 
-    strip = extending.intrinsic(typed)
-    return {borrowed: lambda thing: strip(thing)}
+    return {borrowed: typed}

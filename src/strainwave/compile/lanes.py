@@ -46,8 +46,8 @@ def _address(types: Any, context: Any, builder: Any, kind: Any, rows: Any, row: 
     return builder.gep(array.data, [builder.add(builder.mul(row, stride), j)])
 
 
-def _for_each_float(types: Any, extending: Any, code: Any, result: Any) -> Any:
-    """Intrinsic with the code of `code(builder, address in the rows, value)` for each float of a model or a tuple.
+def _for_each_float(types: Any, code: Any, result: Any) -> Any:
+    """Body with the code of `code(builder, address in the rows, value)` for each float of a model or a tuple.
 
     `result` gives its type from that of the model: the model with what `code` returns as its floats, or nothing.
     """
@@ -68,10 +68,10 @@ def _for_each_float(types: Any, extending: Any, code: Any, result: Any) -> Any:
     def typed(context: Any, model: Any, rows: Any, first: Any, j: Any) -> Any:
         return result(model)(model, rows, types.intp, types.intp), build
 
-    return extending.intrinsic(typed)
+    return typed
 
 
-def bodies(types: Any, extending: Any) -> dict[Any, Any]:
+def bodies(types: Any) -> dict[Any, Any]:
     """Bodies in compiled code of the functions above."""
 
     def counted(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -84,12 +84,12 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
         builder.store(value, address)
         return value
 
-    lane_of = _for_each_float(types, extending, lambda builder, address, _: builder.load(address), lambda kind: kind)
-    store_into = _for_each_float(types, extending, written, lambda _: types.void)
-    count_of = extending.intrinsic(typed_count)
-    return {
-        lane: lambda model, rows, first, j: lane_of(model, rows, first, j),
-        store: lambda values, rows, first, j: store_into(values, rows, first, j),
-        count: lambda model: count_of(model),
-        load: lambda rows, index, j: lane_of(0.0, rows, index, j),
-    }
+    def typed_load(context: Any, rows: Any, index: Any, j: Any) -> Any:
+        def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.load(_address(types, context, builder, rows, *arguments))
+
+        return types.float64(rows, types.intp, types.intp), build
+
+    lane_of = _for_each_float(types, lambda builder, address, _: builder.load(address), lambda kind: kind)
+    store_into = _for_each_float(types, written, lambda _: types.void)
+    return {lane: lane_of, store: store_into, count: typed_count, load: typed_load}

@@ -204,8 +204,15 @@ def _is_integer(y: float) -> bool:
     return (a >= 4503599627370496.0) | ((a + 4503599627370496.0) - 4503599627370496.0 == a)
 
 
-def bodies(types: Any, extending: Any) -> dict[Any, Any]:
-    """Bodies in compiled code of the functions of `maths` and of the three primitives above."""
+def functions() -> dict[Any, Any]:
+    """Functions of `maths` and those inside them, with the functions above that compiled code runs in their place."""
+    faces = (cos, sin, exp, log, tanh, sqrt, sign, power)
+    inner = (_signed_sine, _exp, _expm1, _exp_rest, _power_of_two, _split, _atanh_rest, _log, _is_integer)
+    return {function: function for function in inner} | {getattr(maths, face.__name__): face for face in faces}
+
+
+def bodies(types: Any) -> dict[Any, Any]:
+    """Bodies in compiled code of the three primitives above."""
 
     def cast(to: Any, given: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -225,13 +232,4 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return types.float64(types.float64, types.float64, types.float64), build
 
-    to_bits, to_float, fused = map(extending.intrinsic, (typed_bits, typed_float, typed_fma))
-    faces = (cos, sin, exp, log, tanh, sqrt, sign, power)
-    inner = (_signed_sine, _exp, _expm1, _exp_rest, _power_of_two, _split, _atanh_rest, _log, _is_integer)
-    return {
-        bits_of: lambda x: to_bits(x),
-        float_of: lambda bits: to_float(bits),
-        fma: lambda a, b, c: fused(a, b, c),
-        **{function: function for function in inner},
-        **{getattr(maths, function.__name__): function for function in faces},
-    }
+    return {bits_of: typed_bits, float_of: typed_float, fma: typed_fma}

@@ -188,12 +188,12 @@ def rebuilt(types: Any, context: Any, builder: Any, kind: Any, old: Any, leaf: C
     return context.make_tuple(builder, kind, items)
 
 
-def bodies(types: Any, extending: Any) -> dict[Any, Any]:
+def bodies(types: Any) -> dict[Any, Any]:
     """Bodies in compiled code of functions of tuples and of `with_leaf`."""
     real = types.float64
 
-    def intrinsic(values: Callable[..., list[Any]]) -> Any:
-        """Function of compiled code that makes the tuple of `values` of a tuple, a number and a tuple."""
+    def made_of(like: Any, given: Any, values: Callable[..., list[Any]]) -> Any:
+        """Types and code of the tuple, as long as another one, of the `values` of what is given."""
 
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             def floats(kind: Any, thing: Any) -> Any:
@@ -204,14 +204,19 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
             numbers = values(builder, *map(floats, signature.args, arguments))
             return context.make_tuple(builder, signature.return_type, numbers)
 
-        def typed(context: Any, y: Any, h: Any, k: Any) -> Any:
-            return types.BaseTuple.from_types([real] * len(y))(y, h, k), build
+        return types.BaseTuple.from_types([real] * len(like))(*given), build
 
-        return extending.intrinsic(typed)
+    def typed_sums(context: Any, y: Any, h: Any, k: Any) -> Any:
+        def sums(builder: Any, y: Any, h: Any, k: Any) -> list[Any]:
+            return [builder.fadd(a, builder.fmul(h, b)) for a, b in zip(y, k, strict=True)]
 
-    sums = intrinsic(lambda builder, y, h, k: [builder.fadd(a, builder.fmul(h, b)) for a, b in zip(y, k, strict=True)])
-    products = intrinsic(lambda builder, y, h, k: [builder.fmul(h, b) for b in k])
-    copies = intrinsic(lambda builder, y, h, k: [h] * len(y))
+        return made_of(y, (y, h, k), sums)
+
+    def typed_products(context: Any, h: Any, k: Any) -> Any:
+        return made_of(k, (h, k), lambda builder, h, k: [builder.fmul(h, b) for b in k])
+
+    def typed_copies(context: Any, y: Any, value: Any) -> Any:
+        return made_of(y, (y, value), lambda builder, y, value: [value] * len(y))
 
     def typed_set(context: Any, model: Any, index: Any, value: Any) -> Any:
         def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -227,10 +232,4 @@ def bodies(types: Any, extending: Any) -> dict[Any, Any]:
 
         return model(model, types.intp, real), build
 
-    set_leaf = extending.intrinsic(typed_set)
-    return {
-        with_leaf: lambda model, index, value: set_leaf(model, index, value),
-        axpy: lambda y, h, k: sums(y, h, k),
-        times: lambda h, k: products(k, h, k),
-        alike: lambda y, value: copies(y, value, y),
-    }
+    return {with_leaf: typed_set, axpy: typed_sums, times: typed_products, alike: typed_copies}
