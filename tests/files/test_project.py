@@ -225,7 +225,7 @@ def test_an_accuracy_class_stands_for_lines_of_that_peak_to_peak_and_says_so(wri
         series = sum(a * np.cos(k * t + p) for k, a, p in zip((1, 2, 4), (0.25, 1.0, 0.25), phases, strict=True))
         sizes.append(np.max(np.abs(series)) / np.ptp(series))
     slow, low, high = sizes[0], min(sizes[1:]), max(sizes[1:])
-    assert f"{100 * slow:.0f} % of the accuracy class ({100 * low:.0f} to {100 * high:.0f} % for" in note
+    assert f"{100 * slow:.0f} % of the peak-to-peak class ({100 * low:.0f} to {100 * high:.0f} % for" in note
     (size,) = re.findall(r"is then ±([\d.]+) arcsec", note)
     assert float(size) == pytest.approx(slow * accuracy / ARCSEC, rel=0.01)
     assert not any("accuracy class" in note for note in read_project(written(GOOD)).notes)

@@ -38,7 +38,7 @@ def test_identify_writes_the_project_that_the_library_finds(tmp_path):
     assert pytest.approx(found.project.subject.law.K1, rel=1e-6) == written.subject.law.K1  # twelve digits in the file
     table = json.loads((tmp_path / "out" / "identified.json").read_text(encoding="utf-8"))
     assert table["numbers"]["B"]["low"] == pytest.approx(found.interval("B").low, rel=1e-5)
-    assert "measured less predicted" in (tmp_path / "out" / "identified.svg").read_text(encoding="utf-8")
+    assert "measured − predicted" in (tmp_path / "out" / "identified.svg").read_text(encoding="utf-8")
     assert table["numbers"]["torque_constant"]["value"] == pytest.approx(0.12, rel=0.01)
     assert pytest.approx(found.value("motor_inertia"), rel=1e-6) == written.subject.motor.J
     assert "% of current; " in table["said"][0]

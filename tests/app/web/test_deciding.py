@@ -90,9 +90,9 @@ def test_zoom_of_one_picture_is_that_of_the_other_and_goes_back(page):
 def test_a_move_is_edited_and_its_motor_torque_is_shown(page):
     page.get_by_role("tab", name="Move").click()
     page.wait_for_selector("#plot-move-motor[data-drawn]")
-    said(page, "Move of 0.6 s. Settling time: 0.01985 s, to within 59.8 arcsec of the error at rest.")
-    said(page, "Pointing error: at most 212 arcsec")
-    said(page, "Above the limit of 59.8 arcsec in the move.")
+    said(page, "Move of 0.6 s. Settling time: 0.01985 s, to within 59.8 arcsec of the final error.")
+    said(page, "Pointing error: largest 212 arcsec")
+    said(page, "The error in the move exceeds the limit of 59.8 arcsec.")
     assert page.locator("#answer").get_attribute("class") == ""
     page.locator("#edit-move").click()
     page.wait_for_selector('[id="value-move.profile.0.time"]')

@@ -236,5 +236,5 @@ def test_a_lost_motion_beyond_that_of_the_spring_takes_a_gap(name):
 @pytest.mark.slow
 def test_datasheet_that_cannot_be_met_is_refused_with_its_misfit():
     # 0.49 arcmin is the lost motion of the spring alone, and a gap adds no more than the hysteresis loss
-    with pytest.raises(sw.SolveError, match=r"lost motion is off by -.* %; the spring alone has a lost motion of"):
+    with pytest.raises(sw.SolveError, match=r"lost motion differs by -.* %; the spring alone has a lost motion of"):
         sw.fit.fit_hysteresis(CSF_40_50, 0.3 * ARCMIN, 2.0 * ARCMIN, rated_torque=RATED)

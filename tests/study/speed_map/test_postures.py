@@ -85,7 +85,7 @@ def test_no_posture_is_called_safe_at_a_speed_where_integration_finds_too_much()
     worst = int(np.argmax(np.max(found.oscillation, axis=1)))
     assert data(found.facts())["worst_load"] == worst + 1
     assert found.postures[:2] == ("posture 1 (0 and 0 deg)", "posture 2 (0 and 140 deg)")
-    assert found.postures[-1] == "load of the file, 0 N*m"
+    assert found.postures[-1] == "nominal load, 0 N*m"
     assert f"largest oscillation: {found.postures[worst]}" in str(found)
 
 

@@ -122,7 +122,7 @@ class IdentifiedLog(Fit):
         left = self.answer.residual / ARCSEC, self.answer.scatter / ARCSEC
         sentences = [f"What is left is {left[0]:.3g} arcsec rms; the load's readings scatter by {left[1]:.3g} arcsec."]
         sentences += self.answer.notes
-        return sentences + [f"The log does not part {listed(names)}: it takes {move}." for names, move in self.tied]
+        return sentences + [f"The log does not separate {listed(tie)}; required: {move}." for tie, move in self.tied]
 
     def facts(self) -> tuple[Fact, ...]:
         """Every fact of the joint, once, with the intervals of 95 %."""
